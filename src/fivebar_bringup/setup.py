@@ -65,5 +65,9 @@ setup(
             "node_group = fivebar_bringup.executables:node_group",
             "viewer = fivebar_bringup.executables:viewer",
         ],
+        "fivebar.drives": [
+            "canopen = fivebar_bringup.drives.kinds:CANOPEN_DRIVES",
+            "motkin = fivebar_bringup.drives.kinds:MOTKIN_BOARD",
+        ],
     },
 )

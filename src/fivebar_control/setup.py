@@ -57,6 +57,7 @@ setup(
             "vision_listener = fivebar_control.executables:vision_listener",
             "dextar_bridge = fivebar_control.executables:dextar_bridge",
             "motkin_bridge = fivebar_control.executables:motkin_bridge",
+            "drive_bridge = fivebar_control.executables:drive_bridge",
         ],
     },
 )

@@ -14,9 +14,10 @@ from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 from rcl_interfaces.srv import GetParameters
 
+from fivebar_bringup.drives.choice import write_drive_files
+from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode
-from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.robot_sizes import law_sizes

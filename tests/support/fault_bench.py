@@ -20,10 +20,10 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
-from fivebar_bringup.graph.bridges import BOARD_BRIDGE, bridge_of
+from fivebar_bringup.drives.choice import kind_of, write_drive_files
+from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, RECORDER, Mode
-from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
@@ -42,6 +42,7 @@ from fivebar_description.interface import (
     UNIFIED_TORQUE,
     Topic,
 )
+from fivebar_description.known_drives import MOTKIN
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.scenario_file import FILE_OF_RUN
 
@@ -138,8 +139,9 @@ class FaultBench:
         self.bag = folder / "bag"
         files = write_drive_files(scenario, folder)
         (folder / FILE_OF_RUN).write_text(scenario.to_yaml(), encoding="utf-8")
-        self.bridge = bridge_of(scenario)
-        self.mend = ("mend",) if self.bridge == BOARD_BRIDGE else ("mend 1", "mend 2", "bus_on")
+        kind = kind_of(scenario)
+        self.bridge = kind.bridge
+        self.mend = ("mend",) if kind.name == MOTKIN else ("mend 1", "mend 2", "bus_on")
         """What ends all that was broken."""
         self.drives = DrivesProcess(files.emulation, PRIORITY + 1)
         nodes = crossing_graph(scenario, Mode.REALTIME, self.bag, Rehearsal(files))

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.live.commands import CommandRefused, read_command
 from fivebar_bringup.recorded.bag import serialize
@@ -277,12 +278,12 @@ PARSERS: Mapping[str, Parser] = {
     "goal": _json_parser(_goal, (PlanRefused, MessageError), {"x": 0.0, "y": 0.1, "via1_x": 0.02, "via1_y": 0.11}),
     "epoch": _json_parser(read_epoch, (ValueError,), {"epoch_ns": 1_000_000_000}),
     "injection": Parser(
-        _as_text(partial(read_injection, board=False)),
+        _as_text(partial(read_injection, kind=CANOPEN_DRIVES)),
         (InputError,),
         (b"0.3 fault 1", b"1.2 late 2 30", b"0.5 kill blender"),
     ),
     "injection-board": Parser(
-        _as_text(partial(read_injection, board=True)), (InputError,), (b"0.3 fault 1", b"0.3 button press")
+        _as_text(partial(read_injection, kind=MOTKIN_BOARD)), (InputError,), (b"0.3 fault 1", b"0.3 button press")
     ),
     "can-frame": Parser(_can_frame, (), (b"\x81\x01\x37\x02\x00\x00\x00\x00", b"\x01\x07\x05")),
     "board-stream": Parser(_board_stream, (), (b"\x09\x20\x40\x60" + 3 * board_frame(),)),

@@ -46,7 +46,7 @@ def main() -> None:
         ending.set()
 
     threading.Thread(target=read_orders, daemon=True).start()
-    hardware = open_hardware(path)
+    hardware, _ = open_hardware(path)
     told: tuple[float, ...] = ()
 
     def tell(word: str) -> None:

@@ -28,7 +28,7 @@ from fault_cases import (
     expect_reset,
 )
 
-from fivebar_bringup.graph.bridges import BOARD_BRIDGE
+from fivebar_bringup.drives.kinds import MOTKIN_BOARD
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.board_faults import BUTTON, CAUSES
@@ -74,7 +74,7 @@ NODES = {
         "kill state_estimator", "state_stale", or_first="command_stale", answer=JOINT_STATES, resets=False
     ),
     "killed blender": Broken("kill blender", "command_stale", answer=TORQUE_COMMAND),
-    "killed bridge": Broken(f"kill {BOARD_BRIDGE}", "state_stale", resets=False),
+    "killed bridge": Broken(f"kill {MOTKIN_BOARD.bridge}", "state_stale", resets=False),
 }
 
 

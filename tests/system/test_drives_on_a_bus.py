@@ -17,8 +17,8 @@ from graph_probe import Bench
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 
-from fivebar_bringup.graph.real_drives import DEFAULT_DRIVES, drive_file
-from fivebar_bringup.graph.rehearsal import write_drive_files
+from fivebar_bringup.drives.can_files import TEMPLATE, drive_file
+from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -129,7 +129,7 @@ def test_the_operator_begins_it_and_it_ends_with_a_fault_or_the_operator(laborat
 
 def test_nothing_waits_for_an_operator_where_the_drives_have_another_rate(tmp_path: Path) -> None:
     own = tmp_path / "own.yaml"
-    shutil.copy(drives_path(DEFAULT_DRIVES), own)
+    shutil.copy(drives_path(TEMPLATE), own)
     options = ("--hardware", "socketcan", "--drives", str(own), "--out", "out")
     call = FivebarCommand(tmp_path, "run", "middle_robot", *options)
     assert call.finish() == 2
@@ -140,10 +140,10 @@ def test_nothing_waits_for_an_operator_where_the_drives_have_another_rate(tmp_pa
 @pytest.mark.parametrize("rate_hz", [100, 500, 800])
 def test_the_template_of_drives_has_the_rate_of_the_scenario(rate_hz: int) -> None:
     scenario = load_scenario("middle_robot").model_copy(update={"rate_hz": rate_hz})
-    assert drive_file(scenario, DEFAULT_DRIVES).sync_period_us * rate_hz == 1_000_000
+    assert drive_file(scenario, TEMPLATE).sync_period_us * rate_hz == 1_000_000
 
 
 def test_the_template_of_drives_is_refused_at_a_rate_that_its_bus_cannot_have() -> None:
     scenario = load_scenario("middle_robot").model_copy(update={"rate_hz": 1000})
     with pytest.raises(InputError, match="sync_period_us 2000: expected that of the scenario's rate_hz 1000"):
-        drive_file(scenario, DEFAULT_DRIVES)
+        drive_file(scenario, TEMPLATE)

@@ -31,7 +31,7 @@ from graph_probe import Bench
 from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
 
-from fivebar_bringup.graph.bridges import BRIDGE
+from fivebar_bringup.drives.kinds import CANOPEN_DRIVES
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.loop.supervisor import Supervisor
@@ -79,7 +79,7 @@ NODES = {
         "kill state_estimator", "state_stale", or_first="command_stale", answer=JOINT_STATES, resets=False
     ),
     "killed blender": Broken("kill blender", "command_stale", answer=TORQUE_COMMAND),
-    "killed bridge": Broken(f"kill {BRIDGE}", "state_stale", resets=False),
+    "killed bridge": Broken(f"kill {CANOPEN_DRIVES.bridge}", "state_stale", resets=False),
 }
 
 
@@ -142,7 +142,7 @@ def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
 def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     broken = NODES[fault]
     node = break_and_mend_node(rig, broken, MOMENTS[moment])
-    if node == BRIDGE:
+    if node == CANOPEN_DRIVES.bridge:
         # the drives have tripped over its silence
         begin_with_new_bridge(rig, tripped=True)
         return

@@ -13,8 +13,9 @@ from console_scripts import console_scripts
 from fivebar_command import FivebarCommand, GraphRun
 from graph_probe import DEADLINE
 
+from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.runs.launching import run_command
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.interface import TOPICS

@@ -18,6 +18,7 @@ ELSEWHERE = {
     "unit/description/test_robot_description.py": ("fivebar_description.mass_split",),
     "unit/description/test_robot_file.py": ("fivebar_description.physical_bounds",),
     "ros/test_one_publisher.py": ("fivebar_description.ros.publisher_watch",),
+    "system/test_own_drives.py": ("fivebar_control.nodes.drive_bridge",),
     "unit/description/test_watches.py": (
         "fivebar_description.ros.latency_watch",
         "fivebar_description.ros.rate_watch",
@@ -31,6 +32,12 @@ ELSEWHERE = {
     "unit/control/estimation/test_readings.py": ("fivebar_description.known_sensors",),
     "unit/control/hardware/test_configuration.py": ("fivebar_control.hardware.drive_setup",),
     "unit/control/hardware/test_inner_loop.py": ("fivebar_control.hardware.board_units",),
+    "unit/control/hardware/test_two_motors.py": (
+        "fivebar_control.hardware.connection",
+        "fivebar_control.hardware.drive_connection",
+        "fivebar_control.hardware.motors_file",
+        "fivebar_description.motors_file",
+    ),
     "unit/control/hardware/test_waiting_session.py": ("fivebar_control.hardware.drive_session",),
     "unit/control/laws/test_multi_model.py": ("fivebar_control.trajectory.criterion",),
     "unit/control/laws/test_robot_sizes.py": (

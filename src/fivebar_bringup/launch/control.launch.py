@@ -12,7 +12,8 @@ from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, Opaq
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 
-from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.drives.hardware import Hardware
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.ros.launch_scope import parameters_for_all
 from fivebar_bringup.ros.launched_nodes import launched_nodes
 from fivebar_bringup.runs.launching import AS_IN_A_RUN, NO, NO_HARDWARE, YES, ControlRequest, described_processes

@@ -9,7 +9,8 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 
-from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.drives.hardware import Hardware
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.ros.launch_scope import refuse_what_is_set
 from fivebar_bringup.ros.launched_run import launched_run
 from fivebar_bringup.runs.launching import run_command

@@ -13,7 +13,8 @@ from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 
-from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.drives.hardware import Hardware
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.ros.launch_scope import refuse_what_is_set
 from fivebar_bringup.ros.launched_run import launched_run
 from fivebar_bringup.runs.launching import run_command
@@ -43,7 +44,9 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 "scenario", default_value="middle_robot", description="Shipped scenario or a YAML file."
             ),
-            DeclareLaunchArgument("hardware", default_value="emulated", choices=["emulated", "socketcan", "usb"]),
+            DeclareLaunchArgument(
+                "hardware", default_value="emulated", choices=["emulated", "socketcan", "usb", "real"]
+            ),
             DeclareLaunchArgument(
                 "drives",
                 default_value="",

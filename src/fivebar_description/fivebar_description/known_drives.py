@@ -8,15 +8,16 @@ from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import DelaySamples, EncoderCounts
 
 NO_INTERFACE, CANOPEN, MOTKIN = "none", "canopen", "motkin"
-"""Interfaces of drives: none that is known, CANopen drives behind `dextar_bridge`, the motor board of MOTKIN."""
+"""Interfaces of drives: none that is known, CANopen drives behind `dextar_bridge`, the motor board of MOTKIN; further
+ones are registered by installed packages, see `fivebar_description.drive_kinds`."""
 
 
 class KnownDrives(NamedTuple):
     """Motors, encoders and drives of the robot. What is left out has the default of the setting that it stands for."""
 
-    interface: Annotated[str, Setting("How the drives are reached.", choices=(NO_INTERFACE, CANOPEN, MOTKIN))] = (
-        NO_INTERFACE
-    )
+    interface: Annotated[
+        str, Setting(f"How the drives are reached: {CANOPEN}, {MOTKIN}, or the name of an installed interface.")
+    ] = NO_INTERFACE
     torque_limit: Annotated[float | None, Setting("Largest torque of either motor.", "Nm", above=0.0, at_most=1e6)] = (
         None
     )

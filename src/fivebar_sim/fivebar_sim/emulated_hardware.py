@@ -5,7 +5,8 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple, Protocol
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
 
 from fivebar_sim.plant import Measurement
 
@@ -59,3 +60,17 @@ class EmulatedHardware(Protocol):
     def close(self) -> None:
         """Leave the bus or the port."""
         ...
+
+
+class Emulator(NamedTuple):
+    """How the hardware of one interface is emulated.
+
+    Attributes:
+        open: emulates what a file describes, given as parsed and with its path, or raises an `InputError`.
+        usage: the orders by which faults are injected, in words.
+        understands: returns whether a line of text is such an order.
+    """
+
+    open: Callable[[Any, Path], EmulatedHardware]
+    usage: str
+    understands: Callable[[str], bool]

@@ -20,6 +20,7 @@ class EmulatedRobotFile(StrictModel):
     """A file of emulated hardware.
 
     Attributes:
+        interface: that of the drives which are emulated; empty where the other keys tell.
         robot: parameter file of the robot that the hardware moves.
         initial_joints: its posture at the start: q11, q12, q21, q22 in rad, of a closed loop.
         mass_scale, inertia_scale, friction_scale: how the robot differs from its parameter file.
@@ -27,6 +28,7 @@ class EmulatedRobotFile(StrictModel):
     """
 
     name: Annotated[str, Field(min_length=1)]
+    interface: str = ""
     robot: str
     initial_joints: Four
     mass_scale: MassScale = 1.0

@@ -30,7 +30,8 @@ from fivebar_bringup.cli.app import (
 )
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.viewing import ViewOption, live_page
-from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.drives.hardware import Hardware
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.recorded.outcome import EXIT_STATUS
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.parent_death import interrupt_with
@@ -68,15 +69,16 @@ def run(
         Hardware,
         typer.Option(
             help="The simulated robot; the rehearsal of an experiment, with a bridge and emulated drives or an emulated"
-            " motor board; two real drives on a CAN bus; or a real motor board, which powers its motors."
+            " motor board; two real drives on a CAN bus; a real motor board, which powers its motors; or real drives of"
+            " any installed interface."
         ),
     ] = Hardware.SIMULATED,
     activate: Annotated[
         bool,
         typer.Option(
             "--activate",
-            help="With --hardware socketcan: enable the drives as soon as all nodes are ready. Without, the bridge"
-            " waits for the operator's `configure` and `activate`, and the run is in the domain of the shell.",
+            help="With --hardware socketcan or real: enable the drives as soon as all nodes are ready. Without, the"
+            " bridge waits for the operator's `configure` and `activate`, and the run is in the domain of the shell.",
         ),
     ] = False,
     port: Annotated[
@@ -121,9 +123,7 @@ def run(
 
     Example: `fivebar run experiment.yaml --hardware socketcan --drives drives.yaml`
     """
-    from fivebar_bringup.graph.bridges import BOARD_BRIDGE, bridge_of
-    from fivebar_bringup.graph.real_drives import DEFAULT_DRIVES, RealDrives, drive_file
-    from fivebar_bringup.graph.rehearsal import DEFAULT_BOARD
+    from fivebar_bringup.drives.choice import interface_of_run, kind_of, real_drives
     from fivebar_bringup.runs.admission import load_admitted
     from fivebar_bringup.runs.injection import read_injection, refuse_late
     from fivebar_bringup.runs.run import run_with_ros
@@ -135,30 +135,26 @@ def run(
         check_ros_environment()
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
-        emulated, board = hardware is Hardware.EMULATED, bridge_of(loaded) == BOARD_BRIDGE
+        emulated = hardware is Hardware.EMULATED
+        interface = interface_of_run(loaded, drives)
         if inject and not emulated:
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
-        if (port is not None) is not (hardware is Hardware.USB):
-            raise InputError("--port: expected together with --hardware usb, and only there")
-        if activate and hardware is not Hardware.SOCKETCAN:
-            raise InputError("--activate: expected --hardware socketcan, whose drives else wait for the operator")
-        if drives is not None and hardware is not Hardware.SOCKETCAN and (hardware is Hardware.SIMULATED or not board):
-            raise InputError(
-                "--drives: expected --hardware socketcan, or emulated or usb and a robot whose drives are a motor board"
-            )
-        real = None
-        if hardware is Hardware.USB:
-            real = RealDrives(drives or DEFAULT_BOARD, port, activate=True)
-        elif hardware is Hardware.SOCKETCAN:
-            real = RealDrives(drives or DEFAULT_DRIVES, None, activate)
-            drive_file(loaded, real.configuration)
+        if drives is not None and hardware is Hardware.SIMULATED:
+            raise InputError("--drives: expected --hardware emulated, real, socketcan or usb")
+        real = None if emulated or hardware is Hardware.SIMULATED else real_drives(loaded, hardware, drives, port)
+        if real is None and port is not None:
+            raise InputError("--port: expected together with --hardware usb or real, and only there")
+        if activate and (real is None or real.port is not None):
+            raise InputError("--activate: expected --hardware socketcan or real, where drives wait for the operator")
+        if real is not None and real.port is None:
+            real = real._replace(activate=activate)
         mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
         _refuse_scheduling(mode, separate, processors)
-        injections = [read_injection(text, board) for text in inject or ()] if emulated else None
+        injections = [read_injection(text, kind_of(loaded, drives)) for text in inject or ()] if emulated else None
         refuse_late(injections or (), loaded.plan().path.duration)
         if real is not None and not real.activate:
-            domain = _for_the_operator(domain, within)
-        with live_page(view, domain, within) as live, progress_bar(loaded.name, as_json) as progress:
+            domain = _for_the_operator(kind_of(loaded, real.configuration).bridge, domain, within)
+        with live_page(view, domain, within, interface) as live, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,
                 mode,
@@ -171,19 +167,17 @@ def run(
                 page,
                 scene,
                 within,
-                drives or DEFAULT_BOARD,
+                drives,
                 real,
             )
             live.tell(directory, summary)
     _finish(directory, summary, as_json)
 
 
-def _for_the_operator(domain: int | None, namespace: str) -> int:
+def _for_the_operator(bridge: str, domain: int | None, namespace: str) -> int:
     """Say who begins the run, and return the domain in which that can be: the given one, or that of the shell."""
-    from fivebar_bringup.graph.bridges import BRIDGE
-
     chosen = domain if domain is not None else domain_of_environment()
-    name = f"{namespace}/{BRIDGE}"
+    name = f"{namespace}/{bridge}"
     print(
         f"fivebar: the drives are enabled by you, with ROS_DOMAIN_ID={chosen}: ros2 lifecycle set {name} configure,"
         f" then ros2 lifecycle set {name} activate",

@@ -22,6 +22,7 @@ from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import STOP_SIGNALS
+from fivebar_description.known_drives import NO_INTERFACE
 from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
@@ -94,10 +95,12 @@ class LivePage(NamedTuple):
 
 
 @contextmanager
-def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator[LivePage]:
+def live_page(
+    wanted: bool, domain: int | None, namespace: str = "", interface: str = NO_INTERFACE
+) -> Iterator[LivePage]:
     """Serve the live page of a graph that is started meanwhile; yield it, with the domain to start the graph in.
 
-    Without `wanted` there is no page, and the domain is the given one.
+    Without `wanted` there is no page, and the domain is the given one. The faults of drives are those of `interface`.
 
     Raises:
         InputError: the page cannot be served.
@@ -106,8 +109,9 @@ def live_page(wanted: bool, domain: int | None, namespace: str = "") -> Iterator
         yield LivePage(domain)
         return
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
+        parameters = ["-p", "told_on_input:=true", "-p", f"drives_interface:='{interface}'"]
         viewer = subprocess.Popen(
-            [*executables.viewer.command, "--ros-args", *remapping(namespace), "-p", "told_on_input:=true"],
+            [*executables.viewer.command, "--ros-args", *remapping(namespace), *parameters],
             env={**os.environ, "ROS_DOMAIN_ID": str(chosen)},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

@@ -80,10 +80,10 @@ def _board_faults() -> str:
 
 
 def _drive_files() -> str:
-    from fivebar_bringup.graph.real_drives import DEFAULT_DRIVES
-    from fivebar_bringup.graph.rehearsal import DEFAULT_BOARD
+    from fivebar_bringup.drives.board_files import SHIPPED
+    from fivebar_bringup.drives.can_files import TEMPLATE
 
-    return f"{DEFAULT_BOARD}; {DEFAULT_DRIVES}"
+    return f"{SHIPPED}; {TEMPLATE}"
 
 
 WORDS = {

@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.control_nodes import (
     blender,
     controller,
@@ -15,7 +16,6 @@ from fivebar_bringup.graph.control_nodes import (
     trajectory_generator,
 )
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode, NodeSpec
-from fivebar_bringup.graph.rehearsal import Rehearsal
 from fivebar_bringup.graph.robot_nodes import bridge, emulated_hardware, plant
 from fivebar_bringup.graph.sensor_nodes import absent_of_vision, estimator, imu_listener, vision_nodes
 from fivebar_bringup.recorded.bag.recorder_settings import RecorderSettings

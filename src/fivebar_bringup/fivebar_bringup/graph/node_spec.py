@@ -15,17 +15,9 @@ class Mode(StrEnum):
     REALTIME = "realtime"
 
 
-class Hardware(StrEnum):
-    """What is controlled: the simulated robot, emulated drives, or real ones: on a CAN bus or a board on USB."""
-
-    SIMULATED = "simulated"
-    EMULATED = "emulated"
-    SOCKETCAN = "socketcan"
-    USB = "usb"
-
-
 PLANT = "plant"
 EMULATED_ROBOT = "emulated_robot"
+BRIDGES = ("dextar_bridge", "motkin_bridge", "drive_bridge")
 RECORDER = "bag_recorder"
 SCENE_NODE = "scene"
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fivebar_bringup.graph.bridges import BOARD_BRIDGE, bridge_of
+from fivebar_bringup.drives.choice import kind_of
+from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.control_nodes import held_for
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
-from fivebar_bringup.graph.rehearsal import Rehearsal
 from fivebar_bringup.graph.sensor_nodes import announced, awaited_sights, passive_states
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.hardware.board_file import load_board
+from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.ros.node_settings import BridgeSettings
+from fivebar_description.drive_kinds import load_part
 from fivebar_description.interface import (
     CLOCK,
     DRIVES_STATE,
@@ -29,7 +30,6 @@ from fivebar_description.interface import (
     RUN_STATUS,
     SAFETY_STATE,
     TORQUE_COMMAND,
-    Topic,
 )
 from fivebar_description.settings import to_parameters
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings, PlantNodeSettings
@@ -68,7 +68,9 @@ def bridge(
     Once the awaited nodes are ready it enables the drives, or without `autostart` may be asked to. With `last_sample`
     it publishes the progress of the run, and when it has ended.
     """
-    executable = bridge_of(scenario)
+    kind = kind_of(scenario, drives)
+    connection: DriveConnection = load_part(kind.connection)(drives)
+    followed = () if connection.inner_loop is None else (REFERENCE, JOINT_STATES)
     settings = BridgeSettings(
         drives=drives,
         autostart=autostart,
@@ -77,18 +79,11 @@ def bridge(
     )
     return NodeSpec(
         "fivebar_control",
-        executable,
+        kind.bridge,
         {**to_parameters(settings), **held_for(scenario, Mode.REALTIME)},
-        (TORQUE_COMMAND, *_led_by(executable, drives), FAULTS, RUN_READY, RUN_PLAN),
+        (TORQUE_COMMAND, *followed, FAULTS, RUN_READY, RUN_PLAN),
         (MOTOR_STATES, FAULTS, DRIVES_STATE, RUN_EPOCH, *((RUN_STATUS,) if last_sample else ())),
     )
-
-
-def _led_by(executable: str, drives: str) -> tuple[Topic, ...]:
-    """Return what a bridge follows besides the torque, where its drives close an inner loop."""
-    if executable != BOARD_BRIDGE or not load_board(drives).inner_loop.on:
-        return ()
-    return REFERENCE, JOINT_STATES
 
 
 def emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[str]) -> tuple[NodeSpec, NodeSpec]:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
+
+from fivebar_description.drive_kinds import drive_kind, load_part
 
 
 class Advice(NamedTuple):
@@ -49,9 +52,27 @@ ADVICE = {
     "interrupted": Advice("The run was interrupted.", _NEW_RUN),
 }
 
+NO_ADVICE: Mapping[str, tuple[str, str]] = {}
+
 UNKNOWN = Advice("The robot has stopped.", "docs/robot.md has the faults of drives and bus, and their recovery.")
 
 
-def advice(fault: str) -> Advice:
-    """Return what the text of a fault, which begins with its name, means."""
-    return ADVICE.get(fault.partition(":")[0].strip(), UNKNOWN)
+def advice(fault: str, of_drives: Mapping[str, tuple[str, str]] = NO_ADVICE) -> Advice:
+    """Return what the text of a fault, which begins with its name, means.
+
+    Args:
+        fault: the text.
+        of_drives: meaning and recovery of the faults of the robot's drives.
+    """
+    name = fault.partition(":")[0].strip()
+    return Advice(*of_drives[name]) if name in of_drives else ADVICE.get(name, UNKNOWN)
+
+
+def advice_of_drives(interface: str) -> Mapping[str, tuple[str, str]]:
+    """Return meaning and recovery of the faults of drives, by name.
+
+    Raises:
+        InputError: there is no such interface, or it cannot be loaded.
+    """
+    faults = drive_kind(interface).faults
+    return load_part(faults) if faults else NO_ADVICE

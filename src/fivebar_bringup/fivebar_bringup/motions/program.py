@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fivebar_bringup.drives.choice import write_drive_files
+from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import Work
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
-from fivebar_bringup.graph.rehearsal import Rehearsal, write_drive_files
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals
 from fivebar_bringup.motions.request import within_drives
 from fivebar_bringup.motions.stand import standing_graph

@@ -10,10 +10,12 @@ from typing import Annotated, Any, NamedTuple
 
 from sensor_msgs.msg import JointState
 
+from fivebar_bringup.graph.node_spec import BRIDGES
 from fivebar_bringup.live.commands import MOVE, PLAN, STOP, Command
 from fivebar_bringup.live.ending import ended_message
 from fivebar_bringup.live.page import live_page, live_scene
 from fivebar_bringup.live.preview import Preview, answer_to
+from fivebar_bringup.live.recovery import advice_of_drives
 from fivebar_bringup.live.ros.graph_states import GraphStates
 from fivebar_bringup.live.ros.parameter_query import ParameterQuery
 from fivebar_bringup.live.ros.sample_feed import SampleFeed
@@ -23,6 +25,7 @@ from fivebar_bringup.live.server import LiveServer
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.keys import scenario_of
 from fivebar_description.interface import GOAL, GOAL_STATUS
+from fivebar_description.known_drives import NO_INTERFACE
 from fivebar_description.parameters import FiveBar
 from fivebar_description.ros.messages import goal_message, new_request_id
 from fivebar_description.ros.node import GraphNode
@@ -35,8 +38,8 @@ from fivebar_description.strict_yaml import InputError
 GENERATOR = "trajectory_generator"
 """The node whose parameters say which robot moves, and how requests are judged."""
 
-STOPS = ("blender/emergency_stop", "dextar_bridge/emergency_stop", "motkin_bridge/emergency_stop")
-RESETS = ("dextar_bridge/reset", "motkin_bridge/reset", "plant/reset", "state_estimator/reset", "blender/reset")
+STOPS = tuple(f"{node}/emergency_stop" for node in ("blender", *BRIDGES))
+RESETS = tuple(f"{node}/reset" for node in (*BRIDGES, "plant", "state_estimator", "blender"))
 """Services for the two buttons, in the order in which they are called; those that a graph lacks are left out."""
 
 COMMAND_PERIOD = 0.02
@@ -58,6 +61,9 @@ class ViewerSettings(NamedTuple):
     frame_rate: Annotated[
         float, Setting("Frames that the live page gets in a second.", "Hz", at_least=1.0, at_most=60.0)
     ] = 30.0
+    drives_interface: Annotated[
+        str, Setting("Interface of the drives, whose faults are explained; those of DexTAR's by default.")
+    ] = NO_INTERFACE
     told_on_input: Annotated[
         bool, Setting("Whether whoever started the viewer tells on its standard input what became of the run.")
     ] = False
@@ -84,7 +90,10 @@ class Viewer(GraphNode):
         self._watched = False
         self._feed = SampleFeed(self, lambda: self._send({"restart": True}))
         self._states = GraphStates(
-            self, self._send_states, lambda status: self._send({"goal": status}, GOAL_STATUS.name)
+            self,
+            self._send_states,
+            lambda status: self._send({"goal": status}, GOAL_STATUS.name),
+            advice_of_drives(settings.drives_interface),
         )
         self._goals = self.create_publisher(JointState, GOAL.name, qos_profile(GOAL.qos))
         self._stops = Triggers(self, STOPS, self._notice)

@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.processes import ProcessSpec
+from fivebar_description.drive_kinds import DriveKind, load_part
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
-from fivebar_sim.boards.commands import read_order
-from fivebar_sim.drives.commands import USAGE, read_command
+from fivebar_sim.emulated_hardware import Emulator
 from fivebar_sim.emulators.hardware_kinds import timed_order
 
 KILL = "kill"
@@ -32,17 +31,17 @@ class Injection(NamedTuple):
         return f"{self.seconds!r} {self.command}"
 
 
-def read_injection(text: str, board: bool = False) -> Injection:
-    """Parse a text such as "1.2 fault 1" or "0.5 kill blender", for two drives or for a motor board.
+def read_injection(text: str, kind: DriveKind) -> Injection:
+    """Parse a text such as "1.2 fault 1" or "0.5 kill blender", for emulated drives of an interface.
 
     Raises:
         InputError: it is not a number of seconds followed by a known fault.
     """
+    emulator: Emulator = load_part(kind.emulation)
     timed = timed_order(text)
     injection = None if timed is None else Injection(*timed)
-    understands = read_order if board else read_command
-    if injection is None or (not injection.victim and understands(injection.command) is None):
-        raise InputError(f"--inject {text!r}: expected seconds and one of {BOARD_USAGE if board else USAGE}, kill NODE")
+    if injection is None or not (injection.victim or emulator.understands(injection.command)):
+        raise InputError(f"--inject {text!r}: expected seconds and one of {emulator.usage}, kill NODE")
     return injection
 
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fivebar_bringup.graph.bridges import BRIDGES
+from fivebar_bringup.drives.choice import real_drives, write_drive_files, write_real_drives
+from fivebar_bringup.drives.hardware import Hardware
+from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, Hardware, Mode, NodeSpec
-from fivebar_bringup.graph.real_drives import DEFAULT_DRIVES, RealDrives, write_real_drives
-from fivebar_bringup.graph.rehearsal import DEFAULT_BOARD, Rehearsal, write_drive_files
+from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, RECORDER, Mode, NodeSpec
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.runs.admission import load_admitted
@@ -69,12 +69,12 @@ def _mode(request: ControlRequest) -> Mode:
     Raises:
         InputError: arguments do not go together.
     """
-    on_drives = request.hardware not in (NO_HARDWARE, Hardware.SIMULATED)
-    if (request.port != "") is not (request.hardware == Hardware.USB):
-        raise InputError("port: expected together with hardware:=usb, and only there")
+    on_drives = _on_drives(request)
+    if request.port and request.hardware not in (Hardware.USB, Hardware.REAL):
+        raise InputError("port: expected together with hardware:=usb or real, and only there")
     for name, given in (("drives", request.drives), ("activate", request.activate)):
         if given and not on_drives:
-            raise InputError(f"{name}: expected hardware:=emulated, socketcan or usb, which have drives")
+            raise InputError(f"{name}: expected hardware:=emulated, socketcan, usb or real, which have drives")
     if request.shutdown and (request.stay or request.hardware != Hardware.SIMULATED):
         raise InputError("shutdown: expected hardware:=simulated without stay:=true, whose plant ends with the motion")
     if request.stay and request.hardware not in (Hardware.SIMULATED, Hardware.EMULATED):
@@ -93,18 +93,17 @@ def _graph(request: ControlRequest, scenario: Scenario, mode: Mode, run: RunDire
     if request.hardware == Hardware.SIMULATED:
         return crossing_graph(scenario, mode, bag, scene=request.scene)
     if request.hardware == Hardware.EMULATED:
-        rehearsal = Rehearsal(write_drive_files(scenario, path, request.drives or DEFAULT_BOARD), ())
+        rehearsal = Rehearsal(write_drive_files(scenario, path, request.drives or None), ())
         return crossing_graph(scenario, mode, bag, rehearsal, scene=request.scene)
-    usb = request.hardware == Hardware.USB
     drives = path / "drives.yaml"
-    default = DEFAULT_BOARD if usb else DEFAULT_DRIVES
-    real = RealDrives(request.drives or default, request.port or None, request.activate)
+    chosen = real_drives(scenario, Hardware(request.hardware), request.drives or None, request.port or None)
+    real = chosen._replace(activate=request.activate)
     write_real_drives(scenario, real, drives)
     return crossing_graph(scenario, mode, bag, drives=str(drives.absolute()), scene=request.scene)
 
 
 def _on_drives(request: ControlRequest) -> bool:
-    return request.hardware in (Hardware.EMULATED, Hardware.SOCKETCAN, Hardware.USB)
+    return request.hardware not in (NO_HARDWARE, Hardware.SIMULATED)
 
 
 def _selected(request: ControlRequest, nodes: Sequence[NodeSpec], hardware: str) -> list[NodeSpec]:

@@ -12,7 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.graph.node_spec import Hardware, Mode
+from fivebar_bringup.drives.hardware import Hardware
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_description.interface import BASE_FRAME, frame_prefix
 from fivebar_description.interpreter import module_command
 from fivebar_description.ros_environment import domain_of_environment

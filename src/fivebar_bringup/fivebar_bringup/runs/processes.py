@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import yaml
 
-from fivebar_bringup.graph.bridges import BRIDGES
-from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.runs.namespace import remapping
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling

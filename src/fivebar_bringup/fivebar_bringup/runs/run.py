@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
+from fivebar_bringup.drives.choice import RealDrives, write_drive_files, write_real_drives
+from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode
-from fivebar_bringup.graph.real_drives import RealDrives, write_real_drives
-from fivebar_bringup.graph.rehearsal import DEFAULT_BOARD, Rehearsal, write_drive_files
 from fivebar_bringup.recorded.outcome import RECORDING_FAILED
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.recorded.summary import Summary
@@ -38,13 +38,13 @@ def run_with_ros(
     with_page: bool = True,
     scene: bool = False,
     namespace: str = "",
-    board: str = DEFAULT_BOARD,
+    configuration: str | None = None,
     real: RealDrives | None = None,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
     With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
-    The configuration of an emulated motor board begins as the one named `board`. With `real`, real drives do.
+    The bridge's configuration begins as the named one. With `real`, real drives do.
     With `scene`, pictures of the run are published and recorded too. A namespace lets several robots share a domain.
 
     Raises:
@@ -58,7 +58,7 @@ def run_with_ros(
             write_real_drives(scenario, real, drives)
         elif rehearse is not None:
             drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
-            rehearsal = Rehearsal(write_drive_files(scenario, run.path, board), drive_faults)
+            rehearsal = Rehearsal(write_drive_files(scenario, run.path, configuration), drive_faults)
         nodes = crossing_graph(
             scenario,
             mode,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 import threading
 import time
@@ -17,7 +18,8 @@ from canopen.sdo.exceptions import SdoError
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
-from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile
+from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, load_drives
+from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import ZERO, Exchange, JointTarget, Torques, set_up_or_closed
 from fivebar_control.hardware.drive_link import DriveLink
 from fivebar_control.hardware.drive_setup import DriveSetup
@@ -363,3 +365,15 @@ def open_drives(drives: DriveFile) -> DriveBus:
         DriveError: the bus cannot be opened, or a drive cannot be set up; the bus is closed then.
     """
     return set_up_or_closed(DriveBus(drives))
+
+
+def connect(configuration: str) -> DriveConnection:
+    """Return the drives of a configuration, given by name or path.
+
+    Raises:
+        InputError: the file is missing or not a configuration.
+    """
+    drives = load_drives(configuration)
+    # twice as often as heartbeats are due
+    tended = drives.master.heartbeat_ms / 2e3
+    return DriveConnection(drives.sync_period_us, "sync_period_us", tended, functools.partial(open_drives, drives))

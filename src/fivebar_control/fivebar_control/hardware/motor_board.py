@@ -6,6 +6,7 @@ Torque is fed forward as a current. Both of the board's own gains are zero unles
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 import threading
 import time
@@ -15,9 +16,10 @@ from motkin_pcb import MotorUsbController
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.board_faults import fault_of
-from fivebar_control.hardware.board_file import BoardFile
+from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current
 from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import (
     ZERO,
     DriveReading,
@@ -27,7 +29,7 @@ from fivebar_control.hardware.drive_interface import (
     set_up_or_closed,
 )
 from fivebar_control.hardware.fault import DriveError
-from fivebar_control.hardware.inner_loop import OPEN, MotorSetPoint, set_point
+from fivebar_control.hardware.inner_loop import OPEN, InnerLoop, MotorSetPoint, set_point
 from fivebar_control.hardware.sample_clock import SampleClock
 from fivebar_description.interface import ACTIVE_JOINTS
 
@@ -37,6 +39,9 @@ write has no timeout, and a port that nobody reads takes some 4000 bytes."""
 
 PATIENCE = 2
 """Periods for which an echo is waited for where the robot moves on with the commands alone."""
+
+TEND_PERIOD = 0.1
+"""Period (s) in which the board is tended, which needs nothing."""
 
 SETTLE_PERIODS = 3
 """Cycles at zero torque in which the board must answer before it counts as enabled."""
@@ -340,3 +345,15 @@ def open_board(board: BoardFile) -> MotorBoard:
         DriveError: the port cannot be opened, or the board is silent or reports a fault; the port is closed then.
     """
     return set_up_or_closed(MotorBoard(board))
+
+
+def connect(configuration: str) -> DriveConnection:
+    """Return the board of a configuration, given by name or path.
+
+    Raises:
+        InputError: the file is missing or not a configuration, or its robot's file is.
+    """
+    board = load_board(configuration)
+    opening = functools.partial(open_board, board)
+    inner_loop = InnerLoop(board) if board.inner_loop.on else None
+    return DriveConnection(board.period_us, "period_us", TEND_PERIOD, opening, board.paced_by_commands, inner_loop)

@@ -2,24 +2,9 @@
 
 from __future__ import annotations
 
-import functools
-
-from fivebar_control.hardware.board_file import load_board
-from fivebar_control.hardware.inner_loop import InnerLoop
-from fivebar_control.hardware.motor_board import open_board
-from fivebar_control.ros.drive_bridge import DriveBridge, DriveConnection
-from fivebar_control.ros.node_settings import BridgeSettings
+from fivebar_control.hardware.motor_board import connect
+from fivebar_control.ros.drive_bridge import DriveBridge
 from fivebar_description.ros.run import run_node
-
-TEND_PERIOD = 0.1
-"""Period (s) in which the board is tended, which needs nothing."""
-
-
-def _load(settings: BridgeSettings) -> DriveConnection:
-    board = load_board(settings.drives)
-    opening = functools.partial(open_board, board)
-    inner_loop = InnerLoop(board) if board.inner_loop.on else None
-    return DriveConnection(board.period_us, "period_us", TEND_PERIOD, opening, board.paced_by_commands, inner_loop)
 
 
 class MotkinBridge(DriveBridge):
@@ -27,7 +12,7 @@ class MotkinBridge(DriveBridge):
 
     def __init__(self) -> None:
         """Make the node, unconfigured."""
-        super().__init__("motkin_bridge", _load, "motkin")
+        super().__init__("motkin_bridge", connect, "motkin")
 
 
 def main() -> None:

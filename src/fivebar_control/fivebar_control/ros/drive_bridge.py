@@ -14,7 +14,6 @@ import os
 import time
 import traceback
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -25,9 +24,8 @@ from std_srvs.srv import Trigger
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import MICROSECONDS
-from fivebar_control.hardware.drive_interface import DriveInterface
+from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_session import REPEAT_PERIOD, DriveSession
-from fivebar_control.hardware.inner_loop import InnerLoop
 from fivebar_control.ros.inner_loop_targets import InnerLoopTargets
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_control.ros.run_file import RunFile
@@ -76,43 +74,23 @@ def _logged(transition: Transition) -> Transition:
     return run
 
 
-class DriveConnection(NamedTuple):
-    """What a bridge knows of the drives of its configuration.
-
-    Attributes:
-        period_us: their sampling period.
-        period_key: the key of the configuration that says so.
-        tend_period: how often (s) they are tended while inactive.
-        open: opens and sets up both, or raises a `DriveError`.
-        waits: whether the robot moves on with the commands alone, so that a cycle may wait for its torque.
-        inner_loop: that of the drives, where they are to close one.
-    """
-
-    period_us: int
-    period_key: str
-    tend_period: float
-    open: Callable[[], DriveInterface]
-    waits: bool = False
-    inner_loop: InnerLoop | None = None
-
-
 class DriveBridge(LifecycleNodeMixin, GraphNode):
     """The bridge between the graph and the drives: lifecycle transitions, topics and services of a `DriveSession`."""
 
     in_chain = True
     commands_robot = True
 
-    def __init__(self, name: str, load: Callable[[BridgeSettings], DriveConnection], default: str) -> None:
+    def __init__(self, name: str, connect: Callable[[str], DriveConnection], default: str) -> None:
         """Make the node, unconfigured.
 
         Args:
             name: name of the node.
-            load: reads the configuration of the drives.
+            connect: reads the configuration of the drives, given by name or path.
             default: name of the configuration by default.
         """
         GraphNode.__init__(self, name)
         settings = self.declare_settings(BridgeSettings, drives=default)
-        known = load(settings)
+        known = connect(settings.drives)
         scenario = RunFile(self, *STOPPING, law=True).file
         self._rate_hz = scenario.rate_hz
         if self._rate_hz * known.period_us != MICROSECONDS:

@@ -9,13 +9,15 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from fivebar_description.board_file import CLOCK
+from fivebar_description.strict_yaml import validate
 from fivebar_sim.boards.board import BOTH, EmulatedBoard
 from fivebar_sim.boards.commands import USAGE, BoardOrder, read_order
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.port import PseudoPort
-from fivebar_sim.emulated_hardware import MeasuredRecord
+from fivebar_sim.emulated_hardware import Emulator, MeasuredRecord
 
 POLL_PERIOD = 0.002
 """Longest time (s) between two checks of the watchdog."""
@@ -139,3 +141,10 @@ class BoardEmulation:
         for motor in board.motors:
             motor.frozen = False
         self.port.plug()
+
+
+def _open(content: Any, path: Path) -> BoardEmulation:
+    return BoardEmulation(validate(content, BoardEmulationFile, str(path)))
+
+
+EMULATOR = Emulator(_open, USAGE, lambda line: read_order(line) is not None)

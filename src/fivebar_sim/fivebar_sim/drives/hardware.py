@@ -6,15 +6,17 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import can
 
 from fivebar_description.network import can_problem
-from fivebar_description.strict_yaml import InputError
-from fivebar_sim.drives.commands import execute
+from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.drives.commands import USAGE, execute, read_command
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.drives.emulation import Emulation, open_bus
-from fivebar_sim.emulated_hardware import MeasuredRecord
+from fivebar_sim.emulated_hardware import Emulator, MeasuredRecord
 
 
 class DrivesOnBus:
@@ -58,3 +60,10 @@ class DrivesOnBus:
     def close(self) -> None:
         """Leave the bus."""
         self._bus.shutdown()
+
+
+def _open(content: Any, path: Path) -> DrivesOnBus:
+    return DrivesOnBus(validate(content, EmulationFile, str(path)))
+
+
+EMULATOR = Emulator(_open, USAGE, lambda line: read_command(line) is not None)

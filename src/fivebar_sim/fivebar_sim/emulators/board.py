@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from fivebar_description.known_drives import MOTKIN
 from fivebar_sim.emulators.serving import serve
 
 
 def main() -> None:
     """Run the program."""
-    serve("emulated_board", "motkin_emulated")
+    serve("emulated_board", MOTKIN, "motkin_emulated")
 
 
 if __name__ == "__main__":

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from fivebar_description.known_drives import CANOPEN
 from fivebar_sim.emulators.serving import serve
 
 
 def main() -> None:
     """Run the program."""
-    serve("emulated_drives", "dextar_emulated")
+    serve("emulated_drives", CANOPEN, "dextar_emulated")
 
 
 if __name__ == "__main__":

@@ -1,20 +1,21 @@
-"""Which hardware is emulated: drives on a CAN bus, or a motor board on a serial port, as the file says."""
+"""Which hardware is emulated, as its file says, and when its faults are injected."""
 
 from __future__ import annotations
 
-from fivebar_description.share import placed_beside, share_file, yaml_path
-from fivebar_description.strict_yaml import load_yaml, validate
-from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
-from fivebar_sim.boards.commands import read_order
-from fivebar_sim.boards.configuration import BoardEmulationFile
-from fivebar_sim.boards.emulation import BoardEmulation
-from fivebar_sim.drives.commands import USAGE as DRIVES_USAGE
-from fivebar_sim.drives.commands import read_command
-from fivebar_sim.drives.configuration import EmulationFile
-from fivebar_sim.drives.hardware import DrivesOnBus
-from fivebar_sim.emulated_hardware import EmulatedHardware
+from typing import Any, NamedTuple
 
-USAGE = f"{DRIVES_USAGE}; of a motor board: {BOARD_USAGE}"
+from fivebar_description.drive_kinds import drive_kind, load_part
+from fivebar_description.known_drives import CANOPEN, MOTKIN
+from fivebar_description.share import placed_beside, share_file, yaml_path
+from fivebar_description.strict_yaml import InputError, load_yaml
+from fivebar_sim.emulated_hardware import EmulatedHardware, Emulator
+
+
+class OpenedHardware(NamedTuple):
+    """Emulated hardware, and how its faults are injected."""
+
+    hardware: EmulatedHardware
+    emulator: Emulator
 
 
 def timed_order(text: str) -> tuple[float, str] | None:
@@ -30,20 +31,34 @@ def timed_order(text: str) -> tuple[float, str] | None:
     return (seconds, order.strip()) if 0.0 <= seconds < 1e6 else None
 
 
-def is_order(line: str) -> bool:
-    """Return whether drives or a board understand a line."""
-    return read_command(line) is not None or read_order(line) is not None
+def emulator_of(interface: str) -> Emulator:
+    """Return how the hardware of an interface is emulated.
+
+    Raises:
+        InputError: there is no such interface, or it cannot be loaded.
+    """
+    emulator: Emulator = load_part(drive_kind(interface).emulation)
+    return emulator
 
 
-def open_hardware(emulation: str) -> EmulatedHardware:
+def open_hardware(emulation: str) -> OpenedHardware:
     """Emulate what a file describes, given by its shipped name or by its path.
 
     Raises:
-        InputError: the file is missing or describes neither, or its bus or its robot cannot be.
+        InputError: the file is missing or describes no hardware, or its bus or its robot cannot be.
     """
     folders = (share_file("fivebar_sim", "config", kind) for kind in ("drives", "boards"))
     path = yaml_path("emulation", emulation, *folders)
     content = placed_beside(path.parent, load_yaml(path), ("robot",))
-    if isinstance(content, dict) and "drives" in content:
-        return DrivesOnBus(validate(content, EmulationFile, str(path)))
-    return BoardEmulation(validate(content, BoardEmulationFile, str(path)))
+    emulator = emulator_of(_interface(content))
+    return OpenedHardware(emulator.open(content, path), emulator)
+
+
+def _interface(content: Any) -> str:
+    """Return the interface that a file names; one that names none has drives on a bus, or is of a board."""
+    if not isinstance(content, dict):
+        return MOTKIN
+    named = content.get("interface", CANOPEN if "drives" in content else MOTKIN)
+    if not isinstance(named, str):
+        raise InputError(f"interface: {named!r}: expected the name of an interface of drives")
+    return named

@@ -11,14 +11,21 @@ from types import FrameType
 
 from fivebar_description.interrupts import service_signals
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.emulators.hardware_kinds import USAGE, open_hardware
+from fivebar_sim.emulators.hardware_kinds import emulator_of, open_hardware
 
 BAD_INPUT = 2
 
 
-def serve(program: str, default: str) -> None:
-    """Serve until a signal asks for the end; exit status 0 then, 2 for bad input."""
-    parser = argparse.ArgumentParser(prog=program, description=__doc__, epilog=f"Standard input: {USAGE}.")
+def serve(program: str, interface: str, default: str) -> None:
+    """Serve until a signal asks for the end; exit status 0 then, 2 for bad input.
+
+    Args:
+        program: its name.
+        interface: that whose orders the help names.
+        default: name of the emulation by default.
+    """
+    epilog = f"Standard input: {emulator_of(interface).usage}."
+    parser = argparse.ArgumentParser(prog=program, description=__doc__, epilog=epilog)
     parser.add_argument("emulation", nargs="?", default=default, help="shipped name or path of a .yaml file")
     arguments = parser.parse_args()
     ending = threading.Event()
@@ -29,7 +36,7 @@ def serve(program: str, default: str) -> None:
     for number in service_signals():
         signal.signal(number, stop)
     try:
-        hardware = open_hardware(arguments.emulation)
+        hardware, _ = open_hardware(arguments.emulation)
     except InputError as error:
         print(error, file=sys.stderr)
         sys.exit(BAD_INPUT)

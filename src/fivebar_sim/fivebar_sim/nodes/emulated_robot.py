@@ -31,8 +31,8 @@ from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.emulated_hardware import MeasuredRecord
-from fivebar_sim.emulators.hardware_kinds import USAGE, is_order, open_hardware, timed_order
+from fivebar_sim.emulated_hardware import Emulator, MeasuredRecord
+from fivebar_sim.emulators.hardware_kinds import open_hardware, timed_order
 from fivebar_sim.imu import Gyroscope
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
@@ -61,9 +61,9 @@ class EmulatedRobot(GraphNode):
         self._rate_hz = file.rate_hz
         self._run = RunAgreement(self, self._rate_hz, {})
         self._samples = settings.samples
-        self._injections = sorted(_injection(text) for text in settings.inject)
         self._ready_timeout = settings.ready_timeout_s
-        self._emulation = open_hardware(settings.emulation)
+        self._emulation, emulator = open_hardware(settings.emulation)
+        self._injections = sorted(_injection(text, emulator) for text in settings.inject)
         self._tolerance = FITTING_COUNTS * self._emulation.resolution
         self._ahead = 0
         self._orders: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -218,15 +218,16 @@ class EmulatedRobot(GraphNode):
         self._progress.publish(self._state, self._sample)
 
 
-def _injection(text: str) -> tuple[float, str]:
+def _injection(text: str, emulator: Emulator) -> tuple[float, str]:
     """Return moment (s) and order of an injection.
 
     Raises:
         InputError: it is not a number and an order.
     """
     timed = timed_order(text)
-    if timed is None or not is_order(timed[1]):
-        raise InputError(f"emulated_robot: parameter inject: {text!r}: expected seconds and an order: {USAGE}")
+    if timed is None or not emulator.understands(timed[1]):
+        expected = f"expected seconds and an order: {emulator.usage}"
+        raise InputError(f"emulated_robot: parameter inject: {text!r}: {expected}")
     return timed
 
 

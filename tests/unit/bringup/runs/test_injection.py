@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.runs.injection import kills, read_injection, refuse_late
@@ -33,9 +34,9 @@ WAIT = 10.0
     ],
 )
 def test_a_moment_and_what_breaks(text: str, seconds: float, order: str, victim: str | None) -> None:
-    injection = read_injection(text)
+    injection = read_injection(text, CANOPEN_DRIVES)
     assert (injection, injection.victim) == ((seconds, order), victim)
-    assert read_injection(str(injection)) == injection
+    assert read_injection(str(injection), CANOPEN_DRIVES) == injection
 
 
 @pytest.mark.parametrize(
@@ -44,13 +45,13 @@ def test_a_moment_and_what_breaks(text: str, seconds: float, order: str, victim:
 )
 def test_what_is_not_understood_is_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"--inject .*: expected seconds and one of"):
-        read_injection(text)
+        read_injection(text, CANOPEN_DRIVES)
 
 
 def test_a_motor_board_has_faults_of_its_own() -> None:
-    assert read_injection("1 fault 3", board=True) == (1.0, "fault 3")
+    assert read_injection("1 fault 3", MOTKIN_BOARD) == (1.0, "fault 3")
     with pytest.raises(InputError, match="expected seconds and one of"):
-        read_injection("1 bus_off", board=True)
+        read_injection("1 bus_off", MOTKIN_BOARD)
 
 
 def test_a_node_is_killed_with_the_process_that_it_lives_in() -> None:
@@ -58,11 +59,13 @@ def test_a_node_is_killed_with_the_process_that_it_lives_in() -> None:
     nodes = crossing_graph(scenario, Mode.REALTIME, Path("bag"))
     together = processes(nodes, Mode.REALTIME, scenario.rate_hz)
     alone = processes(nodes, Mode.REALTIME, scenario.rate_hz, composed=False)
-    injections = [read_injection(text) for text in ("0.5 kill blender", "0.2 fault 1", "0.25 kill bag_recorder")]
+    injections = [
+        read_injection(text, CANOPEN_DRIVES) for text in ("0.5 kill blender", "0.2 fault 1", "0.25 kill bag_recorder")
+    ]
     assert kills(injections, together, 100) == [Kill(25, "bag_recorder"), Kill(50, "controllers")]
     assert kills(injections, alone, 100) == [Kill(25, "bag_recorder"), Kill(50, "blender")]
     with pytest.raises(InputError, match="node cook: expected one of"):
-        kills([read_injection("1 kill cook")], alone, 100)
+        kills([read_injection("1 kill cook", CANOPEN_DRIVES)], alone, 100)
 
 
 def test_a_death_is_announced_by_name_and_a_living_process_is_not() -> None:
@@ -81,17 +84,17 @@ def test_a_death_is_announced_by_name_and_a_living_process_is_not() -> None:
 
 
 def test_a_motor_board_has_words_of_its_own() -> None:
-    assert read_injection("0.3 fault 9", board=True).command == "fault 9"
-    assert read_injection("0.3 unplug", board=True).seconds == 0.3
+    assert read_injection("0.3 fault 9", MOTKIN_BOARD).command == "fault 9"
+    assert read_injection("0.3 unplug", MOTKIN_BOARD).seconds == 0.3
     for text in ("0.3 fault 10", "0.3 bus_off", "0.3 button"):
         with pytest.raises(InputError, match="unplug"):
-            read_injection(text, board=True)
+            read_injection(text, MOTKIN_BOARD)
     with pytest.raises(InputError, match="bus_off"):
-        read_injection("0.3 unplug")
+        read_injection("0.3 unplug", CANOPEN_DRIVES)
 
 
 def test_a_fault_that_would_never_come_is_refused() -> None:
-    soon, late = read_injection("1.2 fault 1"), read_injection("100 kill blender")
+    soon, late = read_injection("1.2 fault 1", CANOPEN_DRIVES), read_injection("100 kill blender", CANOPEN_DRIVES)
     refuse_late([soon], 1.2)
     with pytest.raises(InputError, match=r"--inject '100\.0 kill blender': expected at most 1\.2 s, the end of"):
         refuse_late([soon, late], 1.2)

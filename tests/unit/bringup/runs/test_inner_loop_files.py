@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fivebar_bringup.graph.rehearsal import write_drive_files
+from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.graph.robot_nodes import bridge
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.board_file import load_board

@@ -94,7 +94,7 @@ def test_a_robot_that_stays_goes_on_after_its_motion() -> None:
         ({"drives": "mine.yaml"}, "drives: expected hardware:=emulated"),
         ({"activate": True, "hardware": "simulated"}, "activate: expected hardware:=emulated"),
         ({"port": "/dev/ttyACM0"}, "port: expected together with hardware:=usb"),
-        ({"hardware": "usb"}, "port: expected together with hardware:=usb"),
+        ({"hardware": "usb"}, "expected a robot whose drives are motkin, found canopen: dextar"),
         ({"stay": True}, "stay: expected hardware:=simulated or emulated"),
         ({"shutdown": True, "hardware": "emulated"}, "shutdown: expected hardware:=simulated"),
         ({"camera": "true"}, "camera: a run of middle on hardware:=none has none"),

@@ -10,7 +10,7 @@ import can
 import pytest
 from emulation_file import load_emulation
 
-from fivebar_bringup.graph.rehearsal import write_drive_files
+from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_sim.drives.emulation import SYNC_ID, Emulation

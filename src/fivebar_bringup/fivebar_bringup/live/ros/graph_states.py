@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
@@ -35,14 +35,22 @@ QUEUE_DEPTH = 50
 class GraphStates:
     """Keeps the latest states that the graph publishes."""
 
-    def __init__(self, node: GraphNode, changed: Callable[[], None], on_goal: Callable[[Any], None]) -> None:
+    def __init__(
+        self,
+        node: GraphNode,
+        changed: Callable[[], None],
+        on_goal: Callable[[Any], None],
+        of_drives: Mapping[str, tuple[str, str]],
+    ) -> None:
         """Subscribe on behalf of a node.
 
         Args:
             node: the node; nodes of other namespaces are left out.
             changed: is called when the state of safety or drives changes.
             on_goal: is called with the status of a request.
+            of_drives: meaning and recovery of the faults of the drives.
         """
+        self._of_drives = of_drives
         self._own = node.get_name()
         self._space = node.get_namespace().rstrip("/") + "/"
         self._texts: dict[str, str] = {}
@@ -94,7 +102,7 @@ class GraphStates:
             "safety": self._texts.get(SAFETY_STATE.name),
             "drives": drives,
             "state": state._asdict(),
-            "faults": [{"text": text, **advice(text)._asdict()} for text in faults],
+            "faults": [{"text": text, **advice(text, self._of_drives)._asdict()} for text in faults],
         }
 
     def _on_run(self, status: dict[str, Any]) -> None:

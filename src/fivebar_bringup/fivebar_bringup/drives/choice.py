@@ -1,0 +1,102 @@
+"""Which drives a run is on, emulated or real, and the files that it needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from fivebar_bringup.drives.hardware import Hardware
+from fivebar_bringup.drives.run_files import DriveFiles, RunFiles
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.hardware.connection import interface_of
+from fivebar_description.drive_kinds import DriveKind, drive_kind, load_part
+from fivebar_description.errors import InputError
+from fivebar_description.known_drives import CANOPEN, MOTKIN
+from fivebar_description.robot_file import read_robot
+
+OF_HARDWARE = {Hardware.SOCKETCAN: CANOPEN, Hardware.USB: MOTKIN}
+"""The interface that a kind of hardware stands for."""
+
+
+class RealDrives(NamedTuple):
+    """Drives that move a real robot.
+
+    Attributes:
+        configuration: of their bridge, by name or path.
+        port: serial port where they are behind one, else None.
+        activate: whether they are enabled as soon as all nodes are ready, or by whoever stands at the robot.
+    """
+
+    configuration: str
+    port: str | None
+    activate: bool
+
+
+def interface_of_run(scenario: Scenario, configuration: str | None = None) -> str:
+    """Return the name of the interface of a run's drives: that in a configuration file, else that of the robot.
+
+    Raises:
+        InputError: there is no such file.
+    """
+    named = None if configuration is None else interface_of(configuration)
+    return named or read_robot(scenario.robot).drives.interface
+
+
+def kind_of(scenario: Scenario, configuration: str | None = None) -> DriveKind:
+    """Return the interface of a run's drives.
+
+    Raises:
+        InputError: there is no such file or interface, or it cannot be loaded.
+    """
+    return drive_kind(interface_of_run(scenario, configuration))
+
+
+def run_files_of(kind: DriveKind) -> RunFiles:
+    """Return what writes the files of a run on drives of an interface.
+
+    Raises:
+        InputError: it cannot be loaded.
+    """
+    files: RunFiles = load_part(kind.run_files)
+    return files
+
+
+def write_drive_files(scenario: Scenario, folder: Path, configuration: str | None = None) -> DriveFiles:
+    """Write the files of a rehearsal into a folder; the bridge's begins as a named configuration, or the shipped one.
+
+    Raises:
+        InputError: the scenario cannot be rehearsed on emulated drives; the text says what to change.
+    """
+    return run_files_of(kind_of(scenario, configuration)).write_rehearsal(scenario, folder, configuration)
+
+
+def write_real_drives(scenario: Scenario, drives: RealDrives, path: Path) -> None:
+    """Write the bridge's file of a run on real drives.
+
+    Raises:
+        InputError: the scenario cannot be run on these drives; the text says what to change.
+    """
+    files = run_files_of(kind_of(scenario, drives.configuration))
+    files.write_real(scenario, drives.configuration, drives.port, path)
+
+
+def real_drives(scenario: Scenario, hardware: Hardware, drives: str | None, port: str | None) -> RealDrives:
+    """Return the real drives of a run, which a board behind a port enables by itself.
+
+    Raises:
+        InputError: the scenario cannot be run on them, or an option is missing or too many.
+    """
+    kind = kind_of(scenario, drives)
+    expected = OF_HARDWARE.get(hardware, kind.name)
+    if kind.name != expected:
+        raise InputError(
+            f"--hardware {hardware}: expected a robot whose drives are {expected}, found {kind.name}: {scenario.robot}"
+        )
+    files = run_files_of(kind)
+    if (port is not None) is not files.has_port:
+        raise InputError("--port: expected together with --hardware usb, and only there")
+    configuration = drives or files.real_drives
+    if not configuration:
+        raise InputError(f"--drives: expected the configuration of the {kind.name} drives")
+    files.check(scenario, configuration)
+    return RealDrives(configuration, port, activate=files.has_port)

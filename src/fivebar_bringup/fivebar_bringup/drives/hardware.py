@@ -1,0 +1,15 @@
+"""What a run controls: the simulated robot, or drives."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Hardware(StrEnum):
+    """What is controlled: the simulated robot, emulated drives, or real ones, of which two kinds have a name."""
+
+    SIMULATED = "simulated"
+    EMULATED = "emulated"
+    SOCKETCAN = "socketcan"
+    USB = "usb"
+    REAL = "real"

@@ -1,0 +1,24 @@
+"""The interfaces of drives that are shipped, as their entry points name them."""
+
+from __future__ import annotations
+
+from fivebar_description.drive_kinds import DriveKind
+from fivebar_description.known_drives import CANOPEN, MOTKIN
+
+CANOPEN_DRIVES = DriveKind(
+    CANOPEN,
+    connection="fivebar_control.hardware.drive_bus:connect",
+    emulation="fivebar_sim.drives.hardware:EMULATOR",
+    run_files="fivebar_bringup.drives.can_files:RUN_FILES",
+    bridge="dextar_bridge",
+)
+"""Two CiA 402 drives on a CAN bus."""
+
+MOTKIN_BOARD = DriveKind(
+    MOTKIN,
+    connection="fivebar_control.hardware.motor_board:connect",
+    emulation="fivebar_sim.boards.emulation:EMULATOR",
+    run_files="fivebar_bringup.drives.board_files:RUN_FILES",
+    bridge="motkin_bridge",
+)
+"""The motor board of the MOTKIN bench on USB."""

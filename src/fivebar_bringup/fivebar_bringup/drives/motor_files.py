@@ -1,0 +1,102 @@
+"""Files of a run on two motors whose configuration is a `MotorsFile`, whatever their interface."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from fivebar_bringup.drives.run_files import (
+    GATHER_FRACTION,
+    DriveFiles,
+    check_drivable,
+    emulated_robot,
+    write_checked,
+)
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_description.strict_yaml import InputError, yaml_text
+from fivebar_description.text_file import write_file
+from fivebar_sim.motors.configuration import MotorFacts, MotorsEmulationFile
+
+
+class MotorRunFiles:
+    """The `RunFiles` of motors that a `MotorDriver` reaches. A configuration is always given: `--drives FILE`."""
+
+    real_drives = ""
+    has_port = False
+
+    def __init__(self, private_link: Callable[[Mapping[str, Any], Path], dict[str, Any]]) -> None:
+        """Write files for one interface.
+
+        Args:
+            private_link: returns the section `link` of a rehearsal, on a bus or port of this run only, from that of the
+                configuration and the folder of the run.
+        """
+        self._private_link = private_link
+
+    def check(self, scenario: Scenario, configuration: str) -> None:
+        """Refuse a scenario that cannot be run on real drives of a configuration.
+
+        Raises:
+            InputError: the text says what to change.
+        """
+        self._of_scenario(scenario, configuration)
+
+    def write_real(self, scenario: Scenario, configuration: str, port: str | None, path: Path) -> None:
+        """Write the bridge's file, as the drives are set up.
+
+        Raises:
+            InputError: the scenario cannot be run on these drives; the text says what to change.
+        """
+        write_file(path, yaml_text(self._of_scenario(scenario, configuration).model_dump(mode="json")))
+
+    def write_rehearsal(self, scenario: Scenario, folder: Path, configuration: str | None) -> DriveFiles:
+        """Write both files, on a bus or port of this run only, at the scenario's rate and counts.
+
+        Raises:
+            InputError: the scenario cannot be rehearsed; the text says what to change.
+        """
+        check_drivable(scenario)
+        if configuration is None:
+            raise InputError("--drives: expected the configuration of the drives, which the rehearsal begins from")
+        files = DriveFiles.of(folder)
+        content = load_motors(configuration).model_dump(mode="json")
+        start, cycles = scenario.initial_joints(), scenario.stop_cycles()
+        period_us = MICROSECONDS // scenario.rate_hz
+        common = {
+            "name": scenario.name,
+            "interface": content["interface"],
+            "pace": "commands",
+            "period_us": period_us,
+            "watchdog_ms": max(1, cycles * period_us // 1000),
+            "link": self._private_link(content["link"], folder),
+        }
+        content |= common | {
+            "gather_deadline_us": int(GATHER_FRACTION * period_us),
+            # less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
+            "missing_limit": max(0, cycles - 3),
+            "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
+        }
+        counts = scenario.drives().encoder_counts or 0
+        for motor in content["motors"].values():
+            motor["torque_limit_nm"] = min(motor["torque_limit_nm"], scenario.torque_limit or 0.0)
+            motor["counts_per_revolution"] = max(1, round(counts / motor["gear_ratio"]))
+        facts = {
+            joint: {key: value for key, value in motor.items() if key in MotorFacts.model_fields}
+            for joint, motor in content["motors"].items()
+        }
+        write_checked(files.emulation, emulated_robot(scenario) | common | {"motors": facts}, MotorsEmulationFile)
+        write_checked(files.drives, content, MotorsFile)
+        return files
+
+    def _of_scenario(self, scenario: Scenario, configuration: str) -> MotorsFile:
+        check_drivable(scenario)
+        file = load_motors(configuration)
+        if file.period_us * scenario.rate_hz != MICROSECONDS:
+            raise InputError(
+                f"{configuration}: period_us {file.period_us}: expected that of the scenario's rate_hz"
+                f" {scenario.rate_hz}"
+            )
+        return file

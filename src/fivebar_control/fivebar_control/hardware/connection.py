@@ -1,0 +1,37 @@
+"""The drives of a configuration, whatever their interface is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fivebar_control.hardware.drive_connection import DriveConnection
+from fivebar_description.drive_kinds import drive_kind, load_part
+from fivebar_description.known_drives import NO_INTERFACE
+from fivebar_description.share import is_yaml_path
+from fivebar_description.strict_yaml import InputError, load_yaml
+
+
+def interface_of(configuration: str) -> str | None:
+    """Return the interface that a configuration names, None for a shipped configuration or one that names none.
+
+    Raises:
+        InputError: there is no such file, or its key `interface` is no text.
+    """
+    if not is_yaml_path(configuration):
+        return None
+    content = load_yaml(Path(configuration))
+    named = content.get("interface") if isinstance(content, dict) else None
+    if named is not None and not isinstance(named, str):
+        raise InputError(f"{configuration}: interface: {named!r}: expected the name of an interface of drives")
+    return named
+
+
+def connect(configuration: str) -> DriveConnection:
+    """Return the drives of a configuration, given by name or path, by the interface that it names.
+
+    Raises:
+        InputError: the file is missing or not a configuration, or there is no such interface.
+    """
+    kind = drive_kind(interface_of(configuration) or NO_INTERFACE)
+    connection: DriveConnection = load_part(kind.connection)(configuration)
+    return connection

@@ -1,0 +1,29 @@
+"""What a bridge knows of drives before it opens them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from fivebar_control.hardware.drive_interface import DriveInterface
+from fivebar_control.hardware.inner_loop import InnerLoop
+
+
+class DriveConnection(NamedTuple):
+    """The drives of a configuration.
+
+    Attributes:
+        period_us: their sampling period.
+        period_key: the key of the configuration that says so.
+        tend_period: how often (s) they are tended while inactive.
+        open: opens and sets up both, or raises a `DriveError`.
+        waits: whether the robot moves on with the commands alone, so that a cycle may wait for its torque.
+        inner_loop: that of the drives, where they are to close one.
+    """
+
+    period_us: int
+    period_key: str
+    tend_period: float
+    open: Callable[[], DriveInterface]
+    waits: bool = False
+    inner_loop: InnerLoop | None = None

@@ -1,0 +1,321 @@
+"""Two motors of any interface as one thing: a driver sends and receives, everything else is the same for all of them.
+
+An interface of one's own needs a `MotorDriver`; `TwoMotors` is the `DriveInterface` on it.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from fivebar_control.fault import Fault
+from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.drive_connection import DriveConnection
+from fivebar_control.hardware.drive_interface import (
+    ZERO,
+    DriveReading,
+    Exchange,
+    JointTarget,
+    Torques,
+    set_up_or_closed,
+)
+from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.motors_file import DrivenMotor, MotorsFile, load_motors
+from fivebar_description.interface import ACTIVE_JOINTS
+
+SETTLE_CYCLES = 3
+"""Cycles at zero torque in which both drives must answer before they count as there, or as enabled."""
+
+PATIENCE = 2
+"""Periods for which answers are waited for where the robot moves on with the commands alone."""
+
+TEND_PERIOD = 0.1
+"""Period (s) in which inactive drives are told that they get no power."""
+
+
+class ShaftReading(NamedTuple):
+    """One motor at one measurement, in the drive's own sense of rotation.
+
+    Attributes:
+        position: angle (rad) of the motor from where the drive reads 0.
+        velocity: its speed (rad/s).
+        torque: torque (Nm) at its shaft.
+    """
+
+    position: float
+    velocity: float
+    torque: float
+
+
+class PairCommand(NamedTuple):
+    """What both drives are told in one cycle.
+
+    Attributes:
+        power: whether they are to have power.
+        torques: torques (Nm) at the shafts of the motors, in the drives' own sense; zero without power.
+    """
+
+    power: bool
+    torques: Torques
+
+
+class PairAnswer(NamedTuple):
+    """What both drives have answered.
+
+    Attributes:
+        readings: as the command found each motor; None where no answer has come in time.
+        powered: whether both have power.
+        fault: what a drive or the link reports, None while nothing is wrong.
+    """
+
+    readings: tuple[ShaftReading | None, ShaftReading | None]
+    powered: bool
+    fault: Fault | None = None
+
+
+NO_POWER = PairCommand(False, ZERO)
+
+
+class MotorDriver(Protocol):
+    """Two drives on an open bus or port. Every method is for one thread."""
+
+    def exchange(self, command: PairCommand, timeout: float) -> PairAnswer:
+        """Send both drives a command, and wait for their answers for a time (s)."""
+        ...
+
+    def clear(self) -> None:
+        """Clear the errors of both drives, which have no power."""
+        ...
+
+    def close(self) -> None:
+        """Close the bus or the port."""
+        ...
+
+
+class TwoMotors:
+    """The `DriveInterface` on a `MotorDriver`: limits, gears and signs, missing answers, enabling and stopping.
+
+    A torque that is written acts from the next exchange on, which sends it.
+    """
+
+    def __init__(self, file: MotorsFile, driver: MotorDriver) -> None:
+        """Take over the drives, which have no power."""
+        self._file = file
+        self._driver = driver
+        self._period = file.period_us / MICROSECONDS
+        self._patience = PATIENCE if file.paced_by_commands else 1
+        self._deadline = file.gather_deadline_us / MICROSECONDS + (self._patience - 1) * self._period
+        self._pause = threading.Event()
+        self._next_cycle = 0.0
+        self._power = self._enabled = False
+        self._torques: Torques = ZERO
+        self._silent = [0, 0]
+        self._missing = 0
+        self._positions = (0.0, 0.0)
+        self.notes: tuple[str, ...] = ()
+        """Nothing that the operator would have to know."""
+
+    @property
+    def enabled(self) -> bool:
+        """Whether both drives have been enabled and nothing has stopped them since."""
+        return self._enabled
+
+    @property
+    def unused(self) -> tuple[tuple[str, int], ...]:
+        """Answers that did not come so far."""
+        return (("missing_answers", self._missing),)
+
+    def set_up(self) -> None:
+        """Wait until both drives answer a command without power.
+
+        Raises:
+            DriveError: one does not answer, or reports a fault.
+        """
+        self._await(lambda answer: True, self._file.set_up_timeout_ms / 1e3, "answered")
+
+    def tend(self) -> None:
+        """Tell both drives again that they get no power."""
+        self._driver.exchange(NO_POWER, self._deadline)
+
+    def confirm_start(self, timeout: float) -> None:
+        """Confirm that both encoders read the declared posture.
+
+        Raises:
+            DriveError: a fault, another posture than the declared one, or no answer within `timeout` (s).
+        """
+        self._await(lambda answer: True, timeout, "answered")
+        posture = self._file.posture
+        if posture is None:
+            return
+        for joint, declared, found in zip(ACTIVE_JOINTS, (posture.q11, posture.q21), self._positions, strict=True):
+            if abs(found - declared) > posture.tolerance_rad:
+                raise DriveError(
+                    Fault(
+                        "posture_unconfirmed",
+                        f"{joint} reads {found:.4f} rad, declared {declared:.4f} rad within {posture.tolerance_rad:g}:"
+                        " move the robot to where its motion starts, or correct zero_rad",
+                    )
+                )
+
+    def enable(self, timeout: float) -> None:
+        """Enable both drives at zero torque.
+
+        Raises:
+            DriveError: a fault, or they have no power within `timeout` (s); they are off then.
+        """
+        self._power = True
+        try:
+            self._await(lambda answer: answer.powered, timeout, "had power")
+        except DriveError:
+            self.switch_off()
+            raise
+        self._enabled = True
+
+    def exchange(self) -> Exchange:
+        """Send power and torques, and take the measurements that the commands found."""
+        return self._judged(self._driver.exchange(PairCommand(self._power, self._torques), self._deadline))
+
+    def exchange_paced(self) -> Exchange:
+        """Wait for the next period, then exchange without torque: a cycle without a control law."""
+        now = time.monotonic()
+        self._pause.wait(max(0.0, self._next_cycle - now))
+        self._next_cycle = max(self._next_cycle, now) + self._period
+        self._torques = ZERO
+        return self.exchange()
+
+    def write(self, torques: Torques, target: JointTarget | None = None) -> None:
+        """Keep torques (Nm, at the joints) for the next exchange, within the limits; zero unless both are enabled.
+
+        Raises:
+            ValueError: a torque is not finite; zero is kept instead.
+        """
+        self._torques = ZERO
+        if not all(math.isfinite(torque) for torque in torques):
+            raise ValueError(f"torques {torques} Nm: expected finite numbers")
+        if self._enabled:
+            first, second = map(shaft_torque, self._file.pair, torques)
+            self._torques = first, second
+
+    def quick_stop(self) -> None:
+        """Take the power with a command that is sent now: without torque the robot coasts."""
+        self.switch_off()
+
+    def switch_off(self) -> None:
+        """Take the power of both with a command that is sent now."""
+        self._power = self._enabled = False
+        self._torques = ZERO
+        self._driver.exchange(NO_POWER, 0.0)
+
+    def disable(self, timeout: float) -> None:
+        """Command zero torque, then take the power.
+
+        Raises:
+            DriveError: they still have power after `timeout` (s).
+        """
+        self._torques = ZERO
+        self.exchange()
+        self.switch_off()
+        self._await(lambda answer: not answer.powered, timeout, "been off")
+
+    def reset(self, timeout: float) -> None:
+        """Clear the drives' errors; they stay off.
+
+        Raises:
+            DriveError: a fault is still there after `timeout` (s).
+        """
+        self.switch_off()
+        self._silent = [0, 0]
+        self._driver.clear()
+        self._await(lambda answer: True, timeout, "answered")
+
+    def release(self) -> None:
+        """Take the power of both."""
+        self.switch_off()
+
+    def close(self) -> None:
+        """Close the bus or the port."""
+        self._driver.close()
+
+    def _await(self, reached: Callable[[PairAnswer], bool], timeout: float, words: str) -> None:
+        """Exchange without torque until both drives have reached something in some cycles in a row."""
+        end, settled = time.monotonic() + timeout, 0
+        fault: Fault | None = None
+        while settled < SETTLE_CYCLES:
+            now = time.monotonic()
+            if now > end:
+                raise DriveError(
+                    fault or Fault("drive_missing", f"{self._missing_ones()} not {words} in {timeout:g} s")
+                )
+            self._pause.wait(max(0.0, self._next_cycle - now))
+            self._next_cycle = max(self._next_cycle, now) + self._period
+            answer = self._driver.exchange(PairCommand(self._power, ZERO), self._deadline)
+            fault = self._judged(answer).fault if None not in answer.readings else answer.fault
+            settled = settled + 1 if None not in answer.readings and fault is None and reached(answer) else 0
+
+    def _missing_ones(self) -> str:
+        silent = [self._place(number) for number, cycles in enumerate(self._silent) if cycles]
+        return f"{' and '.join(silent or [self._place(0), self._place(1)])} have"
+
+    def _place(self, number: int) -> str:
+        return f"{ACTIVE_JOINTS[number]} (id {self._file.pair[number].id})"
+
+    def _judged(self, answer: PairAnswer) -> Exchange:
+        """Return the exchange of an answer; for a fault both drives lose their power."""
+        fault = answer.fault
+        for number, reading in enumerate(answer.readings):
+            self._silent[number] = self._silent[number] + self._patience if reading is None else 0
+            self._missing += reading is None
+            if fault is None and self._silent[number] > self._file.missing_limit:
+                silent = self._silent[number]
+                fault = Fault("feedback_missing", f"{self._place(number)}: no answer in {silent} cycles in a row")
+        if fault is None and self._enabled and not answer.powered and None not in answer.readings:
+            fault = Fault("drive_dropped_out", f"{self._place(0)} or {self._place(1)} has lost its power")
+        if fault is not None and self._enabled:
+            self.switch_off()
+        first, second = (
+            None if reading is None else joint_reading(motor, reading)
+            for motor, reading in zip(self._file.pair, answer.readings, strict=True)
+        )
+        if first is not None and second is not None:
+            self._positions = first.position, second.position
+        return Exchange((first, second), fault)
+
+
+def joint_reading(motor: DrivenMotor, reading: ShaftReading) -> DriveReading:
+    """Return what a drive's reading is at the joint.
+
+    An encoder of N counts says in which of N intervals the angle lies. The estimator expects the interval's lower edge,
+    and a drive that counts the other way round rounds to the upper one.
+    """
+    sign, gear = motor.sign, motor.gear_ratio
+    interval = math.tau / (motor.counts_per_revolution * gear)
+    position = motor.zero_rad + sign * reading.position / gear - (interval if sign < 0 else 0.0)
+    return DriveReading(position, sign * reading.velocity / gear, sign * reading.torque * gear)
+
+
+def shaft_torque(motor: DrivenMotor, torque: float) -> float:
+    """Return the torque (Nm) at a motor's shaft for one at its joint (Nm), within its limits."""
+    limit = motor.shaft_torque_limit
+    return max(-limit, min(limit, motor.sign * torque / motor.gear_ratio))
+
+
+def connecting(open_driver: Callable[[MotorsFile], MotorDriver]) -> Callable[[str], DriveConnection]:
+    """Return the `connection` of a `DriveKind`, which reads a configuration given by its path.
+
+    Args:
+        open_driver: opens the bus or the port of a configuration, or raises a `DriveError`; called when the bridge is
+            configured.
+    """
+
+    def connection(configuration: str) -> DriveConnection:
+        file = load_motors(configuration)
+
+        def opened() -> TwoMotors:
+            return set_up_or_closed(TwoMotors(file, open_driver(file)))
+
+        return DriveConnection(file.period_us, "period_us", TEND_PERIOD, opened, file.paced_by_commands)
+
+    return connection

@@ -1,0 +1,88 @@
+"""The ways to reach a robot's drives, each registered by an entry point of the group `fivebar.drives`.
+
+An installed package adds one of its own by such an entry point; a drives file may name any other as MODULE:NAME.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any, NamedTuple
+
+from fivebar_description.known_drives import CANOPEN, NO_INTERFACE
+from fivebar_description.strict_yaml import InputError
+
+GROUP = "fivebar.drives"
+
+OWN_BRIDGE = "drive_bridge"
+"""The bridge of interfaces that have none of their own."""
+
+PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+"""MODULE:NAME."""
+
+
+class DriveKind(NamedTuple):
+    """A way to reach drives. Its parts are named as MODULE:NAME, so that each process imports only what it needs.
+
+    Attributes:
+        name: the `interface` of a drives file, or of the section `drives` of a robot file.
+        connection: function that reads the configuration of the drives, given by name or path, and returns a
+            `fivebar_control.hardware.drive_connection.DriveConnection`.
+        emulation: the `fivebar_sim.emulators.emulator.Emulator` of such drives.
+        run_files: the `fivebar_bringup.drives.run_files.RunFiles` that write the files of a run on such drives.
+        faults: mapping of the names of their faults to meaning and recovery, both in plain words; empty for none.
+        bridge: name of the node that connects them to the graph.
+    """
+
+    name: str
+    connection: str
+    emulation: str
+    run_files: str
+    faults: str = ""
+    bridge: str = OWN_BRIDGE
+
+
+def drive_kind(name: str) -> DriveKind:
+    """Return a way to reach drives by its registered name or by MODULE:NAME, whose module is imported.
+
+    Robots whose file names no interface have their drives on a CAN bus.
+
+    Raises:
+        InputError: there is none of that name, or it cannot be loaded.
+    """
+    if PLACE.fullmatch(name):
+        return _checked(name, load_part(name))
+    registered = _registered()
+    wanted = CANOPEN if name == NO_INTERFACE else name
+    if wanted not in registered:
+        known = ", ".join(sorted(registered))
+        raise InputError(f"interface of the drives: {name!r}: expected one of {known}, or my_package.my_drives:KIND")
+    return _checked(name, load_part(registered[wanted]))
+
+
+def load_part(place: str) -> Any:
+    """Return what MODULE:NAME is.
+
+    Raises:
+        InputError: it cannot be imported.
+    """
+    module, _, name = place.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"{place}: cannot be loaded: {error}") from error
+
+
+def _checked(name: str, found: Any) -> DriveKind:
+    if not isinstance(found, DriveKind):
+        expected = f"{DriveKind.__module__}.{DriveKind.__name__}"
+        raise InputError(f"interface of the drives: {name!r}: expected a {expected}, found {type(found).__name__}")
+    return found
+
+
+@cache
+def _registered() -> dict[str, str]:
+    """Return where each registered way is, by its name."""
+    return {entry.name: entry.value for entry in entry_points(group=GROUP)}

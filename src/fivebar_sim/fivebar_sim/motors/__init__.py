@@ -1,0 +1,1 @@
+"""Two emulated motors of any interface: the robot that they move, their encoders, faults and watchdog."""

@@ -1,0 +1,194 @@
+"""Two emulated motors and the robot that they move, without a bus or port. Times are seconds of a steady clock."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+from fivebar_description.parameters import laden
+from fivebar_description.robot_file import load_robot
+from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
+from fivebar_sim.motors.configuration import MotorFacts, MotorsEmulationFile
+from fivebar_sim.plant import Plant, PlantDiverged
+
+LONGEST_CATCH_UP = 0.25
+"""Longest time (s) that is simulated at once, after this process was stopped for a while."""
+
+
+class ShaftState(NamedTuple):
+    """What a drive measures and knows, in its own sense of rotation.
+
+    Attributes:
+        position: angle (rad) of the motor's encoder from where it reads 0.
+        velocity: its speed (rad/s), of the last two readings.
+        torque: torque (Nm) at the shaft.
+        powered: whether the drive has power.
+        faulty: whether it is in error, and takes no power until that is cleared.
+    """
+
+    position: float
+    velocity: float
+    torque: float
+    powered: bool
+    faulty: bool
+
+
+class SimulatedMotor:
+    """One motor with its encoder."""
+
+    def __init__(self, facts: MotorFacts, period: float) -> None:
+        """Make a motor without power that is read every `period` (s)."""
+        self.facts = facts
+        self._period = period
+        self._counts = self._before = 0
+        self.torque = 0.0
+        self.powered = self.faulty = self.silent = self.frozen = False
+        """Whether it has power, is in error, does not answer, and whether its encoder repeats its reading."""
+
+    @property
+    def resolution(self) -> float:
+        """Size (rad) of a count at the joint."""
+        return math.tau / (self.facts.counts_per_revolution * self.facts.gear_ratio)
+
+    @property
+    def joint_angle(self) -> float:
+        """The joint angle (rad) that is read, the lower edge of the encoder's interval."""
+        facts = self.facts
+        counts = self._counts + 1 if facts.sign < 0 else self._counts
+        return facts.zero_rad + facts.sign * counts * self.resolution
+
+    @property
+    def state(self) -> ShaftState:
+        """What the drive measures and knows."""
+        turn = math.tau / self.facts.counts_per_revolution
+        speed = (self._counts - self._before) * turn / self._period
+        return ShaftState(self._counts * turn, speed, self.torque, self.powered, self.faulty)
+
+    def joint_torque(self) -> float:
+        """Return the torque (Nm) at the joint."""
+        return self.facts.sign * self.facts.gear_ratio * self.torque
+
+    def command(self, power: bool, torque: float) -> None:
+        """Take or give power, and apply a torque (Nm) at the shaft from now on."""
+        self.powered = power and not self.faulty
+        limit = math.inf if self.facts.current_limit is None else self.facts.current_limit * self.facts.torque_constant
+        self.torque = max(-limit, min(limit, torque)) if self.powered and math.isfinite(torque) else 0.0
+
+    def place(self, joint_angle: float) -> None:
+        """Begin at a joint angle (rad), at rest and without torque."""
+        self.torque = 0.0
+        self._counts = self._before = self._read(joint_angle)
+
+    def sense(self, joint_angle: float) -> None:
+        """Read the encoder at a joint angle (rad), one period after the last time."""
+        self._before = self._counts
+        if not self.frozen:
+            self._counts = self._read(joint_angle)
+
+    def _read(self, joint_angle: float) -> int:
+        turns = self.facts.sign * (joint_angle - self.facts.zero_rad) * self.facts.gear_ratio / math.tau
+        return math.floor(turns * self.facts.counts_per_revolution)
+
+
+class EmulatedMotors:
+    """Both motors on the simulated robot, which a pair of commands or the clock moves on by a period."""
+
+    def __init__(self, file: MotorsEmulationFile, now: float) -> None:
+        """Switch the drives on.
+
+        Raises:
+            InputError: the robot or its posture cannot be.
+        """
+        self._file = file
+        self._period = file.period_us / 1e6
+        first, second = file.pair
+        self.motors = SimulatedMotor(first, self._period), SimulatedMotor(second, self._period)
+        self.history: deque[MeasuredRecord] = deque(maxlen=HISTORY)
+        """The last measurements, the newest at the end."""
+        self._measured = 0
+        self._commanded: set[int] = set()
+        self._commanded_at: float | None = None
+        self._clock = now
+        self._payload = 0.0
+        self.go_home()
+
+    def go_home(self) -> None:
+        """Put the robot into its initial posture, at rest; it keeps its payload.
+
+        Raises:
+            InputError: the robot or its posture cannot be.
+        """
+        file = self._file
+        self._robot = load_robot(file.robot)
+        self._plant = Plant(self._robot, file.initial_joints, round(1.0 / self._period), file.plant())
+        if self._payload:
+            self.carry(self._payload)
+        (q11, _, q21, _), _ = self._plant.seen()
+        for motor, angle in zip(self.motors, (q11, q21), strict=True):
+            motor.place(angle)
+
+    def carry(self, payload: float) -> None:
+        """Go on with a payload (kg) on the platform."""
+        self._payload = payload
+        self._plant.carry(laden(self._robot, payload))
+
+    def number_of(self, drive: int) -> int | None:
+        """Return which motor, 0 or 1, has a drive of that id; None where neither has, or it does not answer."""
+        for number, motor in enumerate(self.motors):
+            if motor.facts.id == drive and not motor.silent:
+                return number
+        return None
+
+    def command(self, number: int, power: bool, torque: float, now: float) -> ShaftState:
+        """Command one drive; return what it found, as its answer has it.
+
+        With the pace `commands` the robot moves on once both drives have been commanded.
+
+        Args:
+            number: the motor, 0 or 1.
+            power: whether it is to have power.
+            torque: at its shaft (Nm), in the drive's own sense.
+            now: the time (s).
+        """
+        motor = self.motors[number]
+        found = motor.state
+        motor.command(power, torque)
+        self._commanded_at = now
+        self._commanded.add(number)
+        if self._commanded == {0, 1} and self._file.pace == "commands":
+            self._clock = now
+            self._advance()
+        return found
+
+    def tend(self, now: float) -> None:
+        """Do what is due at this time: the watchdog, and time that no command moves on."""
+        watchdog = self._file.watchdog_ms / 1e3
+        fed = self._commanded_at is not None and now - self._commanded_at <= watchdog
+        if not fed:
+            for motor in self.motors:
+                motor.command(False, 0.0)
+        if fed and self._file.pace == "commands":
+            # the next command, which may be late, moves the robot on
+            self._clock = now
+        self._clock = max(self._clock, now - LONGEST_CATCH_UP)
+        while self._clock + self._period <= now:
+            self._clock += self._period
+            self._advance()
+
+    def _advance(self) -> None:
+        """Note what is measured, and move the robot on by one period."""
+        self._commanded.clear()
+        first, second = self.motors
+        self._measured += 1
+        angles = first.joint_angle, second.joint_angle
+        self.history.append(MeasuredRecord(self._measured, angles, self._plant.truth()))
+        try:
+            self._plant.advance((first.joint_torque(), second.joint_torque()))
+        except PlantDiverged:
+            first.faulty = second.faulty = True
+            return
+        (q11, _, q21, _), _ = self._plant.seen()
+        for motor, angle in zip(self.motors, (q11, q21), strict=True):
+            if math.isfinite(angle):
+                motor.sense(angle)

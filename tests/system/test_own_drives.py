@@ -1,0 +1,63 @@
+"""An interface of drives that is in no package crosses in a rehearsal, from the page that shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from doc_blocks import write_files
+from fivebar_command import FivebarCommand
+
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_description.interface import TORQUE_COMMAND
+
+REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--json")
+
+
+@pytest.fixture(scope="module")
+def drives(folder: Path) -> Iterator[str]:
+    """The configuration, while every process finds the module of the interface."""
+    write_files("tutorials/own_drives.md", folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(Path(__file__).parents[1] / "support"))
+        yield str(folder / "my_drives.yaml")
+
+
+def test_a_crossing(fivebar: Callable[..., FivebarCommand], folder: Path, drives: str) -> None:
+    call = fivebar(*REHEARSED, "--drives", drives, "--out", str(folder / "own"))
+    assert call.finish() == 0, call.stderr
+    summary = call.json()
+    assert (summary["outcome"], summary["faults"], summary["assembly_mode_changes"]) == ("succeeded", [], 2)
+    assert summary["tracking_error_peak_m"] < 0.004
+    assert summary["samples"] == summary["planned_samples"]
+
+
+@pytest.mark.parametrize(
+    ("broken", "fault"),
+    [
+        ("fault 1", "udp_drive_error: drive 1 is in error"),
+        ("silent 2", "feedback_missing: q21 (id 2): no answer in 2 cycles in a row"),
+        ("kill drive_bridge", "node_died: drive_bridge "),
+    ],
+)
+def test_a_fault_on_the_way(
+    fivebar: Callable[..., FivebarCommand], folder: Path, drives: str, broken: str, fault: str
+) -> None:
+    out = folder / broken.replace(" ", "_")
+    call = fivebar(*REHEARSED, "--drives", drives, "--inject", f"0.8 {broken}", "--out", str(out))
+    assert call.finish() == 1, call.stderr
+    summary = call.json()
+    assert summary["outcome"] == "stopped"
+    assert summary["fault_details"][0].startswith(fault)
+    assert tuple(read_bag(out / "bag").field(TORQUE_COMMAND, "effort")[-1]) == (0.0, 0.0)
+
+
+def test_a_module_that_cannot_be_imported_is_named(
+    fivebar: Callable[..., FivebarCommand], folder: Path, drives: str
+) -> None:
+    other = Path(drives).read_text(encoding="utf-8").replace("udp_drives:KIND", "no_such_module:KIND")
+    (folder / "other.yaml").write_text(other, encoding="utf-8")
+    call = fivebar(*REHEARSED, "--drives", str(folder / "other.yaml"))
+    assert call.finish() == 2
+    assert call.stderr == "fivebar: no_such_module:KIND: cannot be loaded: No module named 'no_such_module'\n"

@@ -1,0 +1,43 @@
+"""Interfaces of drives are found by their registered name or by MODULE:NAME, and all parts of the shipped ones load."""
+
+from __future__ import annotations
+
+import pytest
+
+from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
+from fivebar_bringup.drives.run_files import RunFiles
+from fivebar_bringup.graph.node_spec import BRIDGES
+from fivebar_description.drive_kinds import OWN_BRIDGE, DriveKind, drive_kind, load_part
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.emulated_hardware import Emulator
+
+
+def test_registered_and_named_ones_are_found() -> None:
+    assert drive_kind("canopen") == drive_kind("none") == CANOPEN_DRIVES
+    assert OWN_BRIDGE in BRIDGES
+    assert drive_kind("motkin") == drive_kind("fivebar_bringup.drives.kinds:MOTKIN_BOARD") == MOTKIN_BOARD
+
+
+@pytest.mark.parametrize("kind", [CANOPEN_DRIVES, MOTKIN_BOARD], ids=lambda kind: kind.name)
+def test_every_part_of_a_shipped_one_is_there(kind: DriveKind) -> None:
+    assert kind.bridge in BRIDGES
+    files: RunFiles = load_part(kind.run_files)
+    assert load_part(kind.connection)(files.real_drives).period_us == 2000
+    emulator = load_part(kind.emulation)
+    assert isinstance(emulator, Emulator)
+    assert emulator.understands("fault 1")
+    assert not emulator.understands("tickle 1")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("odrif", r"'odrif': expected one of canopen, motkin, or my_package.my_drives:KIND"),
+        ("no_such_module:KIND", r"no_such_module:KIND: cannot be loaded"),
+        ("fivebar_bringup.drives.kinds:NO_KIND", r"cannot be loaded: .*NO_KIND"),
+        ("fivebar_description.drive_kinds:GROUP", r"expected a fivebar_description.drive_kinds.DriveKind, found str"),
+    ],
+)
+def test_others_are_refused_by_name(name: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        drive_kind(name)
