@@ -168,6 +168,20 @@ def test_lockstep_without_answers_is_a_fault(bench: Bench) -> None:
     assert set(probe.samples(JOINT_STATES)) == {0, 1}
 
 
+def test_a_second_publisher_stays_the_cause_when_no_answer_comes_for_it(bench: Bench) -> None:
+    """As with a rogue on a sensor's topic, whose reader holds back every sample."""
+    process, probe = start(bench, command_timeout_s=2.0)
+    probe.answer(JOINT_STATES, 0)
+    probe.publish(TORQUE_COMMAND, command(0, (0.1, 0.1)))
+    probe.answer(JOINT_STATES, 1)
+    bench.probe(name="rogue").advertise(IMU_DATA)
+    assert process.wait() == 1
+    probe.wait_for(lambda: status(probe).get("state") == "failed", "the run has failed")
+    found, ended = faults(probe)[0], faults(probe)[-1]
+    assert found.startswith("second_publisher: imu/data is published by /")
+    assert ended == f"{found}; no torque for sample 1 within 2 s"
+
+
 def test_a_sample_without_an_answer_is_published_again(bench: Bench) -> None:
     _, probe = start(bench, samples=3)
     probe.answer(JOINT_STATES, 0)

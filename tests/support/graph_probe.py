@@ -9,7 +9,7 @@ import subprocess
 import time
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -46,6 +46,7 @@ from fivebar_description.interface import (
     sample_of_stamp,
     sample_stamp_ns,
 )
+from fivebar_description.joint_sample import MessageError
 from fivebar_description.ros.messages import message_class, stamp_of
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import use_local_network_only
@@ -171,9 +172,11 @@ class Probe:
         return sample_of_stamp(stamp_of(message), rate_hz, self.epoch_ns)
 
     def _on_epoch(self, message: String) -> None:
-        epoch_ns = read_epoch(message.data)
-        if epoch_ns is not None:
-            self.epochs.append(epoch_ns)
+        # a hostile test may send anything
+        with suppress(MessageError):
+            epoch_ns = read_epoch(message.data)
+            if epoch_ns is not None:
+                self.epochs.append(epoch_ns)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -13,8 +13,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from fivebar_description.interface import JOINTS, START_STAMP_NS
-from fivebar_description.ros.messages import joint_state
+from fivebar_description.interface import ACTIVE_JOINTS, JOINTS, START_STAMP_NS, Topic
+from fivebar_description.ros.messages import joint_state, message_class
 
 NUMBERS = (0.0, -0.0, 1.0, -3.5, 1e-310, 1e101, -1e308, float("inf"), float("-inf"), float("nan"))
 JSON_VALUES: tuple[Any, ...] = (
@@ -77,6 +77,25 @@ class HostileMessages:
         elif kind == 5:
             return self._damaged(serialize_message(message))
         return message
+
+    def any(self, topic: Topic) -> Any:
+        """Return a message of a topic's type, of random content where that is known, or bytes in its place."""
+        if topic.type == "sensor_msgs/msg/JointState":
+            return self.joints(self._random.choice((JOINTS, ACTIVE_JOINTS, ("x", "y"), ("sigma",))))
+        if topic.type == "std_msgs/msg/String":
+            return self.texts('{"state": "running", "sample": 5}')
+        message = message_class(topic)()
+        header = getattr(message, "header", None)
+        if header is not None:
+            seconds = self._random.choice((-(2**31), -1, 0, 1, 2**31 - 1))
+            header.stamp = Time(sec=seconds, nanosec=self._random.choice((0, 2**32 - 1)))
+            header.frame_id = self._random.choice(WORDS)
+        for name in ("angular_velocity", "linear_acceleration"):
+            if (vector := getattr(message, name, None)) is not None:
+                vector.x, vector.y, vector.z = (self._random.choice(NUMBERS) for _ in range(3))
+        if isinstance(getattr(message, "data", None), float):
+            message.data = self._random.choice(NUMBERS)
+        return self._random.choice((message, self._damaged(serialize_message(message)), self._bytes("")))
 
     def _changed_json(self, valid: str) -> str:
         content = json.loads(valid)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import signal
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
-from fivebar_command import RUN_DEADLINE, FivebarCommand
+from fivebar_command import RUN_DEADLINE, FivebarCommand, GraphRun
 from graph_probe import Bench
 from hostile_messages import HostileMessages
 
@@ -16,8 +18,10 @@ from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    CONTROL_CHAIN,
     ESTIMATE_COVARIANCE,
     ESTIMATE_NAMES,
+    FAULTS,
     GOAL,
     GOAL_STATUS,
     GROUND_TRUTH,
@@ -28,6 +32,7 @@ from fivebar_description.interface import (
     RUN_STATUS,
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
+    Topic,
 )
 from fivebar_description.ros.domain_member import DomainMember
 
@@ -51,6 +56,43 @@ def torques(bag: Recording) -> dict[int, bytes]:
     stamps, efforts = bag.stamps(TORQUE_COMMAND), bag.field(TORQUE_COMMAND, "effort")
     _, first = np.unique(stamps, return_index=True)
     return {int(stamps[place]): efforts[place].tobytes() for place in first}
+
+
+SENSORS = {
+    "plant": {"encoder_counts": 20000, "delay_samples": 1},
+    "estimator": "ekf",
+    "ekf": {"gyro": True},
+    "sensors": {"passive_encoder": {"leg": 1}},
+}
+
+
+def test_messages_on_the_chain_stop_the_robot_by_name_and_end_no_node(graph_run: Callable[..., GraphRun]) -> None:
+    """On every topic of the chain in turn, by one rogue that stays; then the run is interrupted."""
+    run = graph_run("--no-page", controller="unified", **SENSORS)
+    run.probe.listen(FAULTS)
+    run.wait_for_sample(50)
+    messages = HostileMessages(seed=10)
+    with DomainMember("rogue", run.probe.domain) as rogue:
+        published = [one for one in CONTROL_CHAIN if run.probe.node.get_publishers_info_by_topic(resolved(run, one))]
+        assert len(published) > 10
+        for topic in published:
+            publisher = rogue.advertise(topic)
+            for _ in range(20):
+                publisher.publish(messages.any(topic))
+        run.probe.wait_for(lambda: run.probe.got(FAULTS), "the fault")
+        run.expect_no_torque()
+        run.command.send(signal.SIGINT)
+        summary = run.finish()
+    assert (summary["faults"][0], summary["outcome"]) == ("second_publisher", "stopped")
+    assert not {name for name in summary["faults"] if name.startswith("node_")}
+    assert tuple(run.bag().field(TORQUE_COMMAND, "effort")[-1]) == (0.0, 0.0)
+    assert run.bag().count(JOINT_STATES) >= 50
+    logs = "".join(path.read_text(encoding="utf-8") for path in (run.out / "logs").iterdir())
+    assert "Traceback" not in logs + run.command.stderr
+
+
+def resolved(run: GraphRun, topic: Topic) -> str:
+    return str(run.probe.node.resolve_topic_name(topic.name))
 
 
 @pytest.mark.parametrize(

@@ -199,7 +199,10 @@ class PlantNode(GraphNode):
             self._move()
         # started by hand, it waits for whoever is to answer it
         if waited > self._command_timeout and not (self._alone and self._sample == 0):
-            self._fail(f"command_timeout: no torque for sample {self._sample} within {self._command_timeout:g} s")
+            missing = f"no torque for sample {self._sample} within {self._command_timeout:g} s"
+            # what has stopped the others is the cause
+            cause = self.second_publisher or self._fault
+            self._fail(f"{cause}; {missing}" if cause else f"command_timeout: {missing}")
 
     def _make_plant(self) -> None:
         """Put the robot where the motion starts, once that is known.
