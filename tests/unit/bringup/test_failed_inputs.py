@@ -1,4 +1,8 @@
-"""Inputs that the command once failed on, in tests/data: each has its right value, whatever the working directory."""
+"""Inputs that the command once failed on, in tests/data: each has its right value, whatever the working directory.
+
+Two have no file here: a bag with another robot beside ours is made in `recorded/test_bag.py`, since a few messages show
+what differs; and a driver with the profile of sensor data publishes in `tests/ros/test_hearing.py`.
+"""
 
 from __future__ import annotations
 
