@@ -11,16 +11,29 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from forked_node import ForkedNode
+from geometry_msgs.msg import PoseStamped
 from graph_probe import DEADLINE, RATE_HZ, Bench, Probe
 from sensor_msgs.msg import JointState
 
 from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
-from fivebar_description.interface import GOAL, GOAL_STATUS, JOINT_STATES, JOINTS, REFERENCE, sample_stamp_ns
+from fivebar_description.interface import (
+    GOAL,
+    GOAL_PATH,
+    GOAL_POSE,
+    GOAL_STATUS,
+    GOAL_TARGET,
+    JOINT_STATES,
+    JOINTS,
+    REFERENCE,
+    VALUES,
+    sample_stamp_ns,
+)
 from fivebar_description.robot_file import load_robot
-from fivebar_description.ros.messages import joint_state
+from fivebar_description.ros.messages import joint_state, stamp_of
 
 MOTION = {"waypoints": [0.0, 0.15, 0.0, 0.14], "segment_duration": [0.1]}
 """Samples 0 to 50."""
@@ -211,3 +224,49 @@ def test_by_the_clock_the_planner_is_there_before_the_run_begins(bench: Bench) -
     driver.wait_for_status("planning")
     driver.step_until_status("moving")
     assert planners_of(node) == [planner]
+
+
+def test_a_pose_is_a_request(bench: Bench) -> None:
+    """As RViz publishes it, in any frame that is fixed to the base; each step is told in standard messages, too."""
+    driver = start(bench)
+    probe = driver.probe
+    probe.listen(GOAL_PATH, GOAL_TARGET, VALUES[GOAL_STATUS])
+    probe.advertise(GOAL_POSE)
+    probe.wait_for(lambda: probe.listeners(GOAL_POSE) > 0, "the node to hear poses")
+    driver.steps(60)
+    base_x = load_robot("dextar").leg1.base_x
+    for frame, place, word in (
+        ("odom", (0.0, 0.03, 0.0), "frame 'odom': expected one that is fixed to the base: base_link, "),
+        ("platform", (0.0, 0.03, 0.0), "frame 'platform'"),
+        ("base_link", (0.0, 0.03, 0.2), "expected a place in the robot's plane"),
+        ("base_link", (math.nan, 0.03, 0.0), "expected finite coordinates"),
+        ("camera_optical", (0.0, 0.0, 0.0), "expected a place in the robot's plane"),
+    ):
+        probe.publish(GOAL_POSE, pose(frame, *place))
+        assert word in driver.wait_for_status("refused")["reason"]
+    probe.publish(GOAL_POSE, pose("left_motor", -base_x, 0.03, 0.0))
+    assert driver.wait_for_status("planning")["goal"] == pytest.approx([0.0, 0.03])
+    driver.step_until_status("moving")
+    moving = driver.statuses()[-1]
+    driver.step_until_status("arrived")
+    probe.wait_for(lambda: len(probe.got(VALUES[GOAL_STATUS])) == len(driver.statuses()), "the twins of all statuses")
+    (path,), (target,) = probe.got(GOAL_PATH), probe.got(GOAL_TARGET)
+    rests = [stamp_of(path.poses[0]), stamp_of(path.poses[-1])]
+    assert rests == [sample_stamp_ns(moving[key], RATE_HZ) for key in ("first_sample", "last_sample")]
+    assert stamp_of(target) == rests[1]
+    assert (target.header.frame_id, target.pose.position.y) == ("base_link", pytest.approx(0.03))
+    assert [path.poses[index].pose.position.y for index in (0, -1)] == pytest.approx([0.14, 0.03])
+    twins = probe.got(VALUES[GOAL_STATUS])
+    assert [twin.message.partition(":")[0] for twin in twins] == [status["state"] for status in driver.statuses()]
+    assert {twin.level for twin in twins[:5]} == {DiagnosticStatus.WARN}
+    assert {twin.level for twin in twins[5:]} == {DiagnosticStatus.OK}
+    values = {value.key: value.value for value in twins[-2].values}
+    assert values["first_sample"] == str(moving["first_sample"])
+    assert float(values["waypoints.1.1"]) == pytest.approx(0.03)
+
+
+def pose(frame: str, x: float, y: float, z: float) -> PoseStamped:
+    message = PoseStamped()
+    message.header.frame_id = frame
+    message.pose.position.x, message.pose.position.y, message.pose.position.z = x, y, z
+    return message

@@ -104,7 +104,12 @@ ELSEWHERE = {
     "unit/bringup/test_scenario_settings.py": ("fivebar_description.shared_settings",),
     "ros/test_dextar_bridge.py": ("fivebar_control.ros.drive_bridge",),
     "ros/test_domain_member.py": ("fivebar_description.ros.qos",),
-    "ros/test_goals.py": ("fivebar_bringup.nodes.goal_client", "fivebar_control.ros.goal_server"),
+    "ros/test_goals.py": (
+        "fivebar_bringup.nodes.goal_client",
+        "fivebar_control.ros.goal_server",
+        "fivebar_control.ros.placed_frames",
+        "fivebar_control.ros.shown_motions",
+    ),
     "ros/test_motkin_bridge.py": ("fivebar_control.ros.inner_loop_targets",),
     "ros/test_answers.py": (
         "fivebar_control.nodes.ctc_controller",

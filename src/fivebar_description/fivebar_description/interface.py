@@ -219,6 +219,9 @@ GOAL = Topic("goal", "sensor_msgs/msg/JointState")
 GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 """Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them."""
 
+GOAL_POSE = Topic("goal_pose", "geometry_msgs/msg/PoseStamped", from_outside=True)
+"""A request by the place alone, as RViz publishes it: in a frame of the URDF that does not move."""
+
 PAYLOAD = Topic("payload", "std_msgs/msg/Float64", STATE_QOS, from_outside=True)
 """Mass (kg) that the platform carries besides its own, from whoever makes the robot pick it up: all nodes that model
 the robot add it to the platform's."""
@@ -258,7 +261,26 @@ def node_of_status(name: str) -> str:
     return name.removesuffix(f": {TASK}")
 
 
-RECORDED_BESIDES = (GOAL, GOAL_STATUS, DIAGNOSTICS)
+RUN_BEGIN = Topic("run/begin", "std_msgs/msg/Header", STATE_QOS)
+"""What `run/epoch` says: the stamp of sample 0, zero while no run is on."""
+RUN_PATH = Topic("run/path", "nav_msgs/msg/Path", STATE_QOS)
+GOAL_PATH = Topic("goal/path", "nav_msgs/msg/Path", STATE_QOS)
+GOAL_TARGET = Topic("goal/target", "geometry_msgs/msg/PoseStamped", STATE_QOS)
+"""Where the run's plan goes, where a requested motion goes, and where that one ends."""
+
+VALUES = {
+    topic: Topic(f"{topic.name}/values", "diagnostic_msgs/msg/DiagnosticStatus", STATE_QOS)
+    for topic in (RUN_STATUS, GOAL_STATUS, PROGRAM_STATUS, SAFETY_STATE, DRIVES_STATE)
+}
+"""By the topic of a status that is a text, that of its twin with level, message and values."""
+
+TWIN_OF_TEXT = {RUN_EPOCH: RUN_BEGIN, **VALUES}
+"""By the topic of a text, that of the standard message which says the same; who publishes one publishes both."""
+
+TWINS = (*TWIN_OF_TEXT.values(), RUN_PATH, GOAL_PATH, GOAL_TARGET)
+"""What the graph says in texts, in standard messages, for tools that show and plot these. No node waits for them."""
+
+RECORDED_BESIDES = (GOAL, GOAL_POSE, GOAL_STATUS, DIAGNOSTICS, *TWINS)
 """What a bag holds besides, without the recorder waiting for it."""
 
 SCENE = Topic("scene", "visualization_msgs/msg/MarkerArray", Qos(depth=8, transient_local=True))

@@ -45,6 +45,7 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     TOPICS,
     TORQUE_COMMAND,
+    TWIN_OF_TEXT,
     WORK_TOPICS,
     output_topic,
 )
@@ -137,7 +138,13 @@ def crossing_graph(
     file = {"scenario": str((bag.parent / FILE_OF_RUN).absolute())}
     # the recorder does not wait for the pictures, which a late subscriber gets too
     reading = (*nodes, *([_scene()] if scene else ()))
-    return (*(node._replace(parameters={**file, **node.parameters}) for node in reading), recorder)
+    return (*(_with_twins(node._replace(parameters={**file, **node.parameters})) for node in reading), recorder)
+
+
+def _with_twins(node: NodeSpec) -> NodeSpec:
+    """Return a node with the standard messages that it publishes beside its texts."""
+    twins = tuple(TWIN_OF_TEXT[topic] for topic in node.publishes if topic in TWIN_OF_TEXT)
+    return node._replace(publishes=(*node.publishes, *twins))
 
 
 def _program_runner(scenario: Scenario, work: Work) -> NodeSpec:

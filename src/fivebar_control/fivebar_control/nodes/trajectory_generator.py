@@ -12,6 +12,7 @@ from fivebar_control.planning.motion_queue import MotionQueue
 from fivebar_control.ros.goal_server import GoalServer
 from fivebar_control.ros.node_settings import HOLD, TrajectorySettings
 from fivebar_control.ros.run_file import RunFile, declared_motion, plan_values
+from fivebar_control.ros.shown_motions import show_plan
 from fivebar_control.scenario.keys import GOALS
 from fivebar_control.trajectory.hold import Hold
 from fivebar_description.interface import (
@@ -50,9 +51,12 @@ class TrajectoryGenerator(SamplingNode):
         self._references: dict[int, tuple[Platform, ...]] = {}
         self._published = -1
         self._queue = self._new_queue()
-        self._goals = GoalServer(self, scenario, settings.mode == REALTIME, self._queue)
+        self._goals = GoalServer(
+            self, scenario, settings.mode == REALTIME, self._queue, lambda sample: self._run.stamp(sample)
+        )
         self._reference = self.advertise(REFERENCE)
         self.advertise(RUN_PLAN).publish(String(data=plan_text(plan_values(self._motion, scenario))))
+        show_plan(self, self._motion.plan.path, self._motion.rate_hz)
         self._samples_ahead = scenario.tuned().samples_ahead
         if self._samples_ahead:
             self._ahead = self.advertise(REFERENCE_AHEAD)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any
 
+from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
@@ -12,10 +14,12 @@ from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
 from fivebar_control.planning.planning_process import PlanningProcess
+from fivebar_control.ros.placed_frames import PlacedFrames
+from fivebar_control.ros.shown_motions import ShownMotions
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.planner import QUINTIC
-from fivebar_description.interface import GOAL, GOAL_STATUS
+from fivebar_description.interface import GOAL, GOAL_POSE, GOAL_STATUS
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.payload import listen_to_payload
@@ -38,8 +42,23 @@ class GoalServer:
     The node calls `update` at every sample, which blocks for at most `LOCKSTEP_WAIT` in lockstep, where time waits too.
     """
 
-    def __init__(self, node: GraphNode, scenario: ControlScenario, by_the_clock: bool, queue: MotionQueue) -> None:
-        """Join the topics on behalf of a node, and judge requests as a scenario says."""
+    def __init__(
+        self,
+        node: GraphNode,
+        scenario: ControlScenario,
+        by_the_clock: bool,
+        queue: MotionQueue,
+        stamp: Callable[[int], int],
+    ) -> None:
+        """Join the topics on behalf of a node, and judge requests as a scenario says.
+
+        Args:
+            node: the node.
+            scenario: by which requests are judged.
+            by_the_clock: whether no sample waits for a plan.
+            queue: of the motions.
+            stamp: returns the stamp (ns) of a sample.
+        """
         self._open = scenario.scheme().takes_goals
         self._wait = 0.0 if by_the_clock else LOCKSTEP_WAIT
         self._rate_hz = scenario.rate_hz
@@ -48,6 +67,7 @@ class GoalServer:
         if self._open and by_the_clock:
             # by the clock no cycle can wait until a process has been started, or while it loads
             self._planning.start()
+        self._stamp = stamp
         self._sample = -1
         self._held = False
         self._goal: Goal | None = None
@@ -55,8 +75,11 @@ class GoalServer:
         self._arrival: int | None = None
         self._payload = self._planned_payload = 0.0
         self._status = node.advertise(GOAL_STATUS)
+        self._shown = ShownMotions(node)
+        self._frames = PlacedFrames(node, scenario.robot)
         # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
+        node.listen(GOAL_POSE, self._on_pose, awaited=False)
         listen_to_payload(node, self._carry)
 
     def restart(self, queue: MotionQueue) -> None:
@@ -93,8 +116,23 @@ class GoalServer:
         if request_id and request_id == self._id:
             # published again because no status has arrived yet: one is on its way
             return
+        values = list(message.position)
+        self._take(lambda: read_goal(list(message.name), values), values[:2], request_id)
+
+    def _on_pose(self, message: PoseStamped) -> None:
+        """Take a request by the place alone; the platform has no direction, so that of the pose says nothing."""
+        position = message.pose.position
+
+        def read() -> Goal:
+            x, y = self._frames.in_plane(message.header.frame_id, (position.x, position.y, position.z))
+            return read_goal(("x", "y"), (x, y))
+
+        self._take(read, [position.x, position.y], "")
+
+    def _take(self, read: Callable[[], Goal], asked: list[float], request_id: str) -> None:
+        """Hand a request to the planner, or say why it is refused."""
         try:
-            goal = read_goal(list(message.name), list(message.position))
+            goal = read()
             if not self._open:
                 able = " or ".join(GOAL_CONTROLLERS)
                 raise GoalRefused(f"requests are not taken: they need controller {able}")
@@ -106,7 +144,7 @@ class GoalServer:
             self._planning.ask(order._replace(payload=self._payload))
             self._planned_payload = self._payload
         except GoalRefused as refusal:
-            self._report("refused", list(message.position[:2]), request_id, reason=one_line(str(refusal)))
+            self._report("refused", asked, request_id, reason=one_line(str(refusal)))
             return
         self._goal, self._id = goal, request_id
         self._report("planning", [goal.x, goal.y], request_id)
@@ -121,6 +159,7 @@ class GoalServer:
         first = self._sample + NOTICE
         self._queue.begin(first, planned.path())
         self._arrival = self._queue.resting_from()
+        self._shown.show_goal(planned.path(), self._rate_hz, self._stamp(first), (goal.x, goal.y))
         self._report(
             "moving",
             [goal.x, goal.y],

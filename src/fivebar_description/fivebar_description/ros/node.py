@@ -29,6 +29,7 @@ from fivebar_description.interface import (
     READ_BESIDES,
     RUN_PLAN,
     RUN_READY,
+    TWIN_OF_TEXT,
     Topic,
     frame_prefix,
     status_name,
@@ -44,6 +45,7 @@ from fivebar_description.ros.publisher_watch import PublisherWatch
 from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
+from fivebar_description.ros.twins import Twinned, twin_of
 from fivebar_description.ros_environment import BAD_INPUT
 from fivebar_description.settings import from_parameters
 
@@ -341,15 +343,21 @@ class GraphNode(Node):
 
     def advertise(self, topic: Topic) -> Sender:
         """Create a publisher of a topic of the graph."""
-        depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
-        publisher = make_publisher(self, topic, depth)
-        self._outputs.append(publisher)
+        publisher = self._publisher(topic)
         if self.in_chain and topic.one_publisher:
             self._watch.add(self.resolve_topic_name(topic.name))
+        if topic in TWIN_OF_TEXT:
+            return Twinned(publisher, self._publisher(TWIN_OF_TEXT[topic]), twin_of(self, topic))
         sender = Serializing(publisher, self.frame(BASE_FRAME)) if topic.type == JOINT_STATE else publisher
         if self.process_topics is None or topic.qos.transient_local:
             return sender
         return self.process_topics.advertise(self.resolve_topic_name(topic.name), sender)
+
+    def _publisher(self, topic: Topic) -> Publisher[Any]:
+        depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
+        publisher = make_publisher(self, topic, depth)
+        self._outputs.append(publisher)
+        return publisher
 
     def listen(
         self,
