@@ -173,12 +173,24 @@ def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]
 
 
 def print_outcome(directory: RunDirectory, summary: Summary) -> None:
-    """Print the last line of a command that made a run: what became of it, and where the report is."""
+    """Print the end of a command that made a run: its figures, its files, what became of it, and what to look at."""
     from rich.text import Text
 
-    from fivebar_bringup.report.outcome_words import outcome_details
+    from fivebar_bringup.report.outcome_words import outcome_details, outcome_rows
 
-    shown = directory.page if directory.page.exists() else directory.path
+    page = directory.page.exists()
+    shown = directory.page if page else directory.path
+    files = ", ".join(str(path) for path in (directory.bag, directory.summary) if path.exists())
+    rows = [*outcome_rows(summary), ("files", files)]
+    if not page:
+        rows.append(("page", f"`fivebar report {directory.path}` makes it"))
+    printer = Printer()
+    width = max(len(name) for name, _ in rows)
+    for name, text in rows:
+        printer.print(Text.assemble((f"{name:<{width}}  ", "dim"), text), soft_wrap=True)
     colour = {RunOutcome.SUCCEEDED: "green", RunOutcome.OFF_REFERENCE: "yellow"}.get(summary.outcome, "red")
-    words = (str(summary.outcome), colour), f"{outcome_details(summary)}: look at {shown}"
-    Printer().print(Text.assemble(*words), soft_wrap=True)
+    words = (
+        (str(summary.outcome), colour),
+        f"{outcome_details(summary)}: look at {shown}",
+    )
+    printer.print(Text.assemble(*words), soft_wrap=True)

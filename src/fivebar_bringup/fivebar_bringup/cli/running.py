@@ -333,17 +333,8 @@ def nodes(
 
 def _finish(directory: RunDirectory, summary: Summary, as_json: bool) -> NoReturn:
     """Print the outcome and exit with its status."""
-    content = summary.as_dict()
     if as_json:
-        print(json.dumps(content, indent=2, allow_nan=False))
+        print(json.dumps(summary.as_dict(), indent=2, allow_nan=False))
     else:
-        _print_summary(directory, summary)
+        print_outcome(directory, summary)
     raise typer.Exit(EXIT_STATUS[summary.outcome])
-
-
-def _print_summary(directory: RunDirectory, summary: Summary) -> None:
-    table = Table(show_header=False, box=None)
-    for key, value in summary.as_dict().items():
-        table.add_row(Text(key, "dim"), json.dumps(value))
-    Printer().print(table)
-    print_outcome(directory, summary)

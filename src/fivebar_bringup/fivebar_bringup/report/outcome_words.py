@@ -1,6 +1,8 @@
-"""What became of a run in words: for the last line of a command and the first one of the page."""
+"""What became of a run in words: for the last lines of a command and the first one of the page."""
 
 from __future__ import annotations
+
+import math
 
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
@@ -32,6 +34,43 @@ def outcome_sentence(summary: Summary) -> tuple[str, str]:
         return SENTENCES[summary.outcome], ""
     parts = [f"all {summary.samples} samples", _changes(summary), "no fault", _distance(summary)]
     return SENTENCES[summary.outcome], f": {', '.join(parts)}"
+
+
+def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
+    """Return what a person asks first about a run, with units: names and texts."""
+    made = f"{summary.samples} of {summary.planned_samples} samples, {_changes(summary)}"
+    rows = [("motion", made if summary.simulated_s is None else f"{summary.simulated_s:.2f} s, {made}")]
+    peak, limit = summary.tracking_error_peak_m, f"tolerance {summary.error_tolerance_m * 1e3:g} mm"
+    x, y = summary.tracking_error_rms_m
+    rms = f", root mean square {in_millimetres(math.hypot(x, y))}" if x is not None and y is not None else ""
+    rows.append(("error", "not known" if peak is None else f"at most {in_millimetres(peak)}{rms}, {limit}"))
+    if summary.estimate_error_max_m is not None:
+        rows.append(("estimate", f"at most {in_millimetres(summary.estimate_error_max_m)} from the platform"))
+    torque = f"at most {_of_both(summary.torque_peak_nm)} Nm of motors 1 and 2"
+    if summary.torque_saturated_samples:
+        asked = _of_both(summary.torque_requested_peak_nm)
+        torque += f"; {summary.torque_saturated_samples} samples asked for more than the limit, up to {asked} Nm"
+    rows.append(("torque", torque))
+    rows.append(("faults", ", ".join(summary.faults) or "none"))
+    if warnings := _warnings(summary):
+        rows.append(("warnings", "; ".join(warnings)))
+    return rows
+
+
+def _of_both(pair: tuple[float | None, float | None]) -> str:
+    return " and ".join("–" if one is None else f"{one:.2f}" for one in pair)
+
+
+def _warnings(summary: Summary) -> list[str]:
+    """Return what else about a run calls for attention."""
+    counted = {
+        "late": summary.overruns,
+        "missing": summary.missing_samples,
+        "not recorded": summary.dropped_messages,
+        "malformed": summary.stray_messages,
+    }
+    kinds = {"late": "samples", "missing": "samples", "not recorded": "messages", "malformed": "messages"}
+    return [*(f"{count} {kinds[word]} {word}" for word, count in counted.items() if count), *summary.not_judged]
 
 
 def _distance(summary: Summary) -> str:

@@ -20,7 +20,7 @@ from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.series import RunSeries, read_series
 from fivebar_bringup.recorded.summary import CycleTime, Summary, peak, rms, sign_changes, summarize
 from fivebar_bringup.recorded.timing import RunTiming, read_timing
-from fivebar_bringup.report.outcome_words import outcome_details
+from fivebar_bringup.report.outcome_words import outcome_details, outcome_rows
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -151,6 +151,31 @@ def test_the_verdict_tells_even_a_small_error(record: Record, error: float, word
     summary = replace(summary_of(record()), tracking_error_peak_m=error)
     assert f"{words} from the reference" in outcome_details(summary)
     assert f"{words} from the reference" in html_page(DOWN, summary, ())
+
+
+def test_a_few_rows_tell_a_run_with_units(record: Record) -> None:
+    summary = replace(
+        summary_of(record()),
+        tracking_error_peak_m=1.49e-4,
+        tracking_error_rms_m=(3e-5, 4e-5),
+        torque_peak_nm=(0.5475, None),
+        torque_requested_peak_nm=(2.5, 3.0),
+        torque_saturated_samples=7,
+        faults=["torque_excessive"],
+        overruns=2,
+        dropped_messages=3,
+        not_judged=["the torque"],
+    )
+    assert dict(outcome_rows(summary)) == {
+        "motion": "0.20 s, 11 of 11 samples, 1 change of assembly mode",
+        "error": "at most 0.15 mm, root mean square 0.05 mm, tolerance 2 mm",
+        "torque": "at most 0.55 and – Nm of motors 1 and 2;"
+        " 7 samples asked for more than the limit, up to 2.50 and 3.00 Nm",
+        "faults": "torque_excessive",
+        "warnings": "2 samples late; 3 messages not recorded; the torque",
+    }
+    unknown = dict(outcome_rows(replace(summary, tracking_error_peak_m=None, estimate_error_max_m=2.1e-4)))
+    assert (unknown["error"], unknown["estimate"]) == ("not known", "at most 0.21 mm from the platform")
 
 
 def test_a_perfect_run_is_completed(record: Record) -> None:
