@@ -5,10 +5,10 @@ Parameters of other nodes are no mistake: a launch file sets some for all nodes 
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection
 
 from fivebar_description.scenario_file import KEYS
+from fivebar_description.suggestion import meant
 
 FORMER = {
     "segment_durations": "segment_duration",
@@ -72,5 +72,5 @@ def meant_by(name: str, known: Collection[str]) -> list[str]:
     section, dot, _ = name.partition(".")
     # keys of other sections are those of other nodes
     likely = [one for one in known if one.startswith(f"{section}.")] if dot and section in KEYS else [*known, *flat]
-    close = difflib.get_close_matches(name, likely, 1, CLOSE)
-    return [flat.get(close[0], close[0])] if close else []
+    close = meant(name, likely, CLOSE)
+    return [flat.get(close, close)] if close is not None else []

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pydantic import ValidationError
 
 from fivebar_description.errors import printable, quoted
+from fivebar_description.suggestion import did_you_mean, keys_at
 
 EXPECTED = {
     "bool": "true or false",
@@ -39,16 +40,25 @@ WORDS = {
     "recursion_loop": "a value that does not contain itself",
 }
 
+CHOICE = re.compile(r"'([^']*)'")
+"""A word among several that are possible, as pydantic lists them."""
+
 DECIMAL_COMMA = re.compile(r"\s*[-+]?[0-9]+,[0-9]+\s*")
 
 
-def problems_in(error: ValidationError, section: str = "", content: object = None) -> str:
+def problems_in(
+    error: ValidationError,
+    section: str = "",
+    content: object = None,
+    schema: Callable[[], Mapping[str, Any]] | None = None,
+) -> str:
     """Return what is wrong in one line.
 
     Args:
         error: of the validation.
         section: stands in front of every key.
         content: what was validated, by which keys are told from pydantic's names of alternatives.
+        schema: makes the JSON Schema of what was expected, whose keys are proposed in place of unknown ones.
     """
     found: dict[tuple[str, ...], list[Any]] = {}
     for detail in error.errors(include_url=False):
@@ -61,7 +71,7 @@ def problems_in(error: ValidationError, section: str = "", content: object = Non
         for keys, details in found.items()
         if keys not in split or not any(keys == other[: len(keys)] for other in found if other != keys)
     ]
-    return "; ".join(_problem(section, keys, details) for keys, details in told)
+    return "; ".join(_problem(section, keys, details, schema) for keys, details in told)
 
 
 def _only_lacks_refused(detail: Any) -> bool:
@@ -93,11 +103,14 @@ def _is_alternative(detail: Any, content: object) -> bool:
     return _steps(detail, content)[1]
 
 
-def _problem(section: str, keys: Sequence[str], details: Sequence[Any]) -> str:
+def _problem(
+    section: str, keys: Sequence[str], details: Sequence[Any], schema: Callable[[], Mapping[str, Any]] | None
+) -> str:
     key = section + ".".join(one if one.isprintable() else repr(one) for one in keys)
     first = details[0]
     if first["type"] == "extra_forbidden":
-        return f"{key}: unknown key"
+        known = keys_at(schema(), keys[:-1]) if schema is not None else ()
+        return f"{key}: unknown key{did_you_mean(keys[-1], known)}"
     if first["type"] == "missing":
         return f"{key}: is missing"
     # of alternatives, the one whose type it has says more than the others, which want another type
@@ -118,7 +131,7 @@ def _expectation(detail: Any) -> str:
     if kind in WORDS:
         return f"expected {WORDS[kind]}"
     if kind in ("literal_error", "enum"):
-        return f"expected {context['expected']}"
+        return f"expected {context['expected']}{did_you_mean(detail['input'], CHOICE.findall(context['expected']))}"
     if kind in ("too_short", "too_long"):
         word, count = ("at least", "min_length") if kind == "too_short" else ("at most", "max_length")
         return f"expected {word} {_counted(context[count], 'item')}, found {context['actual_length']}"

@@ -13,6 +13,7 @@ from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.settings import Setting
 from fivebar_description.share import placed_beside, share_file
 from fivebar_description.strict_yaml import read_text
+from fivebar_description.suggestion import expected_one_of
 from fivebar_description.text_file import is_file
 
 DEFAULT_ROBOT = "dextar"
@@ -89,9 +90,8 @@ def scenario_path(name_or_path: str) -> Path:
     if path.suffix not in (".yaml", ".yml"):
         path = scenario_directory() / f"{name_or_path}.yaml"
         if not is_file(path):
-            raise InputError(
-                f"scenario {name_or_path!r}: expected a path to a .yaml file or one of {', '.join(shipped_scenarios())}"
-            )
+            words = expected_one_of(name_or_path, shipped_scenarios(), what="a path to a .yaml file or one of")
+            raise InputError(f"scenario {name_or_path!r}: {words}")
     return path
 
 
@@ -111,7 +111,7 @@ def read_content(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: expected keys with values, found {type(content).__name__}")
     unknown = next((key for key in content if key not in KEYS), None)
     if unknown is not None:
-        raise InputError(f"{path}: {one_line(str(unknown))}: unknown key: expected one of {', '.join(KEYS)}")
+        raise InputError(f"{path}: {one_line(str(unknown))}: unknown key: {expected_one_of(unknown, KEYS)}")
     return content
 
 

@@ -21,6 +21,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from fivebar_description.errors import InputError
 from fivebar_description.refusals import problems_in
+from fivebar_description.suggestion import expected_one_of
 
 S = TypeVar("S", bound=tuple[Any, ...])
 
@@ -86,7 +87,7 @@ class Setting:
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a value beyond its type and range, None if nothing."""
         if self.choices and value not in self.choices:
-            return f"expected one of {', '.join(self.choices)}"
+            return expected_one_of(value, self.choices)
         return self.check(value) if self.check is not None else None
 
     def outside(self, value: float) -> bool:
@@ -309,7 +310,7 @@ def read_settings(content: Mapping[str, Any], settings: type[S], section: str) -
     try:
         return reader.validate_python(dict(content))
     except ValidationError as error:
-        raise InputError(problems_in(error, f"{section}.", content)) from error
+        raise InputError(problems_in(error, f"{section}.", content, reader.json_schema)) from error
 
 
 STRICT = core_schema.CoreConfig(strict=True, allow_inf_nan=False)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_description.errors import InputError
+from fivebar_description.suggestion import expected_one_of
 from fivebar_description.text_file import is_file
 
 
@@ -74,5 +75,5 @@ def yaml_path(what: str, name: str, *folders: Path) -> Path:
         return Path(name)
     shipped = {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
     if name not in shipped:
-        raise InputError(f"{what} {name!r}: expected one of {', '.join(sorted(shipped))}, or a path to a .yaml file")
+        raise InputError(f"{what} {name!r}: {expected_one_of(name, sorted(shipped), ', or a path to a .yaml file')}")
     return shipped[name]

@@ -193,4 +193,4 @@ def validate(content: object, model: type[M], source: str) -> M:
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise InputError(f"{source}: {problems_in(error, content=content)}") from error
+        raise InputError(f"{source}: {problems_in(error, content=content, schema=model.model_json_schema)}") from error

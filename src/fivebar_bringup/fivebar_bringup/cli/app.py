@@ -6,8 +6,9 @@ mistyped option need nothing of it.
 
 from __future__ import annotations
 
+import re
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import version
@@ -24,6 +25,7 @@ from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import ResumableInterrupt
 from fivebar_description.ros_environment import HIGHEST_DOMAIN
+from fivebar_description.suggestion import meant
 
 if TYPE_CHECKING:
     from fivebar_bringup.recorded.run_directory import RunDirectory
@@ -62,6 +64,16 @@ app = typer.Typer(
 console = Printer(stderr=True)
 
 
+NO_CHOICE = re.compile(r"'([^']*)' is not one of (.*)")
+CHOICE = re.compile(r"'([^']*)'")
+"""How a value that is no choice is refused, and one of the choices."""
+
+
+def _question(name: str, known: Collection[str]) -> str:
+    found = meant(name, known)
+    return f" Did you mean {found}?" if found is not None else ""
+
+
 class Subcommand(TyperCommand):
     """A subcommand whose options' help has its words filled in where it is shown."""
 
@@ -72,6 +84,27 @@ class Subcommand(TyperCommand):
             if text:
                 vars(parameter)["help"] = filled(text)
         return self
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the words of a call, and propose what may be meant by an option or a choice that does not exist."""
+        self._refuse_unknown(ctx, args)
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            found = NO_CHOICE.search(error.message)
+            if found:
+                error.message += _question(found[1], CHOICE.findall(found[2]))
+            raise
+
+    def _refuse_unknown(self, ctx: Any, args: list[str]) -> None:
+        """Refuse an option that is none, which where negative numbers are arguments would be taken for another one."""
+        options = [option for parameter in self.get_params(ctx) for option in parameter.opts + parameter.secondary_opts]
+        for word in args:
+            name = word.partition("=")[0]
+            if word == "--":
+                return
+            if name.startswith("--") and name not in options:
+                ctx.fail(f"No such option: {name}.{_question(name, options)}")
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help."""

@@ -17,6 +17,7 @@ from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors, pr
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.suggestion import expected_one_of
 
 LONGEST = 60.0
 """Duration of a segment (s) above which a typing error is more likely."""
@@ -122,7 +123,8 @@ def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
     for name in names:
         if name not in known:
-            raise InputError(f"{option}: {name!r}: expected some of {', '.join(known)}, separated by commas")
+            words = expected_one_of(name, known, ", separated by commas", "some of")
+            raise InputError(f"{option}: {name!r}: {words}")
     return names
 
 

@@ -12,8 +12,8 @@ import typer
 from rich.table import Table
 
 from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
-from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.rounding import in_millimetres
 
@@ -48,6 +48,7 @@ def robustness(
     if losses:
         _losses(out, processes, as_json)
         return
+    from fivebar_bringup.studies.robustness.effects import EFFECTS
     from fivebar_bringup.studies.robustness.robustness import QUICK, Extent
     from fivebar_bringup.studies.robustness.robustness import robustness as make
 
@@ -55,7 +56,7 @@ def robustness(
         extent = QUICK if quick else Extent()
         command = ["fivebar", "robustness"] + (["--quick"] if quick else [])
         if effects is not None:
-            extent = extent._replace(effects=_effects(effects))
+            extent = extent._replace(effects=chosen("--effects", effects, EFFECTS))
             command += ["--effects", ",".join(extent.effects)]
         with progress_bar("robustness", as_json) as progress:
             made = make(extent, out, processes, shlex.join(command), progress)
@@ -92,18 +93,3 @@ def _losses(out: Path | None, processes: int, as_json: bool) -> None:
                 )
         printer.print(table)
     printer.print(f"look at {directory / FIGURES / 'losses.png'}", soft_wrap=True)
-
-
-def _effects(text: str) -> tuple[str, ...]:
-    """Return the names in a list that is separated by commas, each once.
-
-    Raises:
-        InputError: one of them is not known.
-    """
-    from fivebar_bringup.studies.robustness.effects import EFFECTS
-
-    names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
-    for name in names:
-        if name not in EFFECTS:
-            raise InputError(f"--effects: {name!r}: expected some of {', '.join(EFFECTS)}, separated by commas")
-    return names

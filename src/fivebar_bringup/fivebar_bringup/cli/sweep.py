@@ -16,6 +16,7 @@ from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
+from fivebar_description.suggestion import expected_one_of
 
 QUICK_CASES = 60
 
@@ -105,7 +106,7 @@ def sweep(
         if quick and cases is not None:
             raise InputError("--quick: has its own number of cases: expected either --quick or --cases")
         if rig is not None and rig not in RIGS:
-            raise InputError(f"--rig: {rig!r}: expected one of {', '.join(RIGS)}")
+            raise InputError(f"--rig: {rig!r}: {expected_one_of(rig, RIGS)}")
         controllers = None if controller is None else chosen("--controller", controller, CONTROLLERS)
         if case is not None:
             _one_case(case, seed, controllers, out, as_json, rig or "")

@@ -20,6 +20,7 @@ from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import named_bounds
 from fivebar_description.robot_file import load_robot, loads_of, read_robot
 from fivebar_description.strict_yaml import InputError, validate
+from fivebar_description.suggestion import expected_one_of
 from fivebar_sim.effects.settings import PlantSettings
 
 ASSEMBLY_MODES = {"+": 1, "-": -1}
@@ -190,7 +191,7 @@ def _refuse_malformed(request: Request) -> None:
         if mode is not None and any(sign not in (-1, 1) for sign in mode):
             raise InputError(f"{option}: {list(mode)}: expected two signs, each 1 or -1")
     if request.controller not in CONTROLLERS:
-        raise InputError(f"--controller: {request.controller!r}: expected one of {', '.join(CONTROLLERS)}")
+        raise InputError(f"--controller: {request.controller!r}: {expected_one_of(request.controller, CONTROLLERS)}")
     figures = {"--torque-limit": request.torque_limit, "--speed-limit": request.motor_speed}
     if not isinstance(request.duration, Speed):
         figures["--duration"] = request.duration

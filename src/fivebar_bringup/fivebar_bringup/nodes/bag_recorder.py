@@ -28,6 +28,7 @@ from fivebar_description.interface import (
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.suggestion import expected_one_of
 
 CHECKPOINT_PERIOD = 0.5
 """Time (s) between two checkpoints: a killed recorder loses less than one second, with margin."""
@@ -146,8 +147,9 @@ def _free(directory: Path) -> Path:
 def _topic(name: str) -> Topic:
     topic = topic_named(name)
     if topic is None:
-        known = ", ".join(topic.name for topic in (*TOPICS, *RECORDED_BESIDES))
-        raise InputError(f"bag_recorder: topics: {name!r}: expected some of {known}, or the LAW/torque of another law")
+        known = [topic.name for topic in (*TOPICS, *RECORDED_BESIDES)]
+        words = expected_one_of(name, known, ", or the LAW/torque of another law", "some of")
+        raise InputError(f"bag_recorder: topics: {name!r}: {words}")
     return topic
 
 

@@ -9,6 +9,7 @@ from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.processes import ProcessSpec
 from fivebar_description.drive_kinds import DriveKind, load_part
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.suggestion import expected_one_of
 from fivebar_sim.emulated_hardware import Emulator
 from fivebar_sim.emulators.hardware_kinds import timed_order
 
@@ -69,7 +70,7 @@ def kills(injections: Sequence[Injection], processes: Sequence[ProcessSpec], rat
             continue
         if injection.victim not in hosts:
             raise InputError(
-                f"--inject {str(injection)!r}: node {injection.victim}: expected one of {', '.join(hosts)}"
+                f"--inject {str(injection)!r}: node {injection.victim}: {expected_one_of(injection.victim, hosts)}"
             )
         found.append(Kill(round(injection.seconds * rate_hz), hosts[injection.victim]))
     return found

@@ -17,6 +17,7 @@ from fivebar_control.laws.torque import Torque
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.suggestion import expected_one_of
 
 CONDITION, SIGMOID = "condition", "sigmoid"
 """Blending by 1/cond(A) (4.1.2), or by a sigmoid in time around each planned crossing (figure 1.10)."""
@@ -192,7 +193,7 @@ def controller_problem(name: str) -> str | None:
     if name in CONTROLLERS:
         return None
     if not PLUGIN.fullmatch(name):
-        return f"expected one of {', '.join(CONTROLLERS)}, or my_package.my_law:LAW"
+        return expected_one_of(name, CONTROLLERS, ", or my_package.my_law:LAW")
     if _UNOPENED.get():
         return None
     try:

@@ -13,6 +13,7 @@ from rclpy.parameter import Parameter
 
 from fivebar_description.settings import REQUIRED, Declared, Setting, declared
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.suggestion import expected_one_of
 
 
 class Spec(NamedTuple):
@@ -71,7 +72,7 @@ class Spec(NamedTuple):
         if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
             return "expected finite numbers"
         if self.choices and value not in self.choices:
-            return f"expected one of {', '.join(self.choices)}"
+            return expected_one_of(value, self.choices)
         return self.check(value) if self.check is not None else None
 
 

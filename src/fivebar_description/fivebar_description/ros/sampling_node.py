@@ -13,6 +13,7 @@ from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.stamp_join import CAPACITY, Arrival, Contradicted, StampJoin
 from fivebar_description.settings import Setting
+from fivebar_description.suggestion import expected_one_of
 
 QUEUE_DEPTH = 2000
 """History depth of nodes outside of the control cycle: the run continues while such a node gets no processor time."""
@@ -21,7 +22,7 @@ QUEUE_DEPTH = 2000
 def _unknown_states(names: tuple[str, ...]) -> str | None:
     states = [topic.name for topic in JOINT_SOURCES]
     unknown = [name for name in names if name not in states]
-    return f"{unknown[0]!r}: expected one of {', '.join(states)}" if unknown else None
+    return f"{unknown[0]!r}: {expected_one_of(unknown[0], states)}" if unknown else None
 
 
 class ExternalInputs(NamedTuple):

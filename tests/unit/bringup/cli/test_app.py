@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
+import pytest
 import typer
 from typer.testing import CliRunner
 
@@ -30,3 +31,23 @@ def test_every_command_has_an_example_whose_options_it_has() -> None:
         assert "Example: " in command.help and examples, name
         options = {option for parameter in command.params for option in parameter.opts}
         assert {option for one in examples for option in re.findall(r"--[a-z-]+", one)} <= options, name
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (["simulate", "middle", "--outt", "x"], "--out"),
+        # negative numbers are arguments of these two
+        (["goto", "0", "-0.02", "--fastes"], "--fastest"),
+        (["goto", "0", "-0.02", "--durations=1"], "--duration"),
+        (["posture", "-1.2", "1.9", "--robots", "dextar"], "--robot"),
+        (["run", "middle", "--hardware", "emulatd"], "emulated"),
+        (["sweep", "--rig", "midling"], "middling"),
+        (["compare", "--controllers", "ctc,unifid"], "unified"),
+        (["robustness", "--effects", "length"], "lengths"),
+    ],
+)
+def test_a_mistyped_option_or_name_is_answered_with_what_is_meant(words: list[str], meant: str) -> None:
+    done = CliRunner().invoke(app, words, env={"COLUMNS": "200"})
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert re.search(rf"[Dd]id you mean {meant}\?", done.stderr), done.stderr
