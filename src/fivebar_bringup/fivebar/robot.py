@@ -34,7 +34,7 @@ class Robot(NamedTuple):
 
     Attributes:
         source: the name or path that it was loaded by, as scenarios take it.
-        file: its parameter file.
+        file: its robot file.
     """
 
     source: str
@@ -84,7 +84,7 @@ class Robot(NamedTuple):
 
 
 def load_robot(robot: str | Path = "dextar") -> Robot:
-    """Read a robot by the name of a shipped one ("dextar", "motkin", "unequal") or from a parameter file (.yaml).
+    """Read a robot by the name of a shipped one ("dextar", "motkin", "unequal") or from a robot file (.yaml).
 
     Raises:
         InputError: the file is missing or does not describe a five-bar.

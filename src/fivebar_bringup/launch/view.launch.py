@@ -1,4 +1,4 @@
-"""Shows a robot in RViz: robot_state_publisher with the URDF of its parameter file, and RViz with its configuration.
+"""Shows a robot in RViz: robot_state_publisher with the URDF of the robot file, and RViz with its configuration.
 
 ros2 launch fivebar_bringup view.launch.py robot:=dextar
 ros2 launch fivebar_bringup view.launch.py scenario:=gyro_middle namespace:=robot1 use_sim_time:=true rviz:=false
@@ -64,7 +64,7 @@ def generate_launch_description():
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                "robot", default_value="", description="Shipped robot or a parameter file; default: the scenario's."
+                "robot", default_value="", description="Shipped robot or a robot file; default: the scenario's."
             ),
             DeclareLaunchArgument(
                 "scenario", default_value="", description="Take robot and mounting of the IMU from this scenario."

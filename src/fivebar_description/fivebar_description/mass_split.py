@@ -1,12 +1,12 @@
 """Masses of the robot's bodies that add up to the grouped parameters of the reduced model.
 
-A parameter file has two inertias zz_i1R, two residual inertias zz_i2R and one mass m, since these are all that a motion
+A robot file has two inertias zz_i1R, two residual inertias zz_i2R and one mass m, since these are all that a motion
 shows. They are sums over bodies: a distal link that moves like two points, m_e at the elbow and m_t at the platform,
 with an inertia zz_i2R besides, adds m_e l_i1^2 to zz_i1R and m_t to m. Any positive m_e and m_t that leave the link a
 positive inertia and the other bodies a positive rest therefore move like the model; the shares below are a plausible
 choice, not a measurement.
 
-A parameter file may have the distal links as they were weighed. Then the other bodies have the rest, so that the
+A robot file may have the distal links as they were weighed. Then the other bodies have the rest, so that the
 grouped parameters stay what they are; zz_i2R is taken to be that of the weighed links. A file with all links in place
 of the grouped parameters needs no split: its bodies are those.
 """

@@ -1,4 +1,4 @@
-"""The URDF of a robot for tools of ROS, made from its parameter file: shapes, masses, and the frames of its sensors.
+"""The URDF of a robot for tools of ROS, made from its file: shapes, masses, and the frames of its sensors.
 
 It is the tree of both legs. The loop closes where `left_tip` and `platform` meet, which no URDF can say; joint states
 of all four joints, as in `joint_states`, place every link. Links are in layers, stacked in the order of the loop, so

@@ -152,7 +152,7 @@ NO_EFFECTOR = EndEffector(mass_kg=0.0)
 
 
 class RobotFile(StrictModel):
-    """One parameter file, with the grouped parameters or with the links that they are made of."""
+    """One robot file, with the grouped parameters or with the links that they are made of."""
 
     format: Format = NEWEST
     name: Annotated[str, Field(min_length=1)]
@@ -277,7 +277,7 @@ def _of_links(near: ProximalLink, far: DistalLink, proximal: float, distal: floa
 
 
 def robot_path(robot: str) -> Path:
-    """Return the parameter file for a robot's name ("dextar") or for a path to a YAML file.
+    """Return the robot file for a robot's name ("dextar") or for a path to a YAML file.
 
     Raises:
         InputError: no such name.
@@ -295,7 +295,7 @@ def load_robot(robot: str = "dextar") -> FiveBar:
 
 
 def read_robot(robot: str = "dextar") -> RobotFile:
-    """Read a robot's whole parameter file by name or by path.
+    """Read a robot's whole file by name or by path.
 
     Raises:
         InputError: the file is missing or does not describe a five-bar.

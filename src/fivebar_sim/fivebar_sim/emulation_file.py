@@ -21,9 +21,9 @@ class EmulatedRobotFile(StrictModel):
 
     Attributes:
         interface: that of the drives which are emulated; empty where the other keys tell.
-        robot: parameter file of the robot that the hardware moves.
+        robot: file of the robot that the hardware moves.
         initial_joints: its posture at the start: q11, q12, q21, q22 in rad, of a closed loop.
-        mass_scale, inertia_scale, friction_scale: how the robot differs from its parameter file.
+        mass_scale, inertia_scale, friction_scale: how the robot differs from its file.
         effects: the robot's effects, what simulates them, and the seed of what is random in them.
     """
 

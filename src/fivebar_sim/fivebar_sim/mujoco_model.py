@@ -1,6 +1,6 @@
 """The robot as a MuJoCo model: rigid bodies, transmissions and an equality that closes the loop.
 
-The equations of `effects/body_dynamics.py` are not used here. The parameter file groups the masses of a leg: an inertia
+The equations of `effects/body_dynamics.py` are not used here. The robot file groups the masses of a leg: an inertia
 about the motor's axis, and half of the platform's mass at the tip. Bodies are made that have these, an inertia of the
 distal link beyond its point masses included.
 """

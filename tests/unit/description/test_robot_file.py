@@ -1,4 +1,4 @@
-"""The parameter files: the published values, and one clear line for every kind of bad file."""
+"""The robot files: the published values, and one clear line for every kind of bad file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plant's URDF says what the parameter file says, read as XML and by Pinocchio."""
+"""The plant's URDF says what the robot file says, read as XML and by Pinocchio."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def calibrate(
     ],
     robot: Annotated[
         str | None,
-        typer.Option("--robot", help="Robot or parameter file (.yaml) before [default: that of the run]"),
+        typer.Option("--robot", help="Robot to start from, by name or file (.yaml) [default: that of the run]"),
     ] = None,
     touched: Annotated[
         Path | None,

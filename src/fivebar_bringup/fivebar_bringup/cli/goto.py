@@ -88,7 +88,7 @@ def goto(
         str | None, typer.Option(help=f"One of {{crossing_controllers}} [default: {DEFAULT_CONTROLLER}]")
     ] = None,
     robot: Annotated[
-        str | None, typer.Option(help="A shipped robot, or a parameter file [default: dextar, or that of --after]")
+        str | None, typer.Option(help="A shipped robot, or a robot file [default: dextar, or that of --after]")
     ] = None,
     torque_limit: Annotated[
         float | None,

@@ -31,7 +31,7 @@ def identify(
         str | None,
         typer.Option(
             "--robot",
-            help="Robot or parameter file (.yaml) with the lengths of the robot [default: that of the run]",
+            help="Robot whose lengths are right, by name or file (.yaml) [default: that of the run]",
         ),
     ] = None,
     out: Annotated[
@@ -61,7 +61,7 @@ def identify(
 ) -> None:
     """Find inertias, mass and friction from a recorded run.
 
-    The results are written as a parameter file. A motion that excites all of them is the scenario excitation;
+    The results are written as a robot file. A motion that excites all of them is the scenario excitation;
     docs/identification.md goes through it.
 
     Example: `fivebar identify runs/moved`, of a run made by `fivebar simulate excitation --out runs/moved`
@@ -91,7 +91,7 @@ def identify(
         f" {cutoffs.derivative_hz:.3g} Hz, equations at {cutoffs.parallel_hz:.3g} Hz",
         soft_wrap=True,
     )
-    printer.print(f"parameter file {directory.path / ROBOT_FILE}, look at {directory.page}", soft_wrap=True)
+    printer.print(f"robot file {directory.path / ROBOT_FILE}, look at {directory.page}", soft_wrap=True)
 
 
 def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: bool, namespace: str | None) -> None:
@@ -122,7 +122,7 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
         soft_wrap=True,
     )
     change = "with its tuning" if result.lowered else "unchanged but for its name: the present gains are low enough"
-    printer.print(f"parameter file {file}, {change}", soft_wrap=True)
+    printer.print(f"robot file {file}, {change}", soft_wrap=True)
 
 
 def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: bool, namespace: str | None) -> None:

@@ -26,7 +26,7 @@ def posture(
     ] = None,
     robot: Annotated[
         str | None,
-        typer.Option(help="Name of a shipped parameter file, or path to one [default: dextar, or that of --after]"),
+        typer.Option(help="A shipped robot, or a robot file [default: dextar, or that of --after]"),
     ] = None,
     rate: Annotated[
         float | None, typer.Option(help="Reading of the gyroscope on the distal link of leg 2, rad/s, as it falls.")

@@ -17,7 +17,7 @@ from fivebar_description.interrupts import keyboard_interrupts
 @command(Group.ROBOT, "map")
 def map_robot(
     robot: Annotated[
-        str, typer.Argument(metavar="ROBOT", help="A shipped robot (dextar, unequal), or a parameter file (.yaml).")
+        str, typer.Argument(metavar="ROBOT", help="A shipped robot (dextar, unequal), or a robot file (.yaml).")
     ] = "dextar",
     out: Annotated[
         Path | None,

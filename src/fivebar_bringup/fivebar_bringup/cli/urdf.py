@@ -11,9 +11,7 @@ from fivebar_bringup.cli.app import Group, command, input_errors
 
 @command(Group.FILES)
 def urdf(
-    robot: Annotated[
-        str, typer.Argument(metavar="[ROBOT]", help="A shipped parameter file's name, or a path to one.")
-    ] = "",
+    robot: Annotated[str, typer.Argument(metavar="[ROBOT]", help="A shipped robot, or a robot file.")] = "",
     scenario: Annotated[
         str, typer.Option("--scenario", help="Take the robot, unless given, and the mounting of its IMU from this.")
     ] = "",

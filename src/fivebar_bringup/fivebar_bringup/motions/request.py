@@ -39,7 +39,7 @@ class Request(NamedTuple):
         working_mode: in which the goal is to be reached, None for that of the start.
         start: where the robot rests.
         controller: one of `CONTROLLERS`.
-        robot: a shipped parameter file's name, or a path to one.
+        robot: a shipped robot's name, or the path of a robot file.
         torque_limit: of both motors (Nm).
         motor_speed: allowed for both motors (rad/s).
         rate_hz: of the controllers.

@@ -57,7 +57,7 @@ class BoardInnerLoop(StrictModel):
         damping: the board's kd (A/(rad/s)).
         share: largest part of a motor's current limit that both may command together.
         epsilon: kappa = 1/cond(A) up to which there is none of either; from twice that on they are whole.
-        robot: parameter file of the robot, for the joint angles of the reference.
+        robot: file of the robot, for the joint angles of the reference.
     """
 
     stiffness: Annotated[float, Field(ge=0.0, le=50.0)] = 0.0

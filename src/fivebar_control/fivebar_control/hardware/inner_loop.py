@@ -44,7 +44,7 @@ class InnerLoop:
         """Read the robot.
 
         Raises:
-            InputError: its parameter file is missing or wrong.
+            InputError: the robot file is missing or wrong.
         """
         self._robot = load_robot(board.inner_loop.robot)
         self._epsilon = board.inner_loop.epsilon

@@ -29,7 +29,7 @@ from fivebar_description.parameters import FiveBar, LegParameters
 FloatArray = NDArray[np.float64]
 
 PARAMETERS = ("zz_11R", "zz_21R", "m", "f_s11", "f_s21", "f_off11", "f_off21")
-"""What is identified, by the names of the parameter file, in the order of the regressor's columns."""
+"""What is identified, by the names of the robot file, in the order of the regressor's columns."""
 
 LEAST_KAPPA = 0.15
 """Least 1/cond(A) of a sample: nearer to the Type 2 locus A^-T amplifies small errors of the angles."""

@@ -1,4 +1,4 @@
-"""Defaults of a scenario that follow from the robot: its torques, speeds and encoders, from its parameter file.
+"""Defaults of a scenario that follow from the robot: its torques, speeds and encoders, from the robot file.
 
 Defaults of torques are those of DexTAR, and on another robot in proportion to the torque of its crossings; see
 `fivebar_control.laws.robot_sizes`. Bandwidth and noises that suit a robot may stand in its file.

@@ -1,4 +1,4 @@
-"""Settings of the simulated robot: deviations from its parameter file, encoders and drives."""
+"""Settings of the simulated robot: deviations from the robot file, encoders and drives."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PINOCCHIO, MUJOCO = "pinocchio", "mujoco"
 
 
 class PlantSettings(NamedTuple):
-    """How the simulated robot differs from its parameter file, and the properties of its encoders and drives.
+    """How the simulated robot differs from its robot file, and the properties of its encoders and drives.
 
     With encoder counts, positions are rounded down to a count and velocities are differences of two samples. The seed
     is that of all random streams, one per sensor. The sections within are effects, each off by default; what one of

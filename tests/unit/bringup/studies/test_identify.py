@@ -282,7 +282,7 @@ def test_another_robot_is_noticed(counted: RunDirectory, tmp_path: Path) -> None
         (["nowhere"], "nowhere: no such directory"),
         (["{folder}"], "holds neither a bag (metadata.yaml) nor a run"),
         (["{bag}", "--robot", "nope"], "robot 'nope': expected one of"),
-        (["{lone}"], "--robot: expected the robot's name or parameter file"),
+        (["{lone}"], "--robot: expected the robot's name or file"),
     ],
 )
 def test_what_cannot_be_read_is_one_line(

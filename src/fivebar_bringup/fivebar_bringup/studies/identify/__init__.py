@@ -1,1 +1,1 @@
-"""Identifies a robot from the bag of a run: reads the bag, fits, writes parameter file, figures and page."""
+"""Identifies a robot from the bag of a run: reads the bag, fits, writes robot file, figures and page."""

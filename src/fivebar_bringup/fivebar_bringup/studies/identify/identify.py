@@ -1,4 +1,4 @@
-"""Identifies a robot from a bag and writes parameter file, figures and page."""
+"""Identifies a robot from a bag and writes robot file, figures and page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fivebar_control.identification.motor_map import MotorMap, map_motors
 from fivebar_description.strict_yaml import InputError
 
 ROBOT_FILE = "identified.yaml"
-"""The parameter file that `robot:` in a scenario takes."""
+"""The robot file that `robot:` in a scenario takes."""
 
 
 SCALED_BY_TORQUE = ("zz_11R", "zz_21R", "m")
@@ -24,7 +24,7 @@ LARGEST_RATIO = 300.0
 
 
 def identify_bag(path: Path, robot: str | None = None, namespace: str | None = None) -> IdentificationResult:
-    """Identify the robot of a bag or of a run's directory, starting from the run's parameter file or a given one.
+    """Identify the robot of a bag or of a run's directory, starting from the run's robot file or a given one.
 
     Raises:
         InputError: the bag, the robot or the motion is unsuitable.
@@ -80,7 +80,7 @@ def map_bag(
 
 
 def write_identification(findings: IdentificationResult, out: Path | None) -> StudyDirectory:
-    """Write parameter file, figures, page and JSON into a new directory.
+    """Write robot file, figures, page and JSON into a new directory.
 
     Raises:
         InputError: the directory cannot be used.

@@ -11,7 +11,7 @@ from fivebar_bringup.units import engineering
 
 
 def html_page(findings: IdentificationResult, pictures: Sequence[Picture]) -> str:
-    """Return the page: parameters, quality of the fit, figures, the parameter file and its use."""
+    """Return the page: parameters, quality of the fit, figures, the robot file and its use."""
     return render(
         "identification.html",
         title=f"{findings.start.name}: identified",

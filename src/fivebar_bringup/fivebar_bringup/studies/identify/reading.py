@@ -80,7 +80,7 @@ def find_bag(path: Path, namespace: str | None = None) -> Source:
 
 
 def read_start(source: Source, robot: str | None) -> RobotFile:
-    """Return the parameter file that identification starts from: a given one, else that of the run's scenario.
+    """Return the robot file that identification starts from: a given one, else that of the run's scenario.
 
     Raises:
         InputError: there is none, or it does not describe a five-bar.
@@ -88,7 +88,7 @@ def read_start(source: Source, robot: str | None) -> RobotFile:
     if robot is not None:
         return read_robot(robot)
     if source.run is None:
-        raise InputError(f"--robot: expected the robot's name or parameter file: {source.bag} lies in no run")
+        raise InputError(f"--robot: expected the robot's name or file: {source.bag} lies in no run")
     return read_robot(source.run.read_scenario().robot)
 
 

@@ -1,4 +1,4 @@
-"""Maps the workspace and the singularities of a robot given by its parameter file."""
+"""Maps the workspace and the singularities of a robot given by its file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CELLS = 200
 
 
 def read_mappable_robot(robot: str) -> RobotFile:
-    """Read a robot by name or parameter file.
+    """Read a robot by name or file.
 
     Raises:
         InputError: the file does not describe a five-bar, or its legs never meet.

@@ -2,7 +2,7 @@
 
 Each robot is drawn as a rig of the sweep has them, led by hand without power through both motions of calibration, and
 calibrated from the readings, on request with a few touched points besides. Then random crossings of the sweep are
-planned, screened and run on it, with its parameter file as drawn and as calibrated. What a robot is stays the same
+planned, screened and run on it, with its file as drawn and as calibrated. What a robot is stays the same
 throughout: pushes and lost commands differ from crossing to crossing, and there are none while it is led.
 docs/calibration.md has the table.
 """

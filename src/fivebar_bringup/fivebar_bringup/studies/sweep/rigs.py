@@ -155,7 +155,7 @@ class SweepRig(NamedTuple):
         blended: the same for the blended controllers, in addition.
         tracking_limit: distance (m) of the estimated platform from its reference beyond which a run is stopped with
             `tracking_lost`; None for that of every scenario.
-        robot: whose robots they are, by the name of its parameter file.
+        robot: whose robots they are, by the name of their file.
         plant: keys of the section `plant` that all of its robots have, in place of drawn ones.
         required: share of the feasible crossings that the counted controller has to complete.
         laws: settings of `mpc` and `lqr`, beside the gains that these share with `unified`.
