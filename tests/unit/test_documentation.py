@@ -156,7 +156,7 @@ HISTORY = re.compile(
     r"|\bsince then\b|\bearlier (version|seed)|\b(in|until|since) version\b|(?<!--)\bseeds? \d"
     r"|\b(January|February|March|April|May|June|July|August|September|October|November|December) 20\d\d\b"
 )
-MOST_WORDS = 45
+MOST_WORDS = 40
 
 
 def sentences(page: Path) -> list[str]:
