@@ -68,6 +68,7 @@ setup(
         "fivebar.drives": [
             "canopen = fivebar_bringup.drives.kinds:CANOPEN_DRIVES",
             "motkin = fivebar_bringup.drives.kinds:MOTKIN_BOARD",
+            "odrive = fivebar_bringup.drives.kinds:ODRIVES",
         ],
     },
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import secrets
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from fivebar_bringup.drives.run_files import (
     DriveFiles,
     check_drivable,
     emulated_robot,
+    private_bus,
     write_checked,
 )
 from fivebar_bringup.scenario import Scenario
@@ -29,9 +29,6 @@ SHIPPED = "dextar_emulated.yaml"
 
 TORQUE_STEPS = 1000
 """Resolution of 0x6071: steps per rated torque."""
-
-LOWEST_PORT, PORTS = 20_000, 12_000
-"""Ports below Linux's ephemeral range."""
 
 
 class CanRunFiles:
@@ -104,10 +101,8 @@ def _contents(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     period_ms = max(1, -(-period_us // 1000))
     # half a period, so that every cycle sends one even if it starts slightly early
     beat_ms = max(1, period_ms // 2)
-    address = f"239.{77 + secrets.randbelow(50)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
-    bus = {"interface": "udp_multicast", "channel": address, "port": LOWEST_PORT + secrets.randbelow(PORTS)}
     counts = plant.encoder_counts or 0
-    common = {"bus": bus, "sync_period_us": period_us}
+    common = {"bus": private_bus(), "sync_period_us": period_us}
     motor: dict[str, Any] = {"counts_per_revolution": counts, "velocity_units_per_rev_s": counts}
     if plant.torque_quantum:
         motor["rated_torque_nm"] = TORQUE_STEPS * plant.torque_quantum

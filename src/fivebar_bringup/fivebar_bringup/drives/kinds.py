@@ -22,3 +22,12 @@ MOTKIN_BOARD = DriveKind(
     bridge="motkin_bridge",
 )
 """The motor board of the MOTKIN bench on USB."""
+
+ODRIVES = DriveKind(
+    "odrive",
+    connection="fivebar_control.hardware.odrive:CONNECTION",
+    emulation="fivebar_sim.motors.odrive:EMULATOR",
+    run_files="fivebar_bringup.drives.odrive_files:RUN_FILES",
+    faults="fivebar_control.hardware.odrive:FAULTS",
+)
+"""Two ODrives on a CAN bus."""

@@ -22,18 +22,20 @@ from fivebar_sim.motors.configuration import MotorFacts, MotorsEmulationFile
 
 
 class MotorRunFiles:
-    """The `RunFiles` of motors that a `MotorDriver` reaches. A configuration is always given: `--drives FILE`."""
+    """The `RunFiles` of motors that a `MotorDriver` reaches. For real drives a configuration is always given."""
 
     real_drives = ""
     has_port = False
 
-    def __init__(self, private_link: Callable[[Mapping[str, Any], Path], dict[str, Any]]) -> None:
+    def __init__(self, private_link: Callable[[Mapping[str, Any], Path], dict[str, Any]], shipped: str = "") -> None:
         """Write files for one interface.
 
         Args:
             private_link: returns the section `link` of a rehearsal, on a bus or port of this run only, from that of the
                 configuration and the folder of the run.
+            shipped: name of the configuration that a rehearsal begins from where none is given; empty for none.
         """
+        self._shipped = shipped
         self._private_link = private_link
 
     def check(self, scenario: Scenario, configuration: str) -> None:
@@ -59,10 +61,11 @@ class MotorRunFiles:
             InputError: the scenario cannot be rehearsed; the text says what to change.
         """
         check_drivable(scenario)
-        if configuration is None:
+        begun = configuration or self._shipped
+        if not begun:
             raise InputError("--drives: expected the configuration of the drives, which the rehearsal begins from")
         files = DriveFiles.of(folder)
-        content = load_motors(configuration).model_dump(mode="json")
+        content = load_motors(begun).model_dump(mode="json")
         start, cycles = scenario.initial_joints(), scenario.stop_cycles()
         period_us = MICROSECONDS // scenario.rate_hz
         common = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import secrets
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -14,6 +15,10 @@ from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects
 
 GATHER_FRACTION = 0.75
 """Fraction of a period after which the bridge stops waiting for the drives' answers."""
+
+
+LOWEST_PORT, PORTS = 20_000, 12_000
+"""Ports below Linux's ephemeral range."""
 
 
 class DriveFiles(NamedTuple):
@@ -100,6 +105,12 @@ def emulated_robot(scenario: Scenario) -> dict[str, Any]:
         dumped = scenario.model_dump(mode="json")["plant"]
         content["effects"] = {name: dumped[name] for name in ("engine", "seed", *sections(PlantSettings))}
     return content
+
+
+def private_bus() -> dict[str, Any]:
+    """Return an emulated CAN bus that a run has for itself."""
+    address = f"239.{77 + secrets.randbelow(50)}.{secrets.randbelow(256)}.{1 + secrets.randbelow(254)}"
+    return {"interface": "udp_multicast", "channel": address, "port": LOWEST_PORT + secrets.randbelow(PORTS)}
 
 
 def check_drivable(scenario: Scenario) -> None:

@@ -61,6 +61,14 @@ class CanPort:
         """
         self.bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
 
+    def request(self, can_id: int) -> None:
+        """Send a remote frame, which asks for a data frame of this id.
+
+        Raises:
+            can.CanError, OSError: it cannot be sent.
+        """
+        self.bus.send(can.Message(arbitration_id=can_id, is_remote_frame=True, dlc=8, is_extended_id=False))
+
     def close(self) -> None:
         """Stop receiving and close the interface."""
         self._ending.set()

@@ -13,6 +13,7 @@ from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds
 from fivebar_description.board_file import CLOCK
 from fivebar_description.motors_file import FileMotor, PeriodUs, WatchdogMs
 from fivebar_description.physical_bounds import Positive
+from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import StrictModel, read_yaml
 
 
@@ -96,9 +97,18 @@ class MotorsFile(StrictModel):
 
 
 def load_motors(configuration: str) -> MotorsFile:
-    """Read a configuration by the path of its YAML file.
+    """Read a configuration by its shipped name ("odrive") or by the path of a YAML file.
 
     Raises:
         InputError: the file is missing or not a configuration; the text names file and key.
     """
-    return read_yaml(Path(configuration), MotorsFile)
+    return read_yaml(motors_path(configuration), MotorsFile)
+
+
+def motors_path(configuration: str) -> Path:
+    """Return the configuration file for a shipped name or a path.
+
+    Raises:
+        InputError: no such name.
+    """
+    return yaml_path("drives", configuration, share_file("fivebar_control", "config", "motors"))

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-USAGE = "fault|silent|frozen MOTOR, unplug, plug, mend, home; MOTOR is 1 or 2"
+USAGE = "fault MOTOR [NAME], silent|frozen MOTOR, unplug, plug, mend, home; MOTOR is 1 or 2, NAME an error of the drive"
 
 
 class MotorOrder(NamedTuple):
-    """One line: its word and its motor, 0 or 1, where it has one."""
+    """One line: its word, its motor, 0 or 1, and the name of the drive's error, where it has these."""
 
     word: str
     motor: int | None = None
+    name: str = ""
 
 
 def read_order(line: str) -> MotorOrder | None:
@@ -21,4 +22,6 @@ def read_order(line: str) -> MotorOrder | None:
             return MotorOrder(word)
         case ["fault" | "silent" | "frozen" as word, ("1" | "2") as number]:
             return MotorOrder(word, int(number) - 1)
+        case ["fault" as word, ("1" | "2") as number, name] if name.isidentifier():
+            return MotorOrder(word, int(number) - 1, name)
     return None

@@ -103,8 +103,8 @@ class MotorsEmulation:
                 self._plugged = True
                 for motor in motors:
                     motor.silent = motor.frozen = motor.faulty = False
-            case MotorOrder("fault", int(number)):
-                motors[number].faulty = True
+            case MotorOrder("fault", int(number), name):
+                motors[number].faulty, motors[number].fault = True, name
                 motors[number].command(False, 0.0)
             case MotorOrder("silent", int(number)):
                 motors[number].silent = True

@@ -45,6 +45,8 @@ class SimulatedMotor:
         self.torque = 0.0
         self.powered = self.faulty = self.silent = self.frozen = False
         """Whether it has power, is in error, does not answer, and whether its encoder repeats its reading."""
+        self.fault = ""
+        """The name of the error, where one was given."""
 
     @property
     def resolution(self) -> float:
@@ -92,7 +94,10 @@ class SimulatedMotor:
 
 
 class EmulatedMotors:
-    """Both motors on the simulated robot, which a pair of commands or the clock moves on by a period."""
+    """Both motors on the simulated robot, which a pair of commands or the clock moves on by a period.
+
+    Until one of them has power for the first time the robot stays where it stands.
+    """
 
     def __init__(self, file: MotorsEmulationFile, now: float) -> None:
         """Switch the drives on.
@@ -127,6 +132,8 @@ class EmulatedMotors:
         (q11, _, q21, _), _ = self._plant.seen()
         for motor, angle in zip(self.motors, (q11, q21), strict=True):
             motor.place(angle)
+        # friction holds a robot that stands, but that of the simulated one is smoothed, and lets it creep
+        self._held = True
 
     def carry(self, payload: float) -> None:
         """Go on with a payload (kg) on the platform."""
@@ -154,6 +161,7 @@ class EmulatedMotors:
         motor = self.motors[number]
         found = motor.state
         motor.command(power, torque)
+        self._held = self._held and not motor.powered
         self._commanded_at = now
         self._commanded.add(number)
         if self._commanded == {0, 1} and self._file.pace == "commands":
@@ -183,6 +191,8 @@ class EmulatedMotors:
         self._measured += 1
         angles = first.joint_angle, second.joint_angle
         self.history.append(MeasuredRecord(self._measured, angles, self._plant.truth()))
+        if self._held:
+            return
         try:
             self._plant.advance((first.joint_torque(), second.joint_torque()))
         except PlantDiverged:

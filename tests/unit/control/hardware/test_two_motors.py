@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 import yaml
+from closed_posture import closed_posture
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.connection import interface_of
@@ -19,19 +20,10 @@ from fivebar_sim.motors.commands import read_order
 from fivebar_sim.motors.configuration import MotorsEmulationFile
 from fivebar_sim.motors.motors import EmulatedMotors
 
-START = (2.6, 0.5, 0.6, 2.6)
 MOTORS: dict[str, dict[str, Any]] = {
     "q11": {"id": 1, "counts_per_revolution": 10000, "gear_ratio": 2.0, "sign": -1, "zero_rad": 1.5},
     "q21": {"id": 2, "counts_per_revolution": 20000},
 }
-
-
-def closed_posture() -> list[float]:
-    from fivebar_control.model.kinematics import state_from_platform
-    from fivebar_description.robot_file import load_robot
-
-    state = state_from_platform(load_robot("dextar"), 1, -1, 0.0, 0.15, 0.0, 0.0)
-    return [state.leg1.q1, state.leg1.q2, state.leg2.q1, state.leg2.q2]
 
 
 def motors_file(**changed: Any) -> MotorsFile:
@@ -198,3 +190,18 @@ def test_a_file_names_its_interface(tmp_path: Path) -> None:
 @pytest.mark.parametrize("line", ["fault 3", "unplug 1", "home now", "", "silent"])
 def test_other_orders_are_not_understood(line: str) -> None:
     assert read_order(line) is None
+
+
+def test_a_robot_stands_still_until_it_first_has_power() -> None:
+    motors, driver = opened()
+    q11, _, q21, _ = closed_posture()
+    for number in range(1, 1000):
+        driver.motors.tend(0.002 * number)
+    (first, _, second, _), _, _ = driver.motors.history[-1].truth
+    assert (first, second) == (q11, q21)
+    motors.enable(1.0)
+    motors.write((0.0, 0.0))
+    motors.exchange()
+    driver.motors.tend(2.2)
+    (first, _, second, _), _, _ = driver.motors.history[-1].truth
+    assert (first, second) != (q11, q21), "the offset of its friction moves it"

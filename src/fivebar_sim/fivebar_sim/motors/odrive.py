@@ -1,0 +1,163 @@
+"""The side of two ODrives on a CAN bus, by the protocol CAN Simple of firmware 0.6.
+
+Frames are put together here anew, and not taken from the bridge, so that each side checks the other.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import time
+
+import can
+
+from fivebar_description.drive_file import CanChannel
+from fivebar_description.network import can_problem
+from fivebar_description.strict_yaml import InputError, StrictModel, validate
+from fivebar_sim.drives.emulation import open_bus
+from fivebar_sim.motors.configuration import MotorsEmulationFile
+from fivebar_sim.motors.emulation import emulating
+from fivebar_sim.motors.motors import EmulatedMotors, ShaftState, SimulatedMotor
+
+HEARTBEAT_PERIOD = 0.1
+"""Period (s) of heartbeats, the drive's default."""
+
+PROTOCOL = 2
+"""Protocol version that is reported."""
+
+IDLE, CLOSED_LOOP = 1, 8
+
+ERRORS = {
+    "MISSING_ESTIMATE": 0x8,
+    "BAD_CONFIG": 0x10,
+    "DRV_FAULT": 0x20,
+    "DC_BUS_OVER_VOLTAGE": 0x100,
+    "DC_BUS_UNDER_VOLTAGE": 0x200,
+    "DC_BUS_OVER_CURRENT": 0x400,
+    "CURRENT_LIMIT_VIOLATION": 0x1000,
+    "MOTOR_OVER_TEMP": 0x2000,
+    "INVERTER_OVER_TEMP": 0x4000,
+    "VELOCITY_LIMIT_VIOLATION": 0x8000,
+    "WATCHDOG_TIMER_EXPIRED": 0x1000000,
+    "ESTOP_REQUESTED": 0x2000000,
+    "SPINOUT_DETECTED": 0x4000000,
+    "BRAKE_RESISTOR_DISARMED": 0x8000000,
+    "CALIBRATION_ERROR": 0x40000000,
+}
+"""Errors that can be injected, by the vendor's names."""
+
+DEFAULT_ERROR = "DRV_FAULT"
+"""The error of a fault that is injected without a name."""
+
+
+class ODriveLinkFile(CanChannel, StrictModel):
+    """Section `link`: the bus, and what both drives report of themselves.
+
+    Attributes:
+        bitrate: of the wire (bit/s), which an emulated bus has not.
+        firmware: major and minor number.
+    """
+
+    bitrate: int = 1_000_000
+    firmware: tuple[int, int] = (0, 6)
+
+
+class AxisState:
+    """What a drive remembers."""
+
+    def __init__(self) -> None:
+        self.wanted = False
+        self.torque_mode = False
+        self.errors = self.disarmed = 0
+        self.found: ShaftState | None = None
+
+
+class ODriveBus:
+    """The `MotorLink` of two ODrives."""
+
+    def __init__(self, file: MotorsEmulationFile) -> None:
+        """Open the bus.
+
+        Raises:
+            InputError: it cannot be opened.
+        """
+        self._link = validate(dict(file.link), ODriveLinkFile, f"{file.name}: link")
+        try:
+            self._bus = open_bus(self._link)
+        except (can.CanError, OSError) as error:
+            raise InputError(can_problem(self._link.interface, self._link.channel, error)) from error
+        self._axes = AxisState(), AxisState()
+        self._beat_due = 0.0
+        self.place = f"{self._link.interface} {self._link.channel}"
+
+    def serve(self, motors: EmulatedMotors, timeout: float) -> None:
+        """Wait for a frame for a time (s), and answer it; send the heartbeats that are due."""
+        message = self._bus.recv(timeout)
+        self._watch(motors)
+        if message is not None and not (message.is_extended_id or message.is_error_frame or message.is_fd):
+            number = motors.number_of(message.arbitration_id >> 5)
+            if number is not None:
+                self._answer(motors, number, message)
+        now = time.monotonic()
+        if now >= self._beat_due:
+            self._beat_due = now + HEARTBEAT_PERIOD
+            for number in range(2):
+                self._beat(motors, number)
+
+    def close(self) -> None:
+        """Leave the bus."""
+        self._bus.shutdown()
+
+    def _watch(self, motors: EmulatedMotors) -> None:
+        """Note injected faults, and power that the watchdog has taken."""
+        for number, (axis, motor) in enumerate(zip(self._axes, motors.motors, strict=True)):
+            before = axis.errors
+            if motor.faulty and not axis.errors:
+                axis.errors = ERRORS.get(motor.fault, ERRORS[DEFAULT_ERROR])
+            elif axis.wanted and not motor.powered and axis.found is not None and not motor.faulty:
+                axis.errors = ERRORS["WATCHDOG_TIMER_EXPIRED"]
+            if axis.errors and not before:
+                axis.disarmed, axis.wanted = axis.errors, False
+                self._beat(motors, number)
+
+    def _answer(self, motors: EmulatedMotors, number: int, message: can.Message) -> None:
+        axis, motor, command = self._axes[number], motors.motors[number], message.arbitration_id & 31
+        data = bytes(message.data)
+        if message.is_remote_frame:
+            if command == 0x00:
+                self._send(motor, command, bytes((PROTOCOL, 5, 2, 0, *self._link.firmware, 11, 0)))
+            elif command == 0x03:
+                self._send(motor, command, struct.pack("<II", axis.errors, axis.disarmed))
+            elif command == 0x09:
+                state = axis.found or motor.state
+                self._send(motor, command, struct.pack("<ff", state.position / math.tau, state.velocity / math.tau))
+            return
+        if command == 0x07:
+            (wanted,) = struct.unpack_from("<I", data)
+            axis.wanted = wanted == CLOSED_LOOP and axis.torque_mode and not axis.errors
+            axis.found = None
+            if not axis.wanted:
+                motor.command(False, 0.0)
+            self._beat(motors, number)
+        elif command == 0x0B:
+            axis.torque_mode = struct.unpack("<II", data) == (1, 1)
+        elif command == 0x0E:
+            (torque,) = struct.unpack_from("<f", data)
+            axis.found = motors.command(number, axis.wanted, torque, time.monotonic())
+        elif command == 0x18:
+            axis.errors = axis.disarmed = 0
+            motor.faulty = False
+
+    def _beat(self, motors: EmulatedMotors, number: int) -> None:
+        axis, motor = self._axes[number], motors.motors[number]
+        if not motor.silent:
+            state = CLOSED_LOOP if axis.wanted else IDLE
+            self._send(motor, 0x01, struct.pack("<IBBBx", axis.errors, state, 0, 0))
+
+    def _send(self, motor: SimulatedMotor, command: int, data: bytes) -> None:
+        can_id = motor.facts.id << 5 | command
+        self._bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+
+
+EMULATOR = emulating(ODriveBus)
+"""The emulation of the interface."""

@@ -1,0 +1,50 @@
+"""Crossings on two emulated ODrives: frames on a CAN bus between bridge and drives, each in a process of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from fivebar_command import FivebarCommand
+
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_description.interface import TORQUE_COMMAND
+
+REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--drives", "odrive", "--json")
+
+
+def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
+    call = fivebar(*REHEARSED, "--out", str(folder / "odrive"))
+    assert call.finish() == 0, call.stderr
+    summary = call.json()
+    assert (summary["outcome"], summary["faults"], summary["assembly_mode_changes"]) == ("succeeded", [], 2)
+    assert summary["tracking_error_peak_m"] < 0.004
+    assert summary["samples"] == summary["planned_samples"]
+
+
+@pytest.mark.parametrize(
+    ("broken", "fault"),
+    [
+        ("0.5 fault 1 DC_BUS_UNDER_VOLTAGE", "odrive_error: q11 (node 0): DC_BUS_UNDER_VOLTAGE"),
+        pytest.param("1.2 unplug", "feedback_missing: q11 (id 0): no answer", marks=pytest.mark.extra),
+        pytest.param(
+            "0.5 fault 2 BRAKE_RESISTOR_DISARMED",
+            "odrive_error: q21 (node 1): BRAKE_RESISTOR_DISARMED",
+            marks=pytest.mark.extra,
+        ),
+        pytest.param("0.5 silent 2", "feedback_missing: q21 (id 1): no answer", marks=pytest.mark.extra),
+        pytest.param("1.2 frozen 2", "encoder_frozen: ", marks=pytest.mark.extra),
+        pytest.param("0.5 kill drive_bridge", "node_died: drive_bridge ", marks=pytest.mark.extra),
+        pytest.param("0.5 kill blender", "node_died: controllers ", marks=pytest.mark.extra),
+    ],
+)
+def test_a_fault_on_the_way(fivebar: Callable[..., FivebarCommand], folder: Path, broken: str, fault: str) -> None:
+    out = folder / broken.replace(" ", "_")
+    call = fivebar(*REHEARSED, "--inject", broken, "--out", str(out))
+    assert call.finish() == 1, call.stderr
+    summary = call.json()
+    assert summary["outcome"] == "stopped"
+    assert summary["fault_details"][0].startswith(fault)
+    torques = read_bag(out / "bag").field(TORQUE_COMMAND, "effort")
+    assert "blender" in broken or tuple(torques[-1]) == (0.0, 0.0)

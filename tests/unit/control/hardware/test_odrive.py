@@ -1,0 +1,157 @@
+"""Two ODrives on a bus within this process, whose side puts its frames together by itself."""
+
+from __future__ import annotations
+
+import struct
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import can
+import pytest
+from closed_posture import closed_posture
+
+from fivebar_bringup.drives.odrive_files import private_link
+from fivebar_control.hardware import odrive
+from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_control.hardware.odrive import FAULTS, ODrives, error_names, frame_id
+from fivebar_control.hardware.two_motors import TwoMotors
+from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.motors import odrive as emulated
+from fivebar_sim.motors.configuration import MotorsEmulationFile
+from fivebar_sim.motors.emulation import MotorsEmulation
+from fivebar_sim.motors.odrive import ODriveBus
+
+LINK = {"interface": "virtual", "channel": "odrives"}
+
+
+def bridge_file(**changed: Any) -> MotorsFile:
+    content = load_motors("odrive").model_dump(mode="json")
+    return validate({**content, "link": LINK, "set_up_timeout_ms": 500, **changed}, MotorsFile, "test")
+
+
+@contextmanager
+def drives(**link: Any) -> Iterator[MotorsEmulation]:
+    """Serve two emulated drives in a thread."""
+    motors = {joint: {"id": number, "counts_per_revolution": 20000} for number, joint in enumerate(("q11", "q21"))}
+    content = {"name": "test", "robot": "dextar", "initial_joints": closed_posture(), "motors": motors}
+    file = validate({**content, "link": {**LINK, **link}}, MotorsEmulationFile, "test")
+    emulation, ending = MotorsEmulation(file, ODriveBus), threading.Event()
+    thread = threading.Thread(target=emulation.run, args=(ending,))
+    thread.start()
+    try:
+        yield emulation
+    finally:
+        ending.set()
+        thread.join()
+        emulation.close()
+
+
+def test_torque_and_angle_go_over_the_bus() -> None:
+    with drives() as emulation:
+        motors = TwoMotors(bridge_file(), ODrives(bridge_file()))
+        motors.set_up()
+        motors.enable(2.0)
+        motors.write((1.5, -1.5))
+        for _ in range(10):
+            exchange = motors.exchange()
+        assert exchange.fault is None
+        first, second = exchange.readings
+        assert first is not None
+        assert second is not None
+        assert first.velocity > 0.0 > second.velocity
+        assert [motor.torque for motor in emulation.motors.motors] == pytest.approx([1.5, -1.5])
+        motors.disable(2.0)
+        assert [motor.powered for motor in emulation.motors.motors] == [False, False]
+        motors.close()
+
+
+@pytest.mark.parametrize("name", ["DC_BUS_UNDER_VOLTAGE", "BRAKE_RESISTOR_DISARMED", "ESTOP_REQUESTED"])
+def test_an_error_has_the_vendor_s_name_and_is_cleared_by_a_reset(name: str) -> None:
+    with drives() as emulation:
+        motors = TwoMotors(bridge_file(), ODrives(bridge_file()))
+        motors.set_up()
+        motors.enable(2.0)
+        emulation.obey(f"fault 2 {name}")
+        fault = next(fault for _ in range(50) if (fault := motors.exchange().fault) is not None)
+        assert str(fault) == f"odrive_error: q21 (node 1): {name}"
+        assert not motors.enabled
+        emulation.obey("mend")
+        motors.reset(2.0)
+        motors.enable(2.0)
+        motors.close()
+
+
+def test_another_firmware_is_refused() -> None:
+    with drives(firmware=(0, 5)), pytest.raises(DriveError, match=r"odrive_firmware: q11 .*0\.5, expected 0\.6"):
+        ODrives(bridge_file())
+
+
+def test_a_drive_of_another_id_is_missing() -> None:
+    motors = bridge_file().model_dump(mode="json")["motors"]
+    motors["q21"]["id"] = 7
+    with drives(), pytest.raises(DriveError, match=r"drive_missing: q21 \(node 7\)"):
+        ODrives(bridge_file(motors=motors))
+
+
+def test_the_watchdog_of_a_drive_disarms_it() -> None:
+    with drives() as emulation:
+        motors = TwoMotors(bridge_file(), ODrives(bridge_file()))
+        motors.set_up()
+        motors.enable(2.0)
+        deadline = threading.Event()
+        while any(motor.powered for motor in emulation.motors.motors):
+            deadline.wait(0.005)
+        fault = next(fault for _ in range(50) if (fault := motors.exchange().fault) is not None)
+        assert fault.detail.endswith("WATCHDOG_TIMER_EXPIRED")
+        motors.close()
+
+
+def test_both_sides_know_the_same_errors() -> None:
+    assert {name: bit for bit, name in odrive.ERRORS.items() if name in emulated.ERRORS} == emulated.ERRORS
+    assert error_names(0x28 | 0x80) == "MISSING_ESTIMATE, DRV_FAULT, 0x80"
+    assert set(FAULTS) >= {"odrive_error", "odrive_firmware"}
+
+
+def test_a_wrong_link_is_refused() -> None:
+    with pytest.raises(InputError, match="link: interface"):
+        ODrives(bridge_file(link={"interface": "canusb", "channel": "can0"}))
+    assert private_link({}, Path())["interface"] == "udp_multicast"
+
+
+@pytest.mark.extra
+def test_every_frame_is_the_vendor_s() -> None:
+    """Against the frames' description that `odrive-can` ships."""
+    get_dbc = pytest.importorskip("odrive_can").get_dbc
+    described = get_dbc("odrive-cansimple-0.6.10")
+
+    def of(command: int) -> Any:
+        return described.get_message_by_frame_id(frame_id(0, command))
+
+    assert of(odrive.SET_INPUT_TORQUE).encode({"Input_Torque": 1.25})[:4] == struct.pack("<f", 1.25)
+    mode = of(odrive.SET_CONTROLLER_MODE).encode({"Control_Mode": "TORQUE_CONTROL", "Input_Mode": "PASSTHROUGH"})
+    assert mode == struct.pack("<II", odrive.TORQUE_CONTROL, odrive.PASSTHROUGH)
+    state = of(odrive.SET_AXIS_STATE).encode({"Axis_Requested_State": "CLOSED_LOOP_CONTROL"})
+    assert state[:4] == struct.pack("<I", odrive.CLOSED_LOOP_CONTROL)
+    names = of(odrive.GET_ERROR).get_signal_by_name("Active_Errors").choices
+    assert {int(value): str(name) for value, name in names.items() if value} == odrive.ERRORS
+    sent: list[can.Message] = []
+    with drives() as emulation, can.Bus(interface="virtual", channel="odrives") as bus:
+        for command in (odrive.GET_VERSION, odrive.GET_ERROR, odrive.GET_ENCODER_ESTIMATES):
+            bus.send(can.Message(arbitration_id=command, is_remote_frame=True, dlc=8, is_extended_id=False))
+        while {one.arbitration_id & 31 for one in sent} < {0, 1, 3, 9}:
+            message = bus.recv(2.0)
+            assert message is not None
+            sent.append(message)
+        for one in (one for one in sent if one.arbitration_id < 32):
+            values = described.decode_message(one.arbitration_id, one.data)
+            if one.arbitration_id == 9:
+                turns = emulation.motors.motors[0].state.position / 6.283185307179586
+                assert values["Pos_Estimate"] == pytest.approx(turns, rel=1e-6)
+            elif one.arbitration_id == 1:
+                assert (str(values["Axis_State"]), str(values["Axis_Error"])) == ("IDLE", "NONE")
+            elif one.arbitration_id == 0:
+                assert (values["Fw_Version_Major"], values["Fw_Version_Minor"]) == (0, 6)
