@@ -11,6 +11,7 @@ from fivebar_control.hardware.board_faults import CAUSES
 from fivebar_control.hardware.board_file import BoardDrive, BoardFile, StartPosture
 from fivebar_control.hardware.bus_load import bus_load, cycle_bits
 from fivebar_control.hardware.configuration import Bus, Drive, load_drives
+from fivebar_control.hardware.odrive import FAULTS as ODRIVE_FAULTS
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import WORDS
 
@@ -20,7 +21,9 @@ PAGE = (ROOT / "docs" / "robot.md").read_text(encoding="utf-8")
 CONTROL = ROOT / "src" / "fivebar_control" / "fivebar_control"
 
 
+ODRIVE_PAGE = (ROOT / "docs" / "odrive.md").read_text(encoding="utf-8")
 BOARD_ONLY = {CONTROL / "hardware" / name for name in ("motor_board.py", "board_faults.py")}
+ODRIVE_ONLY = {CONTROL / "hardware" / "odrive.py"}
 
 
 def raised(paths: Iterable[Path]) -> set[str]:
@@ -41,9 +44,10 @@ def told(page: str) -> set[str]:
 
 
 def test_every_fault_has_its_recovery_and_no_other_is_told() -> None:
-    shared = {*(CONTROL / "hardware").glob("*.py"), CONTROL / "ros" / "drive_bridge.py"} - BOARD_ONLY
+    shared = {*(CONTROL / "hardware").glob("*.py"), CONTROL / "ros" / "drive_bridge.py"} - BOARD_ONLY - ODRIVE_ONLY
     assert told(PAGE) == raised(shared)
     assert told(BOARD_PAGE) == raised(BOARD_ONLY) | {name for name, _ in CAUSES.values()}
+    assert raised(ODRIVE_ONLY) <= set(ODRIVE_FAULTS) == told(ODRIVE_PAGE)
 
 
 def test_every_key_of_a_board_is_explained() -> None:
