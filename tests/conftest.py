@@ -12,6 +12,9 @@ TESTS = Path(__file__).parent
 # as the command and its nodes have it; read when numpy is loaded
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# standard error has what is wrong alone, however long a command takes on a busy machine
+os.environ["FIVEBAR_PROGRESS"] = "off"
+
 # a shell has its background jobs ignore Ctrl-C, nohup has all that it starts ignore the end of the terminal; here
 # processes are interrupted by both
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -12,6 +12,8 @@ from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any, get_type_hints
 
+from fivebar_description.stages import COMPILING, stage
+
 DIGEST = re.compile(r"[0-9a-f]{16}")
 
 _kept_by_themselves: set[FunctionType] = set()
@@ -83,7 +85,7 @@ def _one_at_a_time(compile_or_load: Callable[[Any], Any], path: Path) -> Callabl
     """Return the same for several processes: of those that need the machine code one compiles, the others load it."""
 
     def locked(signature: Any) -> Any:
-        with path.open("w") as lock:
+        with path.open("w") as lock, stage(COMPILING):
             fcntl.flock(lock, fcntl.LOCK_EX)
             return compile_or_load(signature)
 

@@ -61,7 +61,6 @@ app = typer.Typer(
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
 )
-console = Printer(stderr=True)
 
 
 NO_CHOICE = re.compile(r"'([^']*)' is not one of (.*)")
@@ -98,7 +97,8 @@ class Subcommand(TyperCommand):
 
     def _refuse_unknown(self, ctx: Any, args: list[str]) -> None:
         """Refuse an option that is none, which where negative numbers are arguments would be taken for another one."""
-        options = [option for parameter in self.get_params(ctx) for option in parameter.opts + parameter.secondary_opts]
+        options = [option for parameter in self.params for option in parameter.opts + parameter.secondary_opts]
+        options += ctx.help_option_names
         for word in args:
             name = word.partition("=")[0]
             if word == "--":
@@ -185,24 +185,6 @@ def input_errors() -> Iterator[None]:
     except ResumableInterrupt as interrupt:
         complain(interrupt)
         raise
-
-
-@contextmanager
-def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[int, int], None]]:
-    """Show how many samples are done, on standard error."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    if quiet or not console.is_terminal:  # in a file or a pipe a bar would be a stray line beside the errors
-        yield lambda done, total: None
-        return
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task(f"{name}: starting", total=None)
-
-        def update(done: int, total: int) -> None:
-            progress.update(task, description=f"{name}: running", completed=done, total=total)
-
-        yield update
 
 
 def print_outcome(directory: RunDirectory, summary: Summary) -> None:

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import Group, JsonOption, RecordedNamespaceOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.progress import progress_bar
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.interrupts import keyboard_interrupts
 
@@ -66,10 +67,11 @@ def calibrate(
 
     with input_errors(), keyboard_interrupts():
         within = None if namespace is None else read_namespace(namespace)
-        result = calibrate_bag(bags[0], robot, touched, encoders_only, camera, None, within)
-        for bag in bags[1:]:
-            result = calibrate_bag(bag, robot, None, encoders_only, camera, result, within)
-        directory = write_calibration(result, out, drives)
+        with progress_bar("calibration", as_json):
+            result = calibrate_bag(bags[0], robot, touched, encoders_only, camera, None, within)
+            for bag in bags[1:]:
+                result = calibrate_bag(bag, robot, None, encoders_only, camera, result, within)
+            directory = write_calibration(result, out, drives)
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))
         return

@@ -10,6 +10,7 @@ import typer
 
 from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors
 from fivebar_bringup.cli.printing import say
+from fivebar_bringup.cli.progress import progress_bar
 
 
 @command(Group.ROBOT, "camera-calibrate")
@@ -47,9 +48,12 @@ def camera_calibrate(
             write_board(made, board)
             say(f"board {board}: {columns * square * 1e3:g} x {rows * square * 1e3:g} mm")
             return
-        found = (
-            calibrate_files(made, pictures or []) if simulate is None else calibrate_simulated(made, simulate, views)
-        )
+        with progress_bar("calibration", as_json):
+            found = (
+                calibrate_files(made, pictures or [])
+                if simulate is None
+                else calibrate_simulated(made, simulate, views)
+            )
         found.write(out)
     if as_json:
         print(json.dumps(found.as_json(), indent=2, allow_nan=False))

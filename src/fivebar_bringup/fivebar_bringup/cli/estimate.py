@@ -11,6 +11,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import Group, JsonOption, RecordedNamespaceOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.progress import progress_bar
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.interrupts import keyboard_interrupts
 
@@ -50,8 +51,9 @@ def estimate(
 
     with input_errors(), keyboard_interrupts():
         within = None if namespace is None else read_namespace(namespace)
-        estimation = estimate_bag(bag, file, settings or [], scenario, within)
-        directory = write_estimation(estimation, out)
+        with progress_bar("estimation", as_json):
+            estimation = estimate_bag(bag, file, settings or [], scenario, within)
+            directory = write_estimation(estimation, out)
     if as_json:
         print(json.dumps(estimation.as_json(), indent=2, allow_nan=False))
         return

@@ -24,9 +24,9 @@ from fivebar_bringup.cli.app import (
     command,
     input_errors,
     print_outcome,
-    progress_bar,
 )
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.progress import progress_bar
 from fivebar_bringup.cli.status import graph_domain
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.graph.node_spec import Mode
@@ -222,7 +222,8 @@ def goto(
             blend_radius=radii or RESTS,
         )
         began = time.monotonic()
-        transfer = plan_request(request)
+        with progress_bar("planning", as_json):
+            transfer = plan_request(request)
         planning_s = time.monotonic() - began
         plan = transfer_as_json(request, transfer, planning_s)
         if not as_json:

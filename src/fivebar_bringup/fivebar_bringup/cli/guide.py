@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fivebar_bringup.cli.app import Group, OutOption, ScenarioArgument, command, input_errors
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.progress import progress_bar
 from fivebar_description.interrupts import interrupts_deferred, keyboard_interrupts
 
 
@@ -26,7 +27,8 @@ def guide(scenario: ScenarioArgument, out: OutOption = None) -> None:
     # a hand leads the robot, no law does
     with input_errors(), keyboard_interrupts(), laws_unopened():
         loaded = load_scenario(scenario)
-        samples = lead(loaded)
+        with progress_bar(loaded.name):
+            samples = lead(loaded)
         with interrupts_deferred():
             run = new_run_directory(out, loaded)
             with write_errors(run.path):

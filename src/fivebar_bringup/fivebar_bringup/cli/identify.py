@@ -12,6 +12,7 @@ from rich.table import Table
 
 from fivebar_bringup.cli.app import Group, JsonOption, RecordedNamespaceOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.progress import progress_bar
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
@@ -78,8 +79,9 @@ def identify(
         if cogging is not None:
             _map(bag, robot, cogging, out, as_json, within)
             return
-        findings = identify_bag(bag, robot, within)
-        directory = write_identification(findings, out)
+        with progress_bar("identification", as_json):
+            findings = identify_bag(bag, robot, within)
+            directory = write_identification(findings, out)
     if as_json:
         print(json.dumps(findings.as_json(), indent=2, allow_nan=False))
         return
@@ -103,8 +105,9 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
     from fivebar_bringup.studies.identify.resonance import resonance_of_bag, write_resonance
     from fivebar_bringup.studies.identify.result import INTERVALS
 
-    result = resonance_of_bag(bag, robot, namespace)
-    file = write_resonance(result, out)
+    with progress_bar("identification", as_json):
+        result = resonance_of_bag(bag, robot, namespace)
+        file = write_resonance(result, out)
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))
         return
@@ -135,7 +138,8 @@ def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: 
 
     if out is not None:
         raise InputError("--out: expected without --cogging, whose map is printed")
-    motors = map_bag(bag, robot, _periods(cogging), namespace)
+    with progress_bar("identification", as_json):
+        motors = map_bag(bag, robot, _periods(cogging), namespace)
     if as_json:
         print(json.dumps({"motors": [motor.as_json() for motor in motors]}, indent=2, allow_nan=False))
     else:

@@ -20,9 +20,9 @@ from fivebar_bringup.cli.app import (
     command,
     input_errors,
     print_outcome,
-    progress_bar,
 )
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.progress import progress_bar
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
@@ -86,7 +86,8 @@ def program(
         scenario = scenario_of_program(loaded, str(path))
         rehearse = hardware is Hardware.EMULATED
         mode = Mode.REALTIME if realtime or rehearse else Mode.LOCKSTEP
-        steps = plan_program(loaded, scenario, str(path), mode)
+        with progress_bar("planning", as_json):
+            steps = plan_program(loaded, scenario, str(path), mode)
         if not as_json:
             _show(steps)
         if dry_run:

@@ -26,9 +26,9 @@ from fivebar_bringup.cli.app import (
     command,
     input_errors,
     print_outcome,
-    progress_bar,
 )
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.progress import progress_bar
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
@@ -246,9 +246,11 @@ def report(
         if others:
             _overlay(run_directory, others, gif or mp4, as_json)
         within = None if namespace is None else read_namespace(namespace)
-        summary = write_report(run_directory, namespace=within)
-        for suffix in [name for name, wanted in (("gif", gif), ("mp4", mp4)) if wanted]:
-            path = write_animation(run_directory, suffix, within)
+        with progress_bar(str(run_directory.path), as_json):
+            summary = write_report(run_directory, namespace=within)
+            suffixes = [name for name, wanted in (("gif", gif), ("mp4", mp4)) if wanted]
+            paths = [write_animation(run_directory, suffix, within) for suffix in suffixes]
+        for path in paths:
             if not as_json:
                 Printer().print(f"animation: {path}", soft_wrap=True)
     _finish(run_directory, summary, as_json)
@@ -260,7 +262,8 @@ def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as
 
     if len(others) > 1 or animated:
         raise InputError("report: expected one run, or two without --gif and --mp4")
-    page, summaries = write_overlay(first, others[0])
+    with progress_bar("both runs", as_json):
+        page, summaries = write_overlay(first, others[0])
     if as_json:
         print(json.dumps([summary.as_dict() for summary in summaries], indent=2, allow_nan=False))
     else:

@@ -11,9 +11,10 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors, progress_bar
+from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
+from fivebar_bringup.cli.progress import progress_bar
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.suggestion import expected_one_of

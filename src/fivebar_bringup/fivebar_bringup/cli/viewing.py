@@ -22,7 +22,6 @@ from fivebar_bringup.runs.namespace import read_namespace, remapping
 from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import STOP_SIGNALS
-from fivebar_description.known_drives import NO_INTERFACE
 from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
@@ -96,7 +95,7 @@ class LivePage(NamedTuple):
 
 @contextmanager
 def live_page(
-    wanted: bool, domain: int | None, namespace: str = "", interface: str = NO_INTERFACE
+    wanted: bool, domain: int | None, namespace: str = "", interface: str | None = None
 ) -> Iterator[LivePage]:
     """Serve the live page of a graph that is started meanwhile; yield it, with the domain to start the graph in.
 
@@ -109,7 +108,9 @@ def live_page(
         yield LivePage(domain)
         return
     with nullcontext(domain) if domain is not None else private_domain() as chosen:
-        parameters = ["-p", "told_on_input:=true", "-p", f"drives_interface:='{interface}'"]
+        parameters = ["-p", "told_on_input:=true"]
+        if interface is not None:
+            parameters += ["-p", f"drives_interface:='{interface}'"]
         viewer = subprocess.Popen(
             [*executables.viewer.command, "--ros-args", *remapping(namespace), *parameters],
             env={**os.environ, "ROS_DOMAIN_ID": str(chosen)},

@@ -20,6 +20,7 @@ from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import JOINT_STATES
 from fivebar_description.interrupts import interrupts_allowed
+from fivebar_description.stages import stage
 from fivebar_description.strict_yaml import InputError
 
 
@@ -38,7 +39,7 @@ def write_report(run: RunDirectory, with_page: bool = True, namespace: str | Non
     # first and by itself: it is there whatever becomes of the page
     write_results(run.path, {run.summary.name: json_text(summary.as_dict())}, {})
     if with_page:
-        with interrupts_allowed():
+        with interrupts_allowed(), stage("drawing figures and page"):
             _write_page(run, recorded)
     return summary
 

@@ -15,9 +15,13 @@ from multiprocessing import connection
 from typing import TypeVar
 
 from fivebar_description.interrupts import STOP_SIGNALS
+from fivebar_description.stages import stage
 
 Input = TypeVar("Input")
 Output = TypeVar("Output")
+
+
+STARTING = "starting processes, which compile machine code where it is new"
 
 
 def share(
@@ -43,7 +47,7 @@ def share(
         return results
     with _pool(workers) as pool:
         futures = [_submit(pool, function, task) for task in tasks]
-        for done, future in enumerate(as_completed(futures), start=1):
+        for done, future in enumerate(_told(as_completed(futures)), start=1):
             future.result()
             progress(done, len(tasks))
         return [future.result() for future in futures]
@@ -62,7 +66,10 @@ def stream(function: Callable[[Input], Output], tasks: Iterable[Input], workers:
     if workers < 2:
         yield from map(function, tasks)
         return
-    coming = iter(tasks)
+    yield from _told(_streamed(function, iter(tasks), workers))
+
+
+def _streamed(function: Callable[[Input], Output], coming: Iterator[Input], workers: int) -> Iterator[Output]:
     with _pool(workers) as pool:
         # one more each, so that no process waits for its next task
         under_way: set[Future[Output]] = {_submit(pool, function, task) for task in islice(coming, 2 * workers)}
@@ -71,6 +78,14 @@ def stream(function: Callable[[Input], Output], tasks: Iterable[Input], workers:
             under_way |= {_submit(pool, function, task) for task in islice(coming, len(finished))}
             for future in finished:
                 yield future.result()
+
+
+def _told(results: Iterator[Output]) -> Iterator[Output]:
+    """Yield results, and tell until the first one comes why that takes long."""
+    with stage(STARTING):
+        first = list(islice(results, 1))
+    yield from first
+    yield from results
 
 
 @contextmanager

@@ -1,0 +1,53 @@
+"""Progress without a terminal: a line now and then, with the stage, what is done and for how long."""
+
+from __future__ import annotations
+
+import re
+import time
+
+import pytest
+
+from fivebar_bringup.cli import progress
+from fivebar_bringup.cli.progress import progress_bar
+from fivebar_description.stages import stage, stages_told
+
+
+def wait_for(capsys: pytest.CaptureFixture[str], expected: str) -> None:
+    """Wait until a line has been printed on standard error."""
+    end, seen = time.monotonic() + 60.0, ""
+    while not re.search(expected, seen):
+        assert time.monotonic() < end, seen
+        seen += capsys.readouterr().err
+
+
+def test_a_line_now_and_then_tells_what_is_done(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv(progress.SWITCH)
+    monkeypatch.setattr(progress, "FIRST_LINE", 0.01)
+    monkeypatch.setattr(progress, "NEXT_LINES", 0.01)
+    with progress_bar("sweep") as update:
+        wait_for(capsys, r"^sweep: 0 s\n")
+        update(3, 7)
+        wait_for(capsys, r"sweep: 3 of 7, \d+ s\n")
+        with stage("compiling"):
+            wait_for(capsys, r"sweep: compiling, 3 of 7, \d+ s\n")
+    capsys.readouterr()
+    with progress_bar("sweep", quiet=True) as update:
+        update(1, 7)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_what_ends_soon_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with progress_bar("sweep") as update:
+        update(7, 7)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_a_stage_within_another_ends_with_the_words_of_that() -> None:
+    told: list[str] = []
+    with stages_told(told.append), stage("outer"), stage("inner"):
+        pass
+    with stage("unheard"):
+        pass
+    assert told == ["outer", "inner", "outer", ""]
