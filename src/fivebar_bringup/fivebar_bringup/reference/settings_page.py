@@ -15,7 +15,7 @@ from fivebar_description.settings import REQUIRED, Declared, Keys, declared, dec
 INTRODUCTION = """\
 # Settings
 
-What a scenario can say, section by section. A node has the keys that it uses as ROS parameters under the same names,
+All settings of a scenario, section by section. A node has the keys that it uses as ROS parameters under the same names,
 with dots (`zone.epsilon`), with description, unit and range (`ros2 param describe`); there 0, or an array with the
 single element 0, stands for `null`.
 

@@ -156,7 +156,7 @@ class SafetySettings(NamedTuple):
         float,
         Setting(
             "Torque request beyond which the robot is stopped after `request_samples`, as a multiple of the torque"
-            " limit: a law that asks for that much no longer controls the robot.",
+            " limit: a law that asks for that much has lost control of the robot.",
             at_least=1.0,
             at_most=1e6,
             unlimited=True,

@@ -21,7 +21,7 @@ def _periods(what: str, typical: int) -> Setting:
 
 
 class MotorEffects(NamedTuple):
-    """What the motors do to the torque that the drives are set to. The phases of ripple and cogging follow the seed."""
+    """Errors of the motors between set and actual torque. The phases of ripple and cogging follow the seed."""
 
     constant_1: Annotated[float, _constant(1)] = 0.0
     constant_2: Annotated[float, _constant(2)] = 0.0

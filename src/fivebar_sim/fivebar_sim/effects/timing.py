@@ -26,7 +26,7 @@ def _time(description: str) -> Setting:
 
 
 class Timing(NamedTuple):
-    """What is late, and what is old. With its jitter each is at most a sample."""
+    """Late commands and old readings, as parts of a sample. With its jitter each is at most a sample."""
 
     command_delay: Annotated[
         float,
