@@ -282,6 +282,7 @@ def nodes(
             " it the graph of such a scenario is not known.",
         ),
     ] = False,
+    svg: Annotated[bool, typer.Option("--svg", help="Print a drawing of the graph (SVG) instead.")] = False,
     as_json: JsonOption = False,
     launch: Annotated[str | None, typer.Option(hidden=True, help="What a launch file asks for, as JSON.")] = None,
 ) -> None:
@@ -290,8 +291,11 @@ def nodes(
     For each node of SCENARIO: which topics it subscribes to and publishes, and their message types.
 
     Example: `fivebar nodes middle`
+
+    Example: `fivebar nodes middle --svg > graph.svg`
     """
     from fivebar_bringup.graph.crossing_graph import crossing_graph
+    from fivebar_bringup.graph.drawing import graph_svg
     from fivebar_bringup.scenarios.scenario_files import load_scenario
     from fivebar_control.laws.registry import laws_unopened
 
@@ -310,7 +314,12 @@ def nodes(
                 f"{scenario}: controller: {loaded.controller!r}: the graph is not known without the module of this"
                 " law: expected --import-law, which runs its code"
             )
+        if svg and as_json:
+            raise InputError("--svg and --json: expected one of them")
         graph = crossing_graph(loaded, Mode.LOCKSTEP, Path("bag"))
+    if svg:
+        print(graph_svg(graph, f"Nodes and topics of {loaded.name}"), end="")
+        return
     if as_json:
         listing = [
             {
