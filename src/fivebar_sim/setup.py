@@ -42,6 +42,7 @@ setup(
     entry_points={
         "console_scripts": [
             "plant = fivebar_sim.executables:plant",
+            "cell_clock = fivebar_sim.executables:cell_clock",
             "camera = fivebar_sim.executables:camera",
             "emulated_board = fivebar_sim.executables:emulated_board",
             "emulated_drives = fivebar_sim.executables:emulated_drives",

@@ -18,7 +18,9 @@ import time
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from doc_blocks import blocks, command_lines
@@ -31,7 +33,7 @@ from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_description.interface import RUN_STATUS, STATE_QOS, TORQUE_COMMAND, Topic
+from fivebar_description.interface import CELL_CLOCK, NANOSECONDS, RUN_STATUS, STATE_QOS, TORQUE_COMMAND, Topic
 from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.share import share_file
 
@@ -283,6 +285,37 @@ def test_nodes_of_a_scenario_are_part_of_a_cell(tmp_path: Path, domain: int) -> 
     summary = write_report(RunDirectory(call.folder / "in_the_cell"), with_page=False)
     assert (summary.assembly_mode_changes, summary.faults) == (2, [])
     assert summary.tracking_error_peak_m < 2e-3
+
+
+def test_two_robots_share_a_cell(tmp_path: Path, domain: int) -> None:
+    """The first command of docs/ros.md: one clock, one bag, and each robot crosses as it does alone."""
+    (command, _) = command_lines(PAGE, "ros2 launch fivebar_bringup cell.launch.py")
+    arguments = shlex.split(command)[4:]
+    probe = Probe(domain, "left")
+    probe.listen(CELL_CLOCK)
+    call = LaunchCall(tmp_path / "cell", domain, "cell", *arguments, **dds_variables())
+    folder = call.folder / "two_robots"
+    try:
+        end = RUN_DEADLINE
+        probe.wait_for(lambda: call.status is not None or call.output.count("has ended") == 2, "the end", deadline=end)
+        assert call.status is None, call.output
+        assert probe.node.count_publishers("/clock") == 1
+        call.send(signal.SIGINT)
+        call.finish()
+        call.expect_no_process(RUN_DEADLINE)
+    finally:
+        call.close()
+        probe.close()
+    stamps = [stamp_of_clock(message) for message in probe.got(CELL_CLOCK)]
+    assert stamps == sorted(stamps)
+    assert set(np.diff(stamps)) <= {0, 2_000_000}
+    for robot in ("left", "right"):
+        summary = write_report(RunDirectory(folder / robot), with_page=False, namespace=f"/{robot}")
+        assert (summary.outcome, summary.samples, summary.dropped_messages) == ("succeeded", 1001, 0)
+
+
+def stamp_of_clock(message: Any) -> int:
+    return int(message.clock.sec) * NANOSECONDS + int(message.clock.nanosec)
 
 
 @pytest.mark.parametrize(

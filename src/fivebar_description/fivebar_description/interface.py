@@ -182,6 +182,9 @@ CLOCK = Topic("clock", "rosgraph_msgs/msg/Clock")
 """In lockstep, the stamp of the present sample, from the plant: /clock, for tools with use_sim_time, unless the robot
 has a namespace. A bag leaves it out, since whoever plays a bag publishes the time."""
 
+CELL_CLOCK = Topic("/clock", "rosgraph_msgs/msg/Clock")
+"""The time of a cell with several robots in lockstep: that of the robot which has come least far."""
+
 TOPICS = (
     JOINT_STATES,
     REFERENCE,
@@ -321,6 +324,16 @@ def topic_named(name: str) -> Topic | None:
     if known is None and name.startswith(OUTPUTS):
         return output_topic(name.removeprefix(OUTPUTS))
     return known
+
+
+def of_robot(topic: Topic, robot: str) -> Topic:
+    """Return a topic of a robot in a namespace, such as "left", for who is outside of it; "" for one without."""
+    return topic._replace(name=f"{robot}/{topic.name}") if robot and not topic.name.startswith("/") else topic
+
+
+def robot_of_name(name: str, own: str) -> str:
+    """Return the robot before a name, which ends in `own`: "left" of "left/torque_command"."""
+    return name.removesuffix(own).rstrip("/")
 
 
 def sample_stamp_ns(sample: int, rate_hz: int, epoch_ns: int = START_STAMP_NS) -> int:

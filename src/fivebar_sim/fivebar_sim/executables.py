@@ -5,6 +5,7 @@ from __future__ import annotations
 from fivebar_description.executable import Executable
 
 plant = Executable("fivebar_sim.nodes.plant")
+cell_clock = Executable("fivebar_sim.nodes.cell_clock")
 camera = Executable("fivebar_sim.nodes.camera")
 emulated_board = Executable("fivebar_sim.emulators.board")
 emulated_drives = Executable("fivebar_sim.emulators.drives")

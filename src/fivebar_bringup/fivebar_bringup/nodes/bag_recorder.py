@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from std_msgs.msg import String
 
-from fivebar_bringup.recorded.bag.recorder_settings import RecorderSettings
+from fivebar_bringup.recorded.bag.recorder_settings import ALL_TOPICS, RecorderSettings
 from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_description.interface import (
     DIAGNOSTICS,
@@ -18,11 +18,14 @@ from fivebar_description.interface import (
     FAULTS,
     PICTURES,
     RECORDED_BESIDES,
+    RUN_READY,
     STATE_QOS,
     TOPICS,
     TORQUE_COMMAND,
     WORK_TOPICS,
     Topic,
+    of_robot,
+    robot_of_name,
     topic_named,
 )
 from fivebar_description.ros.node import GraphNode
@@ -65,10 +68,14 @@ class BagRecorder(GraphNode):
             raise InputError(f"bag_recorder: directory: {directory}: cannot be made: {error.strerror}") from error
         self._lost: dict[str, int] = {}
         self._failed = False
-        self._last_commands = [topic for topic in LAST_COMMANDS if topic in topics]
+        faults = [topic.name for topic in topics if topic.name.endswith(FAULTS.name)]
+        robots = {robot_of_name(name, FAULTS.name) for name in faults} or {""}
+        commands = [of_robot(topic, robot) for robot in robots for topic in LAST_COMMANDS]
+        self._last_commands = [topic for topic in commands if topic in topics]
         self._due = 0.0
         """When the next checkpoint is due while the queues are emptied (monotonic, s)."""
-        self._faults = self.advertise(FAULTS)
+        self._faults_of_robots = [self.advertise(of_robot(FAULTS, robot)) for robot in robots]
+        self._announced_to = [self.advertise(of_robot(RUN_READY, robot)) for robot in robots if robot]
         for topic in topics:
             self._record(topic)
         self.wait_for_publishers(settings.wait_for_nodes)
@@ -91,19 +98,24 @@ class BagRecorder(GraphNode):
         except OSError as error:
             self._fail(error)
 
+    def on_ready(self) -> None:
+        """Announce the recorder to the robots of a cell, which are in namespaces of their own."""
+        for announced_to in self._announced_to:
+            announced_to.publish(String(data=self.get_name()))
+
     def _record(self, topic: Topic) -> None:
         def count_lost(information: Any) -> None:
             self._lost[topic.name] = information.total_count
 
         # a picture or a report of health less is no loss of data, nor is a state that a later one has replaced; an
         # executor hears of lost messages as often as the square of their number, so of these it hears nothing
-        counted = topic not in (*PICTURES, DIAGNOSTICS) and topic.qos != STATE_QOS
+        counted = not _is_of(topic, (*PICTURES, DIAGNOSTICS)) and topic.qos != STATE_QOS
         events = SubscriptionEventCallbacks(message_lost=count_lost) if counted else None
         self.listen(
             topic,
             self._receiver(topic),
             QUEUE_DEPTH,
-            awaited=topic not in (*RECORDED_BESIDES, *WORK_TOPICS),
+            awaited=not _is_of(topic, (*RECORDED_BESIDES, *WORK_TOPICS)),
             raw=True,
             event_callbacks=events,
         )
@@ -131,7 +143,8 @@ class BagRecorder(GraphNode):
         if not self._failed:
             self._failed = True
             text = f"recording_failed: {error.strerror}; the bag ends at its last checkpoint"
-            self._faults.publish(String(data=text))
+            for robot_faults in self._faults_of_robots:
+                robot_faults.publish(String(data=text))
             self.get_logger().error(text)
         self.exit_status = 1
 
@@ -144,8 +157,20 @@ def _free(directory: Path) -> Path:
     return numbered
 
 
+def _is_of(topic: Topic, some: Sequence[Topic]) -> bool:
+    """Return whether a topic is one of some, of this robot or of another one in a cell."""
+    return any(topic == of_robot(one, robot_of_name(topic.name, one.name)) for one in some)
+
+
 def _topic(name: str) -> Topic:
+    """Return a topic by its name; one of a robot in a namespace begins with that, left/joint_states."""
     topic = topic_named(name)
+    parts = name.split("/")
+    for number in range(1, len(parts)):
+        of_a_robot = topic_named("/".join(parts[number:]))
+        if of_a_robot is not None and of_a_robot.name in ALL_TOPICS:
+            topic = of_robot(of_a_robot, "/".join(parts[:number]))
+            break
     if topic is None:
         known = [topic.name for topic in (*TOPICS, *RECORDED_BESIDES)]
         words = expected_one_of(name, known, ", or the LAW/torque of another law", "some of")

@@ -16,6 +16,9 @@ from launch_ros.actions import LifecycleNode, Node
 
 from fivebar_bringup.runs.launching import LaunchedProcess
 
+STOP_TIMEOUT = "60"
+"""Time (s) for a node to stop in order after an interrupt; a recorder first writes what it has received."""
+
 
 def launched_nodes(
     processes: Sequence[LaunchedProcess], namespace: str, parameters: dict[str, Any], ends: bool
@@ -50,6 +53,7 @@ def _node(process: LaunchedProcess, namespace: str, parameters: dict[str, Any]) 
         "arguments": list(process.arguments),
         "parameters": [_file(process), *([parameters] if parameters else [])],
         "output": "screen",
+        "sigterm_timeout": STOP_TIMEOUT,
         "exec_name": process.name,
     }
     if process.lifecycle:

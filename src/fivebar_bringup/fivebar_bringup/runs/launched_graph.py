@@ -132,6 +132,8 @@ def _adapted(node: NodeSpec, request: ControlRequest, names: set[str], file: str
         parameters["wait_for_nodes"] = [name for name in parameters["wait_for_nodes"] if name in names] or [""]
     if node.executable in (PLANT, EMULATED_ROBOT):
         parameters["ready_timeout_s"] = LONGEST_START
+    if node.executable == PLANT and request.cell:
+        parameters["follows_clock"] = True
     if node.executable in BRIDGES:
         parameters["autostart"] = request.activate
     return node._replace(parameters=parameters)

@@ -8,9 +8,11 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import yaml
 
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
@@ -41,6 +43,7 @@ class ControlRequest(NamedTuple):
         imu, camera: whether there are the IMU listener, and the camera with its listener.
         scene: whether there are pictures.
         composed: whether the control chain shares a process.
+        cell: whether it is a robot of a cell, which has one clock for all in lockstep.
         parameters: that all nodes get, by name.
     """
 
@@ -57,6 +60,7 @@ class ControlRequest(NamedTuple):
     camera: str = AS_IN_A_RUN
     scene: bool = False
     composed: str = AS_IN_A_RUN
+    cell: bool = False
     parameters: Mapping[str, Any] = {}
 
 
@@ -158,6 +162,53 @@ def _printed(*words: str) -> str:
     if done.returncode != 0:
         raise RuntimeError(done.stderr.strip())
     return done.stdout
+
+
+def cell_clock(robots: Sequence[str], in_lockstep: bool) -> LaunchedProcess:
+    """Return the process of the clock that the robots of a cell share."""
+    text = _parameter_file({"robots": list(robots) if in_lockstep else [""]})
+    return LaunchedProcess("cell_clock", "fivebar_sim", "cell_clock", (), text, lifecycle=False, ends_run=False)
+
+
+def recorder_of_cell(recorders: Mapping[str, LaunchedProcess], directory: Path) -> LaunchedProcess:
+    """Return one recorder, in a directory for its bag, for those that the robots of a cell would have by themselves."""
+    topics: list[str] = []
+    nodes: list[str] = []
+    for robot, recorder in recorders.items():
+        parameters = yaml.safe_load(recorder.parameter_file)["/**"]["ros__parameters"]
+        topics += [name if name.startswith("/") else f"{robot}/{name}" for name in parameters["topics"]]
+        nodes += [f"{robot}/{name}" for name in parameters["wait_for_nodes"]]
+    # /diagnostics is that of all robots
+    own = {"directory": str(directory.absolute()), "topics": list(dict.fromkeys(topics)), "wait_for_nodes": nodes}
+    return next(iter(recorders.values()))._replace(parameter_file=_parameter_file(own))
+
+
+def _parameter_file(parameters: Mapping[str, Any]) -> str:
+    """Return the text of a parameter file, in JSON, which is YAML."""
+    return json.dumps({"/**": {"ros__parameters": parameters}})
+
+
+def cell_rviz_configuration(robots: Sequence[str], frame: str) -> str:
+    """Return the configuration of RViz for the robots of a cell, in a frame that they are placed in."""
+    content = yaml.safe_load(share_file("fivebar_bringup", "rviz", "fivebar.rviz").read_text(encoding="utf-8"))
+    manager = content["Visualization Manager"]
+    displays = manager["Displays"]
+    shown = [_of_robot(one, robot) for robot in robots for one in displays if _topics_in(one)]
+    manager["Displays"] = [one for one in displays if not _topics_in(one)] + shown
+    manager["Global Options"]["Fixed Frame"] = frame
+    return str(yaml.safe_dump(content, sort_keys=False))
+
+
+def _topics_in(display: Mapping[str, Any]) -> list[str]:
+    """Return the keys of a display that name topics."""
+    return [key for key in ("Topic", "Description Topic") if key in display]
+
+
+def _of_robot(display: Mapping[str, Any], robot: str) -> dict[str, Any]:
+    """Return a display of the robot in a namespace."""
+    own = {key: {**display[key], "Value": f"/{robot}/{display[key]['Value']}"} for key in _topics_in(display)}
+    prefix = {"TF Prefix": robot} if "TF Prefix" in display else {}
+    return {**display, **own, **prefix, "Name": f"{display['Name']} {robot}"}
 
 
 def rviz_configuration(namespace: str) -> str:

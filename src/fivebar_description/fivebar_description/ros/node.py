@@ -32,6 +32,7 @@ from fivebar_description.interface import (
     TWIN_OF_TEXT,
     Topic,
     frame_prefix,
+    of_robot,
     status_name,
 )
 from fivebar_description.joint_sample import JointSample, MessageError
@@ -133,7 +134,7 @@ class GraphNode(Node):
         self.agreement: RunAgreement | None = None
         """What the node shares with the others of a run, if it is part of one; not ready before the plan agrees."""
         self._awaited_nodes: set[str] = set()
-        self._announcements: Subscription[Any] | None = None
+        self._announcements: list[Subscription[Any]] = []
         self._ready = self.advertise(RUN_READY)
         self._ready_timer = self.every(READY_PERIOD, self._check_ready)
         self.external_inputs: tuple[str, ...] = ()
@@ -237,12 +238,15 @@ class GraphNode(Node):
         return True
 
     def wait_for_publishers(self, nodes: Iterable[str]) -> None:
-        """Announce the node only once other nodes know of its subscriptions.
+        """Announce the node only once other nodes know of its subscriptions: NODE, of another robot ROBOT/NODE.
 
         For a node that only listens: a message that is published before the publisher has discovered the subscription
         is lost, and is not repeated for this node.
         """
         self._awaited_nodes = set(nodes)
+
+    def on_ready(self) -> None:
+        """Act on having been announced to the others."""
 
     def note_answer(self) -> None:
         """Count a sample as answered at this moment."""
@@ -451,10 +455,8 @@ class GraphNode(Node):
         complete = all(subscription.get_publisher_count() > 0 for subscription in self._inputs)
         complete = complete and (self.agreement is None or self.agreement.agrees) and self.prepared()
         if complete and self._awaited_nodes:
-            if self._announcements is None:
-                self._announcements = self.create_subscription(
-                    String, RUN_READY.name, self._on_announcement, qos_profile(RUN_READY.qos)
-                )
+            if not self._announcements:
+                self._announcements = [self._hear(robot) for robot in {_robot_of(name) for name in self._awaited_nodes}]
             return
         self._complete_checks = self._complete_checks + 1 if complete else 0
         self._checks += 1
@@ -465,6 +467,7 @@ class GraphNode(Node):
                 self.get_logger().warning(f"not ready: {lacking}")
         if self._complete_checks == 2:
             self._ready.publish(String(data=self.get_name()))
+            self.on_ready()
             self._ready_timer.cancel()
             self._lacked = ""
             plan = f", plan {self.agreement.digest}" if self.agreement is not None and self.agreement.digest else ""
@@ -486,8 +489,14 @@ class GraphNode(Node):
             inputs[self.resolve_topic_name(RUN_PLAN.name)] = None
         return [*inputs, *sorted(self._awaited_nodes)]
 
-    def _on_announcement(self, message: String) -> None:
-        self._awaited_nodes.discard(message.data)
+    def _hear(self, robot: str) -> Subscription[Any]:
+        """Subscribe to the announcements of the nodes of a robot, "" for that of this node."""
+
+        def receive(message: String) -> None:
+            self._awaited_nodes.discard(f"{robot}/{message.data}" if robot else message.data)
+
+        topic = of_robot(RUN_READY, robot)
+        return self.create_subscription(String, topic.name, receive, qos_profile(topic.qos))
 
     def health(self) -> tuple[bytes, str]:
         """Return the diagnostic level and message of the node; classes with faults override it."""
@@ -533,3 +542,7 @@ class GraphNode(Node):
         array = DiagnosticArray(status=[status])
         array.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(array)
+
+
+def _robot_of(node: str) -> str:
+    return node.rpartition("/")[0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -14,6 +15,7 @@ from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
     CAMERA_FRAME,
+    CELL_CLOCK,
     CLOCK,
     DRIVES_STATE,
     GROUND_TRUTH,
@@ -124,6 +126,12 @@ class PlantNode(GraphNode):
         self._began = self._heard = time.monotonic()
         self._motors_only = file.estimated
         self._time = self.advertise(CLOCK) if self._lockstep else None
+        self._cell_ns = math.inf
+        """The time (ns) of the cell up to which samples may be measured."""
+        if self._lockstep and settings.follows_clock:
+            self._cell_ns = -math.inf
+            self.listen(CELL_CLOCK, self._on_cell_clock, awaited=False)
+        self._held = False
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if file.has_ground_truth else None
         self._late = LateSensors(self, self._run, self._rate_hz, file.imu, file.passive, file.plant.seed)
@@ -184,6 +192,9 @@ class PlantNode(GraphNode):
             self._running = True
             self._heard = time.monotonic()
             self._measured = self._measure(0)
+        if self._held:
+            # another robot of the cell has not come so far
+            self._heard = time.monotonic()
         waited = time.monotonic() - self._heard
         if not self._lockstep and (self._latest[0] >= 0 or waited > FIRST_ANSWER_TIME):
             self._start_timer.cancel()
@@ -191,6 +202,9 @@ class PlantNode(GraphNode):
             return
         if self._sample == 0:
             self._publish_sample()
+        elif self._held and self._time is not None:
+            # in case the message was lost
+            self._time.publish(Clock(clock=to_stamp(self._run.stamp(self._sample))))
         elif self._lockstep:
             self._unanswered += 1
             if self._unanswered % PERIODS_OF_A_LOSS == 0:
@@ -253,6 +267,18 @@ class PlantNode(GraphNode):
     def _publish_sample(self) -> None:
         if self._time is not None:
             self._time.publish(Clock(clock=to_stamp(self._run.stamp(self._sample))))
+        self._held = self._run.stamp(self._sample) > self._cell_ns
+        if not self._held:
+            self._publish_measured()
+
+    def _on_cell_clock(self, message: Clock) -> None:
+        self._cell_ns = message.clock.sec * NANOSECONDS + message.clock.nanosec
+        if self._held and self._run.stamp(self._sample) <= self._cell_ns:
+            self._held = False
+            self._heard = time.monotonic()
+            self._publish_measured()
+
+    def _publish_measured(self) -> None:
         joints, truth = self._measured
         if self._sights is not None:
             # the camera's answer to the exact state comes before the rest of the sample

@@ -64,6 +64,19 @@ class PlantNodeSettings(NamedTuple):
         ),
     ] = 10
     brake_limit_s: BrakeLimit = 1.1
+    follows_clock: Annotated[
+        bool,
+        Setting("Lockstep: measure a sample only once /clock has come to it, so that robots of a cell share one time."),
+    ] = False
+
+
+class CellClockSettings(NamedTuple):
+    """The clock of a cell with several robots."""
+
+    robots: Annotated[
+        tuple[str, ...],
+        Setting("Namespaces of the robots in lockstep, such as left; none in real time: the time is the system's."),
+    ] = ()
 
 
 class EmulatedRobotSettings(NamedTuple):

@@ -12,7 +12,14 @@ from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.graph.standing import LONGEST
 from fivebar_bringup.runs.launched_graph import launched_processes
-from fivebar_bringup.runs.launching import ControlRequest, LaunchedProcess, described_processes
+from fivebar_bringup.runs.launching import (
+    ControlRequest,
+    LaunchedProcess,
+    cell_clock,
+    cell_rviz_configuration,
+    described_processes,
+    recorder_of_cell,
+)
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.errors import InputError
 
@@ -115,3 +122,35 @@ def test_the_command_lists_the_processes_to_the_launch_file(monkeypatch: pytest.
     assert described_processes(request) == launched_processes(request)
     with pytest.raises(RuntimeError, match="nowhere"):
         described_processes(ControlRequest("nowhere"))
+
+
+def test_robots_of_a_cell_share_clock_and_recorder(tmp_path: Path) -> None:
+    recorders = {}
+    for robot in ("left", "right"):
+        request = ControlRequest("middle", hardware="simulated", cell=True, record=str(tmp_path / robot))
+        found = {process.name: process for process in launched_processes(request)}
+        recorders[robot] = found["bag_recorder"]
+        assert yaml.safe_load(found["plant"].parameter_file)["/**"]["ros__parameters"]["follows_clock"] is True
+    shared = yaml.safe_load(recorder_of_cell(recorders, tmp_path / "bag").parameter_file)["/**"]["ros__parameters"]
+    assert {"left/joint_states", "right/joint_states", "/diagnostics"} <= set(shared["topics"])
+    assert shared["topics"].count("/diagnostics") == 1
+    assert {"left/plant", "right/blender"} <= set(shared["wait_for_nodes"])
+    assert shared["directory"] == str(tmp_path / "bag")
+    for robots, in_lockstep in ((["left", "right"], True), ([""], False)):
+        clock = yaml.safe_load(cell_clock(["left", "right"], in_lockstep).parameter_file)
+        assert clock["/**"]["ros__parameters"]["robots"] == robots
+
+
+def test_one_rviz_shows_all_robots_of_a_cell() -> None:
+    manager = yaml.safe_load(cell_rviz_configuration(["left", "cell/right"], "cell"))["Visualization Manager"]
+    assert manager["Global Options"]["Fixed Frame"] == "cell"
+    models = [one for one in manager["Displays"] if one["Class"].endswith("RobotModel")]
+    assert [one["TF Prefix"] for one in models] == ["left", "cell/right"]
+    assert [one["Description Topic"]["Value"] for one in models] == [
+        "/left/robot_description",
+        "/cell/right/robot_description",
+    ]
+    topics = [one["Topic"]["Value"] for one in manager["Displays"] if "Topic" in one]
+    assert topics == [
+        f"/{robot}/{topic}" for robot in ("left", "cell/right") for topic in ("scene", "scene/map", "scene/trail")
+    ]
