@@ -6,6 +6,7 @@ mistyped option need nothing of it.
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 from collections.abc import Callable, Collection, Iterator
@@ -150,7 +151,15 @@ OwnDomainOption = Annotated[
 PageOption = Annotated[
     bool, typer.Option("--page/--no-page", help="Draw the figures and the page, or write summary and bag only.")
 ]
+JobsOption = Annotated[
+    int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output, nothing else.")]
+
+
+def processes_of(jobs: int | None) -> int:
+    """Return how many processes to use: so many, or one per processor."""
+    return jobs if jobs is not None else os.cpu_count() or 1
 
 
 def _show_version(wanted: bool) -> None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors
+from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
@@ -24,7 +23,7 @@ def benchmark(
         str, typer.Option("--rigs", help="Whose robots: some of {benchmark_rigs} (docs/sweeps.md).")
     ] = "ideal",
     controllers: Annotated[
-        str | None, typer.Option("--controllers", help="Some of {controllers} [default: all]")
+        str | None, typer.Option("--controllers", "--controller", help="Some of {controllers} [default: all]")
     ] = None,
     crossings: Annotated[
         int | None, typer.Option("--crossings", min=1, help="Only the first so many crossings. [default: all]")
@@ -37,9 +36,7 @@ def benchmark(
         Path | None,
         typer.Option("--score", help="Run nothing, and score a file of results, such as one of your own controller."),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
-    ] = None,
+    jobs: JobsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Score controllers on 1000 fixed crossings; also your own.
@@ -72,7 +69,7 @@ def benchmark(
                     chosen("--rigs", rigs, its_rigs),
                     names,
                     len(wanted),
-                    jobs if jobs is not None else os.cpu_count() or 1,
+                    processes_of(jobs),
                     progress,
                 )
         found = scores(results, wanted)

@@ -13,7 +13,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors
+from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
 from fivebar_description.errors import InputError
@@ -38,7 +38,9 @@ def compare(
     ] = None,
     controllers: Annotated[
         str | None,
-        typer.Option("--controllers", help="Some of {controllers}, or my_package.my_law:LAW [default: all]"),
+        typer.Option(
+            "--controllers", "--controller", help="Some of {controllers}, or my_package.my_law:LAW [default: all]"
+        ),
     ] = None,
     durations: Annotated[
         str | None, typer.Option("--durations", help="Of every segment, in seconds [default: 0.5,1,2,3]")
@@ -51,7 +53,7 @@ def compare(
             " scenario's plant is none of them]",
         ),
     ] = None,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, max=256, help="Processes to use.")] = 2,
+    jobs: JobsOption = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", help="New or empty directory for the results [default: runs/compare-DATE-TIME]"),
@@ -84,7 +86,7 @@ def compare(
         _refuse_namesakes([given.name for given in extent.given])
         command = _command(names, extent.controllers, extent.durations, rigs, quick)
         with progress_bar("comparison", as_json) as progress:
-            made = make(extent, out, jobs, command, progress)
+            made = make(extent, out, processes_of(jobs), command, progress)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return

@@ -257,6 +257,7 @@ def stand(
     view: ViewOption = False,
     namespace: NamespaceOption = "",
     out: OutOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Run a motion, then keep the robot ready for goals.
 
@@ -275,10 +276,13 @@ def stand(
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
         how_long = "until Ctrl-C" if seconds is None else f"for {seconds:g} s of simulated time"
         Printer(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
-        with live_page(view, domain, within) as live, progress_bar(loaded.name, False) as progress:
+        with live_page(view, domain, within) as live, progress_bar(loaded.name, as_json) as progress:
             directory, summary = rest(loaded, seconds, mode, out, live.domain, progress, within)
             live.tell(directory, summary)
-    print_outcome(directory, summary)
+    if as_json:
+        print(json.dumps(summary.as_dict(), indent=2, allow_nan=False))
+    else:
+        print_outcome(directory, summary)
     raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shlex
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors
+from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
@@ -25,9 +24,7 @@ def robustness(
         str | None,
         typer.Option("--effects", help="Some of the effects, such as lengths,zeros,elasticity [default: all]"),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
-    ] = None,
+    jobs: JobsOption = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", help="New or empty directory for the results [default: runs/robustness-DATE-TIME]"),
@@ -45,7 +42,7 @@ def robustness(
 
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """
-    processes = jobs if jobs is not None else os.cpu_count() or 1
+    processes = processes_of(jobs)
     if losses:
         _losses(out, processes, as_json)
         return

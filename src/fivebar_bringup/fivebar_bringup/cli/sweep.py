@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +10,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors
+from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
 from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
@@ -55,9 +54,7 @@ def sweep(
             " runs/sweep-DATE-TIME]",
         ),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
-    ] = None,
+    jobs: JobsOption = None,
     rig: Annotated[
         str | None,
         typer.Option(
@@ -80,6 +77,7 @@ def sweep(
     controller: Annotated[
         str | None,
         typer.Option(
+            "--controllers",
             "--controller",
             help="Which controllers, separated by commas: some of {controllers}; the last two are not"
             " compiled, hence slow. [default: those that the engine takes, or those of the sweep in --out]",
@@ -115,7 +113,7 @@ def sweep(
         # here, because it loads matplotlib
         from fivebar_bringup.studies.sweep.sweep import sweep as make
 
-        processes = jobs if jobs is not None else os.cpu_count() or 1
+        processes = processes_of(jobs)
         with progress_bar("sweep", as_json) as progress:
             made = make(out, seed, QUICK_CASES if quick else cases, processes, progress, rig, controllers)
     if as_json:

@@ -51,3 +51,15 @@ def test_a_mistyped_option_or_name_is_answered_with_what_is_meant(words: list[st
     done = CliRunner().invoke(app, words, env={"COLUMNS": "200"})
     assert (done.exit_code, done.stdout) == (2, "")
     assert re.search(rf"[Dd]id you mean {meant}\?", done.stderr), done.stderr
+
+
+def test_options_that_mean_the_same_are_called_the_same() -> None:
+    options = {
+        name: {one for parameter in command.params for one in parameter.opts} for name, command in COMMANDS.items()
+    }
+    for name in ("compare", "sweep", "benchmark"):
+        assert {"--controllers", "--controller"} <= options[name], name
+    for name in ("compare", "sweep", "benchmark", "robustness"):
+        assert "--jobs" in options[name], name
+    printing = {"view", "settings", "urdf"}
+    assert {name for name in COMMANDS if "--json" not in options[name]} == printing

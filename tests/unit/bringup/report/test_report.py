@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import shutil
@@ -14,10 +15,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.pages.content import Picture
-from fivebar_bringup.pages.style import house_style
+from fivebar_bringup.pages.style import house_style, new_figure, png
 from fivebar_bringup.recorded.bag import serialize
 from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.bag.writer import BagWriter
@@ -393,3 +395,16 @@ def test_a_run_in_real_time_shows_its_cycle_times(reported: tuple[RunDirectory, 
     clocked = replace(analysis.summary, mode="realtime", overruns=3, cycle_time_ms=CycleTime(2.0, 2.1, 9.0))
     uneven = replace(series, log_time_ns=series.log_time_ns + 300_000 * (series.sample % 7))
     assert_picture(draw(analysis._replace(series=uneven, summary=clocked), "cycles"), 1500, 660)
+
+
+def test_a_picture_is_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    drawn: list[Figure] = []
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda figure, renderer: (drawn.append(figure), draw(figure, renderer)))
+    figure = new_figure("title", "subtitle", 3.0)
+    figure.add_subplot().plot([0.0, 1.0], [0.0, 2.0])
+    picture = png(figure)
+    assert drawn == [figure]
+    saved = io.BytesIO()
+    figure.savefig(saved, format="png", metadata={"Software": None})
+    assert picture == saved.getvalue()
