@@ -94,7 +94,11 @@ ELSEWHERE = {
     "unit/bringup/recorded/test_results.py": ("fivebar_bringup.studies.common.study_directory",),
     "unit/bringup/simulation/test_engine.py": (
         "fivebar_bringup.simulation.case",
+        "fivebar_bringup.simulation.engine_estimator",
+        "fivebar_bringup.simulation.engine_robot",
+        "fivebar_bringup.simulation.measures",
         "fivebar_bringup.simulation.outcome",
+        "fivebar_bringup.simulation.planned",
     ),
     "unit/bringup/simulation/test_engine_with_camera.py": ("fivebar_bringup.simulation.vision",),
     "unit/bringup/studies/test_benchmark.py": ("fivebar_bringup.studies.common.intervals",),

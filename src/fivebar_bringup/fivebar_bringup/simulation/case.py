@@ -72,7 +72,7 @@ class Estimation(NamedTuple):
         passive_made: bool[N + 1], at which samples a reading of it is made that arrives; [0] without one.
         frames: float64[n, 4], the camera's positions by arrival: samples of exposure and arrival, and the errors in x
             and y (m); [0, 4] without a camera. Pictures are not rendered here.
-        seen_variance: of either coordinate (m^2), as the positions say of themselves.
+        seen_deviation: of either coordinate (m), as the positions say of themselves.
     """
 
     on: bool
@@ -86,7 +86,7 @@ class Estimation(NamedTuple):
     passive_latency: int
     passive_made: BoolArray
     frames: FloatArray
-    seen_variance: float
+    seen_deviation: float
 
 
 class Numbers(NamedTuple):
@@ -118,6 +118,20 @@ class Numbers(NamedTuple):
     missing: BoolArray
     estimation: Estimation
     stop_at_fault: bool
+
+
+class EngineRun(NamedTuple):
+    """What the functions of the engine's loop take as its run.
+
+    Attributes:
+        case: the crossing.
+        plan: its sampled plan.
+        trace: float64[N + 1, columns of `TraceRow`] to be filled, or [0, ...] for none.
+    """
+
+    case: Numbers
+    plan: Sampled
+    trace: FloatArray
 
 
 class Case(NamedTuple):
@@ -223,7 +237,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
             scenario.passive.schedule(scenario.rate_hz).latency,
             _passive_made(scenario),
             _frames(scenario),
-            scenario.camera.deviation * scenario.camera.deviation,
+            scenario.camera.deviation,
         ),
         stop_at_fault=stop_at_fault,
     )

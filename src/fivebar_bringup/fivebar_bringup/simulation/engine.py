@@ -8,9 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from fivebar_bringup.simulation.case import Case, FloatArray, Sampled
-from fivebar_bringup.simulation.loop import run_loop
+from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled
+from fivebar_bringup.simulation.engine_estimator import EngineKnown, estimated, unestimated
+from fivebar_bringup.simulation.engine_robot import (
+    Robot,
+    moved_ideal,
+    moved_with_effects,
+    started_ideal,
+    started_with_effects,
+)
+from fivebar_bringup.simulation.measures import EngineLog, concluded, ends, lead_of, recorded, unmeasured
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
+from fivebar_bringup.simulation.planned import planned_at
 from fivebar_bringup.simulation.robot import (
     ideal_later,
     ideal_sensed,
@@ -20,30 +29,47 @@ from fivebar_bringup.simulation.robot import (
     start_with_effects,
 )
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
-from fivebar_control.estimation.readings import with_motors
+from fivebar_control.estimation.readings import with_readings
 from fivebar_control.estimation.step import estimator_step, first_update
-from fivebar_control.laws.law import unchanged
 from fivebar_control.laws.registry import Controller
-from fivebar_control.loop.setup import first_memory, steps_of
+from fivebar_control.loop.closed_loop import LoopSettings, run_loop
+from fivebar_control.loop.cycle import CycleMemory
+from fivebar_control.loop.setup import first_memory, law_functions
 from fivebar_description.strict_yaml import InputError
 
-IDEAL: Mapping[str, Callable[..., Any]] = {
-    "robot_start": ideal_start,
-    "robot_later": ideal_later,
-    "robot_sensed": ideal_sensed,
+
+def begun_ideal(run: EngineRun) -> tuple[Robot, EngineKnown, EngineLog]:
+    """Return the rigid robot, the estimator and the metrics before the first sample."""
+    robot = started_ideal(run)
+    return robot, unestimated(run, robot), unmeasured(run)
+
+
+def begun_with_effects(run: EngineRun) -> tuple[Robot, EngineKnown, EngineLog]:
+    """Return the robot with effects, the estimator and the metrics before the first sample."""
+    robot = started_with_effects(run)
+    return robot, unestimated(run, robot), unmeasured(run)
+
+
+RUN: Mapping[str, Callable[..., Any]] = {
+    "estimate": estimated,
+    "plan_at": planned_at,
+    "record": recorded,
+    "ended": ends,
+    "conclude": concluded,
 }
-WITH_EFFECTS: Mapping[str, Callable[..., Any]] = {
-    "robot_start": start_with_effects,
-    "robot_later": later_with_effects,
-    "robot_sensed": sensed_with_effects,
-}
-"""The robots that the loop can have, by the names under which it knows their functions."""
+IDEAL: Mapping[str, Callable[..., Any]] = {"begin": begun_ideal, "advance": moved_ideal}
+WITH_EFFECTS: Mapping[str, Callable[..., Any]] = {"begin": begun_with_effects, "advance": moved_with_effects}
+"""The engine's run, and the robots that it can have, by the names under which the closed loop knows their functions."""
 
 PARTS: tuple[Callable[..., Any], ...] = (
-    *IDEAL.values(),
-    *WITH_EFFECTS.values(),
+    ideal_start,
+    ideal_later,
+    ideal_sensed,
+    start_with_effects,
+    later_with_effects,
+    sensed_with_effects,
     first_update,
-    with_motors,
+    with_readings,
     estimator_step,
 )
 """What the loops of all controllers share: the types of their arguments do not depend on the laws."""
@@ -56,19 +82,17 @@ NO_TRACE = np.zeros((0, len(TraceRow._fields)))
 
 @cache
 def _loop(effects: bool, **of_laws: Callable[..., Any]) -> Any:
-    return compiled_and_kept(run_loop, **of_laws, **(WITH_EFFECTS if effects else IDEAL))
+    return compiled_and_kept(run_loop, **of_laws, **(WITH_EFFECTS if effects else IDEAL), **RUN)
 
 
-def law_functions(controller: Controller) -> dict[str, Callable[..., Any]]:
-    """Return what the loop calls of a controller's laws, by the names under which it knows these functions."""
-    nominal, constraint = steps_of(controller)
-    after = unchanged if controller.constraint is None else controller.constraint.after_gap
-    return {
-        "nominal_step": nominal,
-        "constraint_step": constraint,
-        "nominal_after_gap": controller.nominal.after_gap,
-        "constraint_after_gap": after,
-    }
+def run_with(
+    loop: Callable[..., Outcome], memory: CycleMemory, case: Case, plan: Sampled, trace: FloatArray
+) -> Outcome:
+    """Return the metrics of a case along a sampled plan, by a loop that has been bound to it."""
+    run, estimation = EngineRun(case.numbers, plan, trace), case.numbers.estimation
+    lead = lead_of(run)
+    last, feed_forward = len(plan.rows) - 1 - lead, estimation.on and estimation.feed_forward
+    return loop(run, LoopSettings(case.numbers.control, 0, last, lead, feed_forward), memory)
 
 
 def refuse_uncompiled(controller: Controller) -> None:
@@ -104,5 +128,4 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     refuse_uncompiled(case.controller)
     loop = _loop(case.numbers.mechanism is not None, **law_functions(case.controller))
-    outcome: Outcome = loop(first_memory(case.controller, case.numbers.control, list), case.numbers, plan, trace)
-    return outcome
+    return run_with(loop, first_memory(case.controller, case.numbers.control, list), case, plan, trace)

@@ -10,15 +10,17 @@ from fivebar_bringup.recorded.bag import serialize
 from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
+from fivebar_bringup.simulation.outcome import FAULT_NAMES, FAULT_NUMBERS
 from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_bringup.simulation.vision import SimulatedVision, VisionSample
+from fivebar_control.compiling import bound
 from fivebar_control.estimation.estimator import PositionFix, Vector6
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.loop.cycle import Cycle, CycleSettings, control_cycle
+from fivebar_control.loop.closed_loop import PLANT_DIVERGED, Advanced, Known, LoopSettings, run_loop
+from fivebar_control.loop.cycle import Cycle, CycleSettings
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
-from fivebar_control.loop.setup import first_memory, steps_of
+from fivebar_control.loop.setup import first_memory, law_functions
 from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform, State
@@ -80,6 +82,8 @@ from fivebar_sim.imu import ImuReading
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
 from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue
+
+NOTHING_MEASURED = Measurement((), (), ())
 
 
 class Estimated(NamedTuple):
@@ -210,98 +214,160 @@ def simulate(
         plant: the robot to be moved, by default the one that the scenario describes.
         stopped: says after each sample whether the run is to end with it.
     """
-    robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
+    plan, rate_hz = scenario.plan(), scenario.rate_hz
     if plant is None:
-        plant = Plant(robot, scenario.initial_joints(), rate_hz, scenario.plant, scenario.imu)
-    imu_check = ImuCheck(robot, plan.mode1, plan.mode2, rate_hz, scenario.imu)
-    nominal_step, constraint_step = steps_of(scenario.scheme())
-    settings = cycle_settings(scenario)
-    memory = first_memory(scenario.scheme(), settings, lambda: planned_references(plan, rate_hz))
-    samples_ahead = scenario.tuned().samples_ahead
-    estimator = estimator_of(scenario) if scenario.estimated else None
-    queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
-    passive_queue: ReadingQueue[float] = ReadingQueue(scenario.passive, rate_hz, scenario.plant.seed, PASSIVE_LOSSES)
-    encoder = passive_numbers(scenario.passive, scenario.plant.seed)
-    camera = SimulatedVision(scenario) if scenario.camera.on else None
-    samples: list[Sample] = []
-    faults: list[str] = []
-    last = plan.path.samples(rate_hz)
-    for number in range(last + 1):
-        measured = plant.measure()
-        arrived = [
-            (late_stamp_ns(made, rate_hz, scenario.imu.clock_offset), one)
-            for made, one in queue.arrived(number, plant.measure_imu())
-        ]
-        angles: list[tuple[int, float]] = []
-        if scenario.passive.leg:
-            angle = passive_reading(encoder, plant.truth().position[scenario.passive.place])
-            angles = passive_queue.arrived(number, angle)
-        vision = camera.arrived(number, plant.truth()) if camera is not None else ()
-        estimated = None
-        if estimator is not None:
-            motors = measured.of_motors()
-            rates = [
-                (moment_of_stamp(stamp, rate_hz), scenario.imu.turn_rate(one.angular_velocity))
-                for stamp, one in arrived
-                if scenario.gyro
-            ]
-            seen = [PositionFix(one.moment, *used(one.reading)) for one in vision] if scenario.sees else []
-            estimate = estimator.take(number, *motors[0], *motors[1], rates, angles, seen)
-            if estimator.fault is not None and not faults:
-                faults.append(str(estimator.fault))
-            measured = Measurement(estimate.position, estimate.velocity, estimate.effort)
-            estimated = Estimated(motors, estimate.deviations, estimate.disturbance)
-        state = state_from_joints(robot, *measured.position, *measured.velocity)
-        compared = camera.compared(number, vision, state.x, state.y) if camera is not None else ()
-        moment = number + lead
-        planned = plan_sample(robot, plan, moment / rate_hz, reference_ahead(plan, moment, rate_hz, samples_ahead))
-        reference = planned.reference
-        if estimated is not None and scenario.compensates_disturbance:
-            reference = against_disturbance(reference, *estimated.disturbance)
-        latched, sound = bool(faults), estimator is None or estimator.fault is None
-        cycle = control_cycle(
-            nominal_step, constraint_step, settings, memory, state, reference, planned, latched, sound
-        )
-        memory = cycle.memory
+        plant = Plant(scenario.five_bar(), scenario.initial_joints(), rate_hz, scenario.plant, scenario.imu)
+    control = cycle_settings(scenario)
+    first = first_memory(scenario.scheme(), control, lambda: planned_references(plan, rate_hz))
+    last, feed_forward = plan.path.samples(rate_hz), scenario.compensates_disturbance
+    settings = LoopSettings(control, 0, last, scenario.lead_samples, feed_forward)
+    loop = bound(run_loop, **law_functions(scenario.scheme()))
+    finished: OfflineRun = loop(_Run(scenario, plant, settings, progress, stopped), settings, first)
+    return finished
+
+
+class _Run:
+    """A run of a scenario, as the closed loop runs it: the plant and its sensors, the estimator, and the samples."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        plant: Plant,
+        settings: LoopSettings,
+        progress: Callable[[int], None],
+        stopped: Callable[[], bool],
+    ) -> None:
+        self._scenario, self._settings, self._progress, self._stopped = scenario, settings, progress, stopped
+        self._robot, self._plan, self._rate_hz = scenario.five_bar(), scenario.plan(), scenario.rate_hz
+        self._ahead = scenario.tuned().samples_ahead
+        self._plant = plant
+        self._sensors = _Sensors(scenario, plant)
+        self._estimator = estimator_of(scenario) if scenario.estimated else None
+        self._imu_check = ImuCheck(self._robot, self._plan.mode1, self._plan.mode2, self._rate_hz, scenario.imu)
+        self._measured = NOTHING_MEASURED
+        self._estimated: Estimated | None = None
+        self._samples: list[Sample] = []
+        self._faults: list[str] = []
+
+    def begin(self) -> tuple[None, None, None]:
+        return None, None, None
+
+    def estimate(self, number: int) -> Known:
+        sensors, d1, d2, trip = self._sensors, 0.0, 0.0, NO_FAULT
+        self._measured = self._plant.measure()
+        sensors.read(number)
+        if self._estimator is not None:
+            angles, torques = motors = self._measured.of_motors()
+            found = self._estimator.take(number, *angles, *torques, sensors.rates(), sensors.elbows, sensors.fixes())
+            self._measured = Measurement(found.position, found.velocity, found.effort)
+            self._estimated = Estimated(motors, found.deviations, found.disturbance)
+            d1, d2 = found.disturbance
+            if self._estimator.fault is not None:
+                trip = FAULT_NUMBERS[self._estimator.fault.name]
+        state = state_from_joints(self._robot, *self._measured.position, *self._measured.velocity)
+        return Known(True, state, d1, d2, trip)
+
+    def plan_at(self, moment: int) -> PlanSample:
+        ahead = reference_ahead(self._plan, moment, self._rate_hz, self._ahead)
+        return plan_sample(self._robot, self._plan, moment / self._rate_hz, ahead)
+
+    def record(self, number: int, known: Known, planned: PlanSample, cycle: Cycle, latched: bool) -> None:
+        control, sensors, scenario = self._settings.control, self._sensors, self._scenario
+        if latched and not self._faults and self._estimator is not None:
+            self._faults.append(str(self._estimator.fault))
         if cycle.fault != NO_FAULT:
-            faults.append(_fault_text(number, settings, state, planned, cycle))
-        # the reference of the first `lead` moments is never published, so that there is none to compare with
-        imu = []
-        for stamp, one in arrived:
-            made, error = sample_of_stamp(stamp, rate_hz), None
-            if made is not None and lead <= made <= last:
-                error = imu_check.error(one.acceleration, plan.path.at(made / rate_hz))
-            imu.append(ImuSample(stamp, moment_of_stamp(stamp, rate_hz), one, error))
-        samples.append(
-            Sample(
-                number,
-                measured,
-                imu,
-                [PassiveSample(*one) for one in angles],
-                planned.platform,
-                SupervisorState(cycle.sigma, cycle.kappa),
-                cycle.nominal,
-                cycle.constraint if settings.blended else None,
-                None if latched else cycle.requested,
-                cycle.command,
-                estimated,
-                plant.truth() if scenario.has_ground_truth else None,
-                vision,
-                compared,
-            )
+            self._faults.append(_fault_text(number, control, known.state, planned, cycle))
+        sample = Sample(
+            number,
+            self._measured,
+            [
+                ImuSample(stamp, moment_of_stamp(stamp, self._rate_hz), one, self._imu_error(stamp, one))
+                for stamp, one in sensors.imu
+            ],
+            [PassiveSample(*one) for one in sensors.elbows],
+            planned.platform,
+            SupervisorState(cycle.sigma, cycle.kappa),
+            cycle.nominal,
+            cycle.constraint if control.blended else None,
+            None if latched else cycle.requested,
+            cycle.command,
+            self._estimated,
+            self._plant.truth() if scenario.has_ground_truth else None,
+            sensors.vision,
+            sensors.compared(number, known.state),
         )
-        if estimator is not None:
-            estimator.commanded(number, *cycle.command)
-        progress(number)
-        if stopped():
-            break
-        if number < last:
-            try:
-                plant.advance(cycle.command)
-            except PlantDiverged as failure:
-                faults.append(f"plant_diverged: after sample {number}: {failure}")
-                break
-    return OfflineRun(samples, faults)
+        self._samples.append(sample)
+        self._progress(number)
+
+    def _imu_error(self, stamp: int, reading: ImuReading) -> float | None:
+        """Return measured minus desired magnitude of the acceleration (m/s^2), None where there is none to compare."""
+        made = sample_of_stamp(stamp, self._rate_hz)
+        # the reference of the first `lead` moments is never published
+        if made is None or not self._settings.lead <= made <= self._settings.last:
+            return None
+        return self._imu_check.error(reading.acceleration, self._plan.path.at(made / self._rate_hz))
+
+    def ended(self, fault: int) -> bool:
+        return self._stopped()
+
+    def advance(self, number: int, command: Torque) -> Advanced:
+        if self._estimator is not None:
+            self._estimator.commanded(number, *command)
+        try:
+            self._plant.advance(command)
+        except PlantDiverged as failure:
+            self._faults.append(f"{FAULT_NAMES[PLANT_DIVERGED]}: after sample {number}: {failure}")
+            return Advanced(True)
+        return Advanced(False)
+
+    def conclude(self) -> OfflineRun:
+        return OfflineRun(self._samples, self._faults)
+
+
+class _Sensors:
+    """The late sensors of a run: IMU, encoder on a passive joint, camera."""
+
+    def __init__(self, scenario: Scenario, plant: Plant) -> None:
+        self._scenario, self._plant, self._rate_hz = scenario, plant, scenario.rate_hz
+        seed = scenario.plant.seed
+        self._imu: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, self._rate_hz, seed)
+        self._passive: ReadingQueue[float] = ReadingQueue(scenario.passive, self._rate_hz, seed, PASSIVE_LOSSES)
+        self._encoder = passive_numbers(scenario.passive, seed)
+        self._camera = SimulatedVision(scenario) if scenario.camera.on else None
+        self.imu: list[tuple[int, ImuReading]] = []
+        self.elbows: list[tuple[int, float]] = []
+        self.vision: tuple[VisionSample, ...] = ()
+        """What came with the sample: IMU readings by their stamps (ns), angles (rad) by their samples, positions."""
+
+    def read(self, number: int) -> None:
+        """Read all at a sample, and take what comes with it."""
+        scenario, plant = self._scenario, self._plant
+        self.imu = [
+            (late_stamp_ns(made, self._rate_hz, scenario.imu.clock_offset), one)
+            for made, one in self._imu.arrived(number, plant.measure_imu())
+        ]
+        if scenario.passive.leg:
+            angle = passive_reading(self._encoder, plant.truth().position[scenario.passive.place])
+            self.elbows = self._passive.arrived(number, angle)
+        if self._camera is not None:
+            self.vision = self._camera.arrived(number, plant.truth())
+
+    def rates(self) -> list[tuple[float, float]]:
+        """Return the gyroscope's readings for the estimator: moment (samples) and rate (rad/s) of each."""
+        if not self._scenario.gyro:
+            return []
+        turn_rate = self._scenario.imu.turn_rate
+        return [(moment_of_stamp(stamp, self._rate_hz), turn_rate(one.angular_velocity)) for stamp, one in self.imu]
+
+    def fixes(self) -> list[PositionFix]:
+        """Return the camera's positions for the estimator."""
+        return [PositionFix(one.moment, *used(one.reading)) for one in self.vision] if self._scenario.sees else []
+
+    def compared(self, number: int, state: State) -> tuple[tuple[int, tuple[float, float]], ...]:
+        """Return the stamps (ns) of exposures that can be compared with a sample's state, and the differences (m)."""
+        if self._camera is None:
+            return ()
+        return self._camera.compared(number, self.vision, state.x, state.y)
 
 
 def _fault_text(number: int, settings: CycleSettings, state: State, planned: PlanSample, cycle: Cycle) -> str:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from fivebar_control.loop.closed_loop import PLANT_DIVERGED
 from fivebar_control.safety.stages import NO_FAULT, STAGE_NAMES
 
-ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, PLANT_DIVERGED, ESTIMATE_INCONSISTENT = 6, 7, 8, 9
+ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, ESTIMATE_INCONSISTENT, ENCODER_FROZEN = 6, 7, 9, 12
 FAULT_NAMES = STAGE_NAMES | {
     NO_FAULT: "",
     ESTIMATE_LOST: "estimate_lost",
     ESTIMATE_AMBIGUOUS: "estimate_ambiguous",
     PLANT_DIVERGED: "plant_diverged",
     ESTIMATE_INCONSISTENT: "estimate_inconsistent",
+    ENCODER_FROZEN: "encoder_frozen",
 }
+FAULT_NUMBERS = {name: number for number, name in FAULT_NAMES.items()}
 """By these numbers and those of the stages; the names are those of the node graph."""
 
 

@@ -9,14 +9,25 @@ from typing import Any
 import numpy as np
 
 from fivebar_bringup.simulation import engine
-from fivebar_bringup.simulation.case import AY, Case, FloatArray, Numbers, Sampled, X
-from fivebar_bringup.simulation.loop import planned_at, run_loop
+from fivebar_bringup.simulation.case import AY, Case, EngineRun, FloatArray, Sampled, X
+from fivebar_bringup.simulation.engine_estimator import EngineKnown, unestimated
+from fivebar_bringup.simulation.engine_robot import Robot, moved, started
+from fivebar_bringup.simulation.measures import EngineLog, unmeasured
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
-from fivebar_bringup.simulation.robot import ideal_later, ideal_sensed, ideal_start
+from fivebar_bringup.simulation.planned import planned_at
+from fivebar_bringup.simulation.robot import (
+    ideal_later,
+    ideal_sensed,
+    ideal_start,
+    later_with_effects,
+    sensed_with_effects,
+    start_with_effects,
+)
 from fivebar_control.compiling import bound, compiled_and_kept
 from fivebar_control.estimation.compiled import compiled_step
+from fivebar_control.loop.closed_loop import run_loop
 from fivebar_control.loop.plan_sample import PlanSample
-from fivebar_control.loop.setup import first_memory
+from fivebar_control.loop.setup import first_memory, law_functions
 from fivebar_control.model.state import Platform
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
@@ -47,23 +58,27 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     controller, control = case.controller, case.numbers.control
     constraint = 0 if controller.constraint is None else controller.constraint.samples_ahead(control.constraint)
     count = max(controller.nominal.samples_ahead(control.nominal), constraint)
+    of_run: dict[str, Callable[..., Any]] = {
+        **engine.RUN,
+        "estimate": bound(engine.RUN["estimate"], estimator_step=compiled_step()),
+        "plan_at": partial(planned_with_ahead, count),
+    }
     loop: Callable[..., Outcome] = bound(
         run_loop,
-        **engine.law_functions(controller),
-        planned_at=partial(planned_with_ahead, count),
-        estimator_step=compiled_step(),
+        **law_functions(controller),
+        **of_run,
         **_compiled_robot(case.numbers.mechanism is not None),
     )
     memory = first_memory(controller, control, lambda: _platforms(plan, range(len(plan.rows))))
-    return loop(memory, case.numbers, plan, trace)
+    return engine.run_with(loop, memory, case, plan, trace)
 
 
-def planned_with_ahead(count: int, case: Numbers, sampled: Sampled, moment: int) -> PlanSample:
+def planned_with_ahead(count: int, run: EngineRun, moment: int) -> PlanSample:
     """Return the plan at the moment of a sample, with the reference of the `count` samples that follow."""
     # after the end the platform rests at the last waypoint
-    last = len(sampled.rows) - 1
+    last = len(run.plan.rows) - 1
     numbers = [min(moment + later, last) for later in range(1, count + 1)]
-    return planned_at(case, sampled, moment)._replace(ahead=tuple(_platforms(sampled, numbers)))
+    return planned_at(run, moment)._replace(ahead=tuple(_platforms(run.plan, numbers)))
 
 
 def _platforms(sampled: Sampled, numbers: Sequence[int]) -> list[Platform]:
@@ -74,9 +89,15 @@ def _platforms(sampled: Sampled, numbers: Sequence[int]) -> list[Platform]:
 @cache
 def _compiled_robot(effects: bool) -> Mapping[str, Callable[..., Any]]:
     """Return the steps of an ideal robot or of one with effects, by the names under which the loop knows them."""
-    robot = engine.WITH_EFFECTS if effects else engine.IDEAL
-    steps: Mapping[str, Callable[..., Any]] = {"robot_start": _start, "robot_later": _later, "robot_sensed": _sensed}
-    return {name: compiled_and_kept(step, **{name: robot[name]}) for name, step in steps.items()}
+    start = compiled_and_kept(_start, robot_start=start_with_effects if effects else ideal_start)
+    later = compiled_and_kept(_later, robot_later=later_with_effects if effects else ideal_later)
+    sensed = compiled_and_kept(_sensed, robot_sensed=sensed_with_effects if effects else ideal_sensed)
+
+    def begun(run: EngineRun) -> tuple[Robot, EngineKnown, EngineLog]:
+        robot = started(run, start, sensed)
+        return robot, unestimated(run, robot), unmeasured(run)
+
+    return {"begin": begun, "advance": partial(moved, later=later, sensed=sensed)}
 
 
 # callers of the robot's functions, of which the engine keeps the machine code for compiled callers only

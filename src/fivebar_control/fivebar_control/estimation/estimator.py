@@ -22,10 +22,8 @@ from fivebar_control.estimation.readings import (
     EstimatorMemory,
     Misfit,
     longest_gap,
-    with_elbow,
     with_motors,
-    with_rate,
-    with_seen,
+    with_readings,
 )
 from fivebar_control.estimation.step import (
     EstimatorStep,
@@ -245,17 +243,12 @@ class StateEstimator:
             return self._step(model, memory, 1, self._pending(sample), 0).prediction
         # over a gap in the readings the torque is assumed to be that of its last period
         periods = min(max(sample - last, 1), self._longest_gap)
-        memory = with_motors(self._memory, sample, periods, q11, q21, tau1, tau2)
-        start = memory.newest
-        for made, rate in rates:
-            start = min(start, with_rate(model, memory, made, rate).start)
+        angles = []
         for made, angle in elbows:
             self._near_elbow = same_turn(angle, self._near_elbow)
-            memory, begin = with_elbow(model, memory, made, self._near_elbow)
-            start = min(start, begin)
-        for made, x, y, deviation in seen:
-            if self._sees and math.isfinite(x + y + deviation):
-                start = min(start, with_seen(model, memory, made, x, y, deviation * deviation).start)
+            angles.append((made, self._near_elbow))
+        fixes = [one for one in seen if self._sees and math.isfinite(one.x + one.y + one.deviation)]
+        memory, start = with_readings(model, self._memory, sample, periods, q11, q21, tau1, tau2, rates, angles, fixes)
         stepped = self._step(model, memory, start, self._pending(sample), 0)
         self.squared = stepped.squared
         if sample - last > self._longest_gap:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Belief
@@ -20,6 +24,9 @@ from fivebar_control.estimation.history import (
     row_of,
 )
 from fivebar_control.estimation.measurements import elbow_speed
+
+Readings = Sequence[Sequence[float]] | NDArray[np.float64]
+"""Readings of a late sensor, each with the moment of its stamp in samples and its values."""
 
 LONGEST_GAP = 10
 LONGEST_GAP_TIME = 0.02
@@ -188,6 +195,42 @@ def with_seen(
     lag = (made - at) / model.rate_hz
     keep_seen(memory.history, entry, x, y, lag, max(variance, model.camera_variance))
     return Placed(memory, entry)
+
+
+def with_readings(
+    model: EstimatorModel,
+    memory: EstimatorMemory,
+    sample: int,
+    periods: int,
+    q11: float,
+    q21: float,
+    tau1: float,
+    tau2: float,
+    rates: Readings,
+    elbows: Readings,
+    seen: Readings,
+) -> Placed:
+    """Return the memory with all readings that came with a sample, to be taken by `next_update`.
+
+    Args:
+        model: constants.
+        memory: of the readings before.
+        sample, periods, q11, q21, tau1, tau2: the motors', see `with_motors`.
+        rates: of the gyroscope, each with moment (samples) and rate (rad/s).
+        elbows: of the passive joint's encoder, each with moment and angle (rad), in their order.
+        seen: positions by the camera, each with moment, x, y (m) and the standard deviation (m) of either.
+    """
+    memory = with_motors(memory, sample, periods, q11, q21, tau1, tau2)
+    start = memory.newest
+    for number in range(len(rates)):
+        start = min(start, with_rate(model, memory, rates[number][0], rates[number][1]).start)
+    for number in range(len(elbows)):
+        placed = with_elbow(model, memory, elbows[number][0], elbows[number][1])
+        memory, start = placed.memory, min(start, placed.start)
+    for number in range(len(seen)):
+        made, x, y, deviation = seen[number][0], seen[number][1], seen[number][2], seen[number][3]
+        start = min(start, with_seen(model, memory, made, x, y, deviation * deviation).start)
+    return Placed(memory, start)
 
 
 def changed_memory(memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit) -> EstimatorMemory:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from fivebar_control.laws.law import Law, Step, no_step
+from fivebar_control.laws.law import Law, no_step, unchanged
 from fivebar_control.laws.registry import SIGMOID, Controller, TunedController
 from fivebar_control.laws.torque import ZERO
 from fivebar_control.loop.cycle import CycleMemory, CycleSettings
@@ -16,10 +16,15 @@ from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 
 
-def steps_of(controller: Controller) -> tuple[Step, Step]:
-    """Return the steps of a controller's nominal and constraint law; `no_step` where there is none."""
-    constraint = controller.constraint
-    return controller.nominal.step, no_step if constraint is None else constraint.step
+def law_functions(controller: Controller) -> dict[str, Callable[..., Any]]:
+    """Return what the closed loop calls of a controller's laws, by the names under which it knows these functions."""
+    nominal, constraint = controller.nominal, controller.constraint
+    return {
+        "nominal_step": nominal.step,
+        "constraint_step": no_step if constraint is None else constraint.step,
+        "nominal_after_gap": nominal.after_gap,
+        "constraint_after_gap": unchanged if constraint is None else constraint.after_gap,
+    }
 
 
 def first_memory(

@@ -11,11 +11,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from fivebar_control.compiling import bound
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.torque import Torque
-from fivebar_control.loop.cycle import CycleSettings, control_cycle
-from fivebar_control.loop.plan_sample import plan_sample, planned_references, reference_ahead
-from fivebar_control.loop.setup import cycle_settings_of, first_memory, steps_of
+from fivebar_control.loop.closed_loop import Advanced, Known, LoopSettings, run_loop
+from fivebar_control.loop.cycle import Cycle, CycleSettings
+from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
+from fivebar_control.loop.setup import cycle_settings_of, first_memory, law_functions
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
@@ -136,6 +138,63 @@ def stretches_of(plan: Plan, rate_hz: int) -> list[Stretch]:
     return found
 
 
+class _Stretch:
+    """A stretch of a plan on the robot as modelled, as the closed loop runs it; ends at the first fault."""
+
+    def __init__(
+        self,
+        robot: FiveBar,
+        plan: Plan,
+        stretch: Stretch,
+        follower: TunedController,
+        settings: CycleSettings,
+        before: PredictedRun,
+    ) -> None:
+        """Begin with what was predicted of the stretches before."""
+        self._robot, self._plan, self._mode, self._follower = robot, plan, stretch.mode, follower
+        self._rate_hz = round(1.0 / settings.period)
+        self._steps = math.ceil(settings.period / LONGEST_STEP - 1e-9)
+        self._step = settings.period / self._steps
+        start = plan.path.at(stretch.first / self._rate_hz)
+        self._state = state_from_platform(robot, *stretch.mode, start.x, start.y, 0.0, 0.0)
+        self._error, self._torque, self._changes, self._moments = *before[:3], list(before.moments)
+        self._side = 0.0
+
+    def begin(self) -> tuple[None, None, None]:
+        return None, None, None
+
+    def estimate(self, number: int) -> Known:
+        return Known(True, self._state, 0.0, 0.0, NO_FAULT)
+
+    def plan_at(self, moment: int) -> PlanSample:
+        ahead = reference_ahead(self._plan, moment, self._rate_hz, self._follower.samples_ahead)
+        return plan_sample(self._robot, self._plan, moment / self._rate_hz, ahead)
+
+    def record(self, number: int, known: Known, planned: PlanSample, cycle: Cycle, latched: bool) -> None:
+        t, state, desired, asked = number / self._rate_hz, self._state, planned.platform, cycle.requested
+        self._error = self._error.or_larger(distance_from(state, desired.x, desired.y), t, state.x, state.y)
+        determinant = det_a(state)
+        if determinant * self._side < 0.0:
+            self._changes = Peak(self._changes.value + 1.0, t, state.x, state.y)
+        self._side = determinant or self._side
+        self._torque = self._torque.or_larger(max(abs(asked.tau1), abs(asked.tau2)), t, state.x, state.y)
+        if cycle.fault == NO_FAULT:
+            moment = PredictedSample(state.x, state.y, state.vx, state.vy, cycle.command.tau1, cycle.command.tau2)
+            self._moments.append(moment)
+        else:
+            self._error = Peak(math.inf, t, state.x, state.y)
+
+    def ended(self, fault: int) -> bool:
+        return fault != NO_FAULT
+
+    def advance(self, number: int, command: Torque) -> Advanced:
+        self._state = advanced(self._robot, *self._mode, self._state, command, self._step, self._steps)
+        return Advanced(False)
+
+    def conclude(self) -> PredictedRun:
+        return PredictedRun(self._error, self._torque, self._changes, tuple(self._moments))
+
+
 def _predict_stretch(
     robot: FiveBar,
     plan: Plan,
@@ -145,35 +204,12 @@ def _predict_stretch(
     before: PredictedRun,
 ) -> PredictedRun:
     """Return what becomes of a stretch together with those before it."""
-    mode1, mode2 = stretch.mode
-    nominal_step, constraint_step = steps_of(follower.controller)
     rate_hz = round(1.0 / settings.period)
     memory = first_memory(follower.controller, settings, lambda: planned_references(plan, rate_hz))
-    steps = math.ceil(settings.period / LONGEST_STEP - 1e-9)
-    start = plan.path.at(stretch.first / rate_hz)
-    state = state_from_platform(robot, mode1, mode2, start.x, start.y, 0.0, 0.0)
-    error, torque, changes, moments = *before[:3], list(before.moments)
-    side = 0.0
-    for number in range(stretch.first, stretch.last + 1):
-        t = number / rate_hz
-        planned = plan_sample(robot, plan, t, reference_ahead(plan, number, rate_hz, follower.samples_ahead))
-        desired = planned.platform
-        error = error.or_larger(distance_from(state, desired.x, desired.y), t, state.x, state.y)
-        determinant = det_a(state)
-        if determinant * side < 0.0:
-            changes = Peak(changes.value + 1.0, t, state.x, state.y)
-        side = determinant or side
-        cycle = control_cycle(
-            nominal_step, constraint_step, settings, memory, state, planned.reference, planned, False, True
-        )
-        memory, asked = cycle.memory, cycle.requested
-        torque = torque.or_larger(max(abs(asked.tau1), abs(asked.tau2)), t, state.x, state.y)
-        if cycle.fault != NO_FAULT:
-            error = Peak(math.inf, t, state.x, state.y)
-            break
-        moments.append(PredictedSample(state.x, state.y, state.vx, state.vy, cycle.command.tau1, cycle.command.tau2))
-        state = advanced(robot, mode1, mode2, state, cycle.command, settings.period / steps, steps)
-    return PredictedRun(error, torque, changes, tuple(moments))
+    loop = bound(run_loop, **law_functions(follower.controller))
+    run = _Stretch(robot, plan, stretch, follower, settings, before)
+    predicted: PredictedRun = loop(run, LoopSettings(settings, stretch.first, stretch.last, 0, False), memory)
+    return predicted
 
 
 def advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torque, step: float, steps: int) -> State:

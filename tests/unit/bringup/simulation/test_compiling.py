@@ -19,7 +19,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_bringup.simulation.loop import run_loop
 from fivebar_control.compiling import compiled, compiled_and_kept, digest, kept_by_itself
 from fivebar_control.estimation.ekf import EkfSettings, filter_model, predicted
 from fivebar_control.estimation.encoder import Angle
@@ -30,6 +29,7 @@ from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.unified import INITIAL_MEMORY, UnifiedSettings, unified_step
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.laws.vhc_joint import vhc_joint_torque
+from fivebar_control.loop.closed_loop import run_loop
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform

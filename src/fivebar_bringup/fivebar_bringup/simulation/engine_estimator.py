@@ -1,0 +1,214 @@
+"""What the controllers know of the robot in the engine's loop: measured, or estimated as `StateEstimator` does.
+
+Its watch for frozen encoders is left out: no encoder of this plant freezes.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.simulation.case import EngineRun, FloatArray, X, Y
+from fivebar_bringup.simulation.engine_robot import Robot
+from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, ESTIMATE_INCONSISTENT, ESTIMATE_LOST
+from fivebar_control.estimation.readings import EstimatorMemory, longest_gap, with_readings
+from fivebar_control.estimation.step import estimator_step, first_update
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.kinematics import assembly_mode, state_from_joints
+from fivebar_control.model.state import Joints, State
+from fivebar_control.safety.stages import NO_FAULT
+from fivebar_description.parameters import FiveBar
+from fivebar_sim.imu import sensed_rate
+from fivebar_sim.passive_encoder import passive_reading
+
+
+class LateReadings(NamedTuple):
+    """Readings of the late sensors, one for each sample at which they are made; the arrays are changed in place.
+
+    Attributes:
+        rates: float64[N + 1, 2], of the gyroscope: moment of the stamp in samples, and rate (rad/s), NaN for none; [0,
+            2] without a gyroscope.
+        elbows: float64[N + 1, 2], of the passive joint's encoder: moment and angle (rad), NaN for none; [0, 2] without.
+        sights: float64[N + 1, 2], where the platform is (m); [0, 2] without a camera.
+        fixes: float64[n, 4], the camera's positions by arrival: moment, x, y and deviation (m).
+        turned: angle (rad) of the link that carries the gyroscope.
+        rate: what the gyroscope senses of its rate (rad/s), without errors.
+    """
+
+    rates: FloatArray
+    elbows: FloatArray
+    sights: FloatArray
+    fixes: FloatArray
+    turned: float
+    rate: float
+
+
+class EngineKnown(NamedTuple):
+    """What is known of the robot at a sample: see `closed_loop.Known`, and the estimator's own.
+
+    Attributes:
+        memory: of the filter, without meaning where there is no estimator.
+        joints: measured or estimated.
+        came: the last sample that reached the controllers.
+        seen_frames: how many of the camera's positions have come.
+        deviations: standard deviations between the estimate and the other assembly mode.
+        late: what the late sensors have read so far.
+    """
+
+    present: bool
+    state: State
+    d1: float
+    d2: float
+    trip: int
+    memory: EstimatorMemory
+    joints: Joints
+    came: int
+    seen_frames: int
+    deviations: float
+    late: LateReadings
+
+
+def state_of(robot: FiveBar, joints: Joints) -> State:
+    """Return the state that follows from joints."""
+    return state_from_joints(
+        robot,
+        joints.q11,
+        joints.q12,
+        joints.q21,
+        joints.q22,
+        joints.dq11,
+        joints.dq12,
+        joints.dq21,
+        joints.dq22,
+    )
+
+
+def unestimated(run: EngineRun, robot: Robot) -> EngineKnown:
+    """Return what is known before the first sample: the assembly mode of the declared posture, for an estimator."""
+    estimation, control, plan = run.case.estimation, run.case.control, run.plan.rows
+    home = inverse_geometry(control.robot, control.mode1, control.mode2, plan[0, X], plan[0, Y])
+    at_home = state_from_joints(control.robot, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
+    exact, frames = robot.exact, estimation.frames.shape[0]
+    late = LateReadings(
+        rates=np.full((estimation.gyro_errors.shape[0], 2), math.nan),
+        elbows=np.full((estimation.passive_made.shape[0], 2), math.nan),
+        sights=np.zeros((plan.shape[0] if frames > 0 else 0, 2)),
+        fixes=np.zeros((frames, 4)),
+        turned=exact.q21 + exact.q22,
+        rate=exact.dq21 + exact.dq22,
+    )
+    memory = first_update(estimation.model, assembly_mode(at_home), robot.readings.q11, robot.readings.q21)
+    return EngineKnown(True, at_home, 0.0, 0.0, NO_FAULT, memory, exact, 0, 0, math.inf, late)
+
+
+def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) -> EngineKnown:
+    """Return what is known after the readings of a sample."""
+    case = run.case
+    present = not case.missing[number]
+    came = number if present else before.came
+    if not case.estimation.on:
+        joints = robot.readings if present else before.joints
+        return EngineKnown(
+            present=present,
+            state=state_of(case.control.robot, joints),
+            d1=0.0,
+            d2=0.0,
+            trip=NO_FAULT,
+            memory=before.memory,
+            joints=joints,
+            came=came,
+            seen_frames=0,
+            deviations=math.inf,
+            late=before.late,
+        )
+    estimation = case.estimation
+    late = with_late_readings(run, before.late, robot, number)
+    memory, joints, trip, seen_frames = before.memory, before.joints, NO_FAULT, before.seen_frames
+    deviations = before.deviations
+    if present:
+        start = 1
+        if number > 0:
+            while seen_frames < estimation.frames.shape[0] and estimation.frames[seen_frames, 1] <= number:
+                seen_frames += 1
+            placed = with_readings(
+                estimation.model,
+                memory,
+                number,
+                min(number - before.came, longest_gap(case.rate_hz)),
+                robot.readings.q11,
+                robot.readings.q21,
+                robot.applied1,
+                robot.applied2,
+                arrived(late.rates, number - estimation.latency),
+                arrived(late.elbows, number - estimation.passive_latency),
+                fixes_among(run, late, before.seen_frames, seen_frames),
+            )
+            memory, start = placed.memory, placed.start
+        delay = case.equipment.delay_samples
+        result = estimator_step(estimation.model, memory, start, robot.commands, number - delay).prediction
+        memory, deviations = result.memory, result.ambiguity.deviations
+        if result.lost:
+            trip = ESTIMATE_LOST
+        else:
+            joints = result.joints
+            if number - before.came > longest_gap(case.rate_hz):
+                trip = ESTIMATE_LOST
+            elif result.ambiguity.ambiguous:
+                trip = ESTIMATE_AMBIGUOUS
+            elif result.inconsistent:
+                trip = ESTIMATE_INCONSISTENT
+    return EngineKnown(
+        present=present,
+        state=state_of(case.control.robot, joints),
+        d1=memory.belief.estimate.d1,
+        d2=memory.belief.estimate.d2,
+        trip=trip,
+        memory=memory,
+        joints=joints,
+        came=came,
+        seen_frames=seen_frames,
+        deviations=deviations,
+        late=late,
+    )
+
+
+def with_late_readings(run: EngineRun, late: LateReadings, robot: Robot, number: int) -> LateReadings:
+    """Return the late sensors after what they read at a sample."""
+    estimation, exact = run.case.estimation, robot.exact
+    turned, rate = late.turned, late.rate
+    if late.rates.shape[0] > 0:
+        turned = exact.q21 + exact.q22
+        mean = (turned - late.turned) / (1.0 / run.case.rate_hz)
+        rate = sensed_rate(estimation.gyro_keep, late.rate, mean, exact.dq21 + exact.dq22)
+        late.rates[number, 0], late.rates[number, 1] = (
+            estimation.stamps[number],
+            rate + estimation.gyro_errors[number],
+        )
+    if late.elbows.shape[0] > 0 and estimation.passive_made[number]:
+        angle = exact.q12 if estimation.model.elbow == 1 else exact.q22
+        late.elbows[number, 0], late.elbows[number, 1] = float(number), passive_reading(estimation.passive, angle)
+    if late.sights.shape[0] > 0:
+        there = state_of(run.case.actual, exact)
+        late.sights[number, 0], late.sights[number, 1] = there.x, there.y
+    return LateReadings(late.rates, late.elbows, late.sights, late.fixes, turned, rate)
+
+
+def arrived(readings: FloatArray, made: int) -> FloatArray:
+    """Return the reading that was made at a sample, float64[1, 2], or none, [0, 2]."""
+    if made < 0 or made >= readings.shape[0] or math.isnan(readings[made, 1]):
+        return readings[:0]
+    return readings[made : made + 1]
+
+
+def fixes_among(run: EngineRun, late: LateReadings, first: int, last: int) -> FloatArray:
+    """Return the camera's positions from one, by arrival, up to before another, float64[n, 4]."""
+    for one in range(first, last):
+        frame = run.case.estimation.frames[one]
+        exposed = int(frame[0])
+        late.fixes[one, 0] = float(exposed)
+        late.fixes[one, 1] = late.sights[exposed, 0] + frame[2]
+        late.fixes[one, 2] = late.sights[exposed, 1] + frame[3]
+        late.fixes[one, 3] = run.case.estimation.seen_deviation
+    return late.fixes[first:last]

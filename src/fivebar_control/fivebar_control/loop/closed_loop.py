@@ -1,0 +1,165 @@
+"""The closed loop from the first sample to the last, written once for all that run it without ROS.
+
+A run is an object with methods: the offline runner's, with Pinocchio's plant, and the planner's, on the robot as
+modelled. The functions below call them. The compiled engine, since numba compiles no methods, binds functions of
+numbers to these names instead (`compiling.compiled_and_kept`), and compiles the loop as it stands.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from fivebar_control.laws.law import no_step, unchanged
+from fivebar_control.laws.reference import against_disturbance
+from fivebar_control.laws.torque import UNDEFINED, ZERO, Torque
+from fivebar_control.loop.cycle import Cycle, CycleMemory, CycleSettings, control_cycle
+from fivebar_control.loop.plan_sample import PlanSample
+from fivebar_control.model.state import State
+from fivebar_control.safety.stages import NO_FAULT
+
+PLANT_DIVERGED = 8
+"""Number of the fault of a simulated robot that can be moved no further, beside those of the guard's stages."""
+
+
+class LoopSettings(NamedTuple):
+    """Constants of the loop.
+
+    Attributes:
+        control: of the control cycle.
+        first, last: samples with which the run begins and ends.
+        lead: samples from a measurement to the instant for which its state holds.
+        feed_forward: whether the laws compensate the estimated disturbances.
+    """
+
+    control: CycleSettings
+    first: int
+    last: int
+    lead: int
+    feed_forward: bool
+
+
+class Known(NamedTuple):
+    """What the controllers know of the robot at a sample.
+
+    Attributes:
+        present: whether the sample reaches them at all; else the last command holds.
+        state: measured or estimated.
+        d1, d2: estimated disturbance torques of the motors (Nm).
+        trip: number of the fault that the estimator has found, `NO_FAULT` for none.
+    """
+
+    present: bool
+    state: State
+    d1: float
+    d2: float
+    trip: int
+
+
+class Advanced(NamedTuple):
+    """A robot that has been moved to its next sample, unless its motion `diverged`."""
+
+    diverged: bool
+
+
+def begin(run: Any) -> tuple[Any, Any, Any]:
+    """Return the robot, measured at the first sample, and the estimator and the log before it."""
+    started: tuple[Any, Any, Any] = run.begin()
+    return started
+
+
+def estimate(run: Any, estimator: Any, robot: Any, number: int) -> Known:
+    """Return the estimator after the readings of a sample, with what is known of the robot then."""
+    known: Known = run.estimate(number)
+    return known
+
+
+def plan_at(run: Any, moment: int) -> PlanSample:
+    """Return the plan at the moment of a sample."""
+    planned: PlanSample = run.plan_at(moment)
+    return planned
+
+
+def record(
+    run: Any, log: Any, number: int, robot: Any, known: Known, planned: PlanSample, cycle: Cycle, latched: bool
+) -> Any:
+    """Return the log with a sample; `latched` says whether a fault had been latched before its answer."""
+    return run.record(number, known, planned, cycle, latched)
+
+
+def ended(run: Any, fault: int) -> bool:
+    """Return whether the run ends with the sample, given the number of its first fault so far."""
+    ends: bool = run.ended(fault)
+    return ends
+
+
+def advance(run: Any, robot: Any, number: int, command: Torque) -> Advanced:
+    """Return the robot one sample later, and measured there, under the command (Nm) that answers a sample."""
+    moved: Advanced = run.advance(number, command)
+    return moved
+
+
+def conclude(run: Any, log: Any, robot: Any, fault: int, fault_sample: int) -> Any:
+    """Return the result of the run, given its first fault and the sample of that, -1 without one."""
+    return run.conclude()
+
+
+nominal_step = constraint_step = no_step
+nominal_after_gap = constraint_after_gap = unchanged
+"""The laws, to be bound before (`fivebar_control.loop.setup.law_functions`)."""
+
+
+def run_loop(run: Any, settings: LoopSettings, first: CycleMemory) -> Any:
+    """Make a run and return its result.
+
+    Args:
+        run: the robot, and who watches.
+        settings: constants.
+        first: memory of the control cycle before the first sample.
+    """
+    robot, estimator, log = begin(run)
+    kept, came = first, settings.first
+    cycle = Cycle(0.0, 0.0, UNDEFINED, UNDEFINED, UNDEFINED, ZERO, NO_FAULT, first)
+    fault, fault_sample, latched = NO_FAULT, -1, False
+    for number in range(settings.first, settings.last + 1):
+        estimator = estimate(run, estimator, robot, number)
+        planned = plan_at(run, number + settings.lead)
+        if estimator.present:
+            if number - came > 1:
+                kept = CycleMemory(
+                    nominal=nominal_after_gap(kept.nominal),
+                    constraint=constraint_after_gap(kept.constraint),
+                    command=kept.command,
+                    excess=kept.excess,
+                    braking=kept.braking,
+                )
+            came = number
+            reference = planned.reference
+            if settings.feed_forward:
+                reference = against_disturbance(reference, estimator.d1, estimator.d2)
+            trip = estimator.trip
+            if fault == NO_FAULT and trip != NO_FAULT:
+                fault, fault_sample = trip, number
+            latched = fault != NO_FAULT
+            cycle = control_cycle(
+                nominal_step,
+                constraint_step,
+                settings.control,
+                kept,
+                estimator.state,
+                reference,
+                planned,
+                latched,
+                trip == NO_FAULT,
+            )
+            kept = cycle.memory
+            if cycle.fault != NO_FAULT:
+                fault, fault_sample = cycle.fault, number
+        log = record(run, log, number, robot, estimator, planned, cycle, latched)
+        if number == settings.last or ended(run, fault):
+            break
+        robot = advance(run, robot, number, cycle.command)
+        if robot.diverged:
+            if fault == NO_FAULT:
+                fault, fault_sample = PLANT_DIVERGED, number
+            break
+    return conclude(run, log, robot, fault, fault_sample)
