@@ -9,6 +9,7 @@ law with a solver from a library, says so (`compiles`), and the engine refuses i
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -74,6 +75,30 @@ def present_only(settings: Any) -> int:
     return 0
 
 
+FREE_WEIGHT = 1e-3
+"""Weight on torque ((m/s^2 / Nm)^2) of a law that inverts the model: hardly any."""
+
+
+class Feedback(NamedTuple):
+    """How a law answers a displacement, as the screen judges it.
+
+    Attributes:
+        kp, kd: gains (1/s^2, 1/s); the defaults are those of the unified law for DexTAR.
+        weight: on torque ((m/s^2 / Nm)^2).
+        observer_rate: bandwidth of its disturbance observer (1/s), 0 for none.
+    """
+
+    kp: float = 6400.0
+    kd: float = 160.0
+    weight: float = FREE_WEIGHT
+    observer_rate: float = 0.0
+
+
+def feedback_by_name(settings: Any) -> Feedback:
+    """Return the feedback of a law whose settings call it as `Feedback` does; what they lack has the default."""
+    return Feedback(**{name: float(getattr(settings, name)) for name in Feedback._fields if name in settings._fields})
+
+
 class Law(NamedTuple):
     """A control law.
 
@@ -94,6 +119,11 @@ class Law(NamedTuple):
         compiles: whether numba can compile the step, so that the engine can run it.
         prepare: (robot, mode1, mode2, references of all samples, period, settings as numbers) -> the memory before the
             first sample, for a law that needs the whole plan; requested motions are then refused.
+        torque_limit: the field of its settings, if they have it, that is the limit of the torque (Nm) which the law
+            keeps itself; None in it stands for that of the drives.
+        torque_rate_limit: likewise the limit of the torque's change (Nm/s); None in it stands for that of the last
+            node.
+        feedback: from its settings, how it answers a displacement; the screen judges crossings by it.
         warm_up: loads what the first step needs beyond its module, such as a solver: a node does so before it is ready,
             since a first sample that takes seconds looks like a node that does not answer.
     """
@@ -113,6 +143,9 @@ class Law(NamedTuple):
     samples_ahead: Callable[[Any], int] = present_only
     compiles: bool = True
     prepare: Callable[[FiveBar, int, int, Sequence[Platform], float, Any], Any] | None = None
+    torque_limit: str = "torque_limit"
+    torque_rate_limit: str = "torque_rate_limit"
+    feedback: Callable[[Any], Feedback] = feedback_by_name
     warm_up: Callable[[], None] = nothing_to_load
 
     @property
@@ -172,3 +205,36 @@ class TunedLaw(NamedTuple):
     def samples_ahead(self) -> int:
         """Of how many samples that follow it needs the reference."""
         return self.law.samples_ahead(self.settings)
+
+    @property
+    def feedback(self) -> Feedback:
+        """How it answers a displacement."""
+        return self.law.feedback(self.settings)
+
+    def within(self, torque: float | None, torque_rate: float) -> TunedLaw:
+        """Return the law with the limits (Nm, Nm/s) that its settings leave open; None and infinite for none."""
+        tuned = self
+        if self._limit(self.law.torque_limit, 0.0) is None:
+            tuned = tuned._with(self.law.torque_limit, torque)
+        if self._limit(self.law.torque_rate_limit, 0.0) is None and math.isfinite(torque_rate):
+            tuned = tuned._with(self.law.torque_rate_limit, torque_rate)
+        return tuned
+
+    def unlimited(self) -> TunedLaw:
+        """Return the law without the torque limit that its settings may have."""
+        return self._with(self.law.torque_limit, None)
+
+    def limited_to(self, torque: float) -> TunedLaw:
+        """Return the law with a torque limit (Nm), infinite for none, or the lower one of its settings."""
+        own = self._limit(self.law.torque_limit, None)
+        if not math.isfinite(torque):
+            return self
+        return self._with(self.law.torque_limit, torque if own is None else min(own, torque))
+
+    def _limit(self, field: str, without: float | None) -> float | None:
+        limit: float | None = getattr(self.settings, field, without)
+        return limit
+
+    def _with(self, field: str, limit: float | None) -> TunedLaw:
+        settings: Any = self.settings
+        return self._replace(settings=settings._replace(**{field: limit})) if field in settings._fields else self

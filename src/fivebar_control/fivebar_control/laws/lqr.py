@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.laws.gains import FALLBACK_KD, FALLBACK_KP, FALLBACK_WEIGHT, SPEED_TIME, TORQUE_LIMIT
-from fivebar_control.laws.law import Instant, Law
+from fivebar_control.laws.law import Feedback, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
@@ -206,6 +206,11 @@ def platform_of(reference: Reference) -> Platform:
     return Platform(desired.x, desired.y, desired.vx, desired.vy, reference.ax, reference.ay)
 
 
+def fallback_feedback(settings: LqrSettings) -> Feedback:
+    """Return the feedback of the law that takes over: the weights of a cost over time have other units than gains."""
+    return Feedback(settings.fallback_kp, settings.fallback_kd, settings.fallback_weight)
+
+
 LAW = Law(
     name="lqr",
     title="linear-quadratic regulator",
@@ -214,4 +219,5 @@ LAW = Law(
     memory={},
     prepare=lqr_gains,
     compiles=False,
+    feedback=fallback_feedback,
 )

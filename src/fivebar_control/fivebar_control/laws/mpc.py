@@ -31,7 +31,7 @@ from fivebar_control.laws.gains import (
     SPEED_TIME,
     TORQUE_LIMIT,
 )
-from fivebar_control.laws.law import MOST_AHEAD, Instant, Law
+from fivebar_control.laws.law import MOST_AHEAD, Feedback, Instant, Law
 from fivebar_control.laws.mpc_problem import (
     NO_PLAN,
     ROW,
@@ -303,6 +303,11 @@ def horizon_of(settings: MpcSettings) -> int:
     return settings.horizon
 
 
+def fallback_feedback(settings: MpcSettings) -> Feedback:
+    """Return the feedback of the law that takes over: the weights of a cost over time have other units than gains."""
+    return Feedback(settings.fallback_kp, settings.fallback_kd, settings.fallback_weight, settings.observer_rate)
+
+
 LAW = Law(
     name="mpc",
     title="model predictive law",
@@ -312,5 +317,6 @@ LAW = Law(
     after_gap=after_gap,
     samples_ahead=horizon_of,
     compiles=False,
+    feedback=fallback_feedback,
     warm_up=warm_up,
 )

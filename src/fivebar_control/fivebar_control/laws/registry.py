@@ -96,6 +96,10 @@ class TunedController(NamedTuple):
         """Its laws, the nominal one first."""
         return (self.nominal,) if self.constraint is None else (self.nominal, self.constraint)
 
+    def law_of_node(self, name: str) -> TunedLaw | None:
+        """Return the law whose candidate a node publishes, None where the node has none of this controller."""
+        return next((tuned for tuned in self.laws if tuned.law.executable == name), None)
+
     @property
     def samples_ahead(self) -> int:
         """Of how many samples that follow its laws need the reference."""

@@ -15,7 +15,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from fivebar_control.laws.gains import DISTURBANCE_LIMIT, KD, KP, TORQUE_LIMIT, WEIGHT
-from fivebar_control.laws.law import Instant, Law
+from fivebar_control.laws.law import Feedback, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.constraint_form import ConstraintForm, constraint_form, response_to
@@ -128,8 +128,8 @@ class UnifiedSettings(NamedTuple):
     gains and `observer_rate` (`tuning`); the defaults here are those of DexTAR.
     """
 
-    kp: Annotated[float, KP] = 6400.0
-    kd: Annotated[float, KD] = 160.0
+    kp: Annotated[float, KP] = Feedback().kp
+    kd: Annotated[float, KD] = Feedback().kd
     weight: Annotated[float, WEIGHT] = 3.0
     observer_rate: Annotated[
         float, Setting("Bandwidth of the disturbance observer, 0 for none.", "1/s", at_least=0.0, at_most=1e4)

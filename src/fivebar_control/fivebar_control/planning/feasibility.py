@@ -25,7 +25,7 @@ from fivebar_control.planning.figures import (
     Figure,
 )
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.passage import displacement, feedback_of
+from fivebar_control.planning.passage import displacement
 from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate, wrong_mode_probability
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_scan import ReferenceScan
@@ -76,7 +76,7 @@ def screen(
         nearest = scan.nearest_unguarded(limits.clearance)
         figures += [nearest] if nearest is not None else []
     if limits.approach > 0.0 and plan.crossings:
-        figures.append(quickest_approach(plan, limits.approach / math.sqrt(feedback_of(follower).kp)))
+        figures.append(quickest_approach(plan, limits.approach / math.sqrt(follower.nominal.feedback.kp)))
     if not (limits.loads.declared and plan.crossings):
         return Feasibility(tuple(figures))
     judged = declared = displaced(robot, plan, rate_hz, follower, limits, limits.certain_loads)

@@ -14,10 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.planning.passage_response import Feedback, JudgedPassage, LoadCase, largest_displacement
+from fivebar_control.planning.passage_response import JudgedPassage, LoadCase, largest_displacement
 from fivebar_control.planning.predicted_run import Peak
 from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.planner import Crossing, Plan
@@ -41,9 +40,6 @@ LONGEST_STEP = 2e-3
 
 ONSETS = (0.5, 1.0)
 """When the push begins, as a share of its length before the crossing."""
-
-FREE_WEIGHT = 1e-3
-"""Weight on torque ((m/s^2 / Nm)^2) of a law that inverts the model: hardly any."""
 
 SLOWEST_SHIFT, SHIFT_STEPS = 1e-3, 400
 """Of `unavoidable`: the root of beta below which the closed form does, and steps of the search for the largest."""
@@ -132,25 +128,6 @@ def unavoidable(kappa_rate: float, gain: float, torque: float, load: float, spee
     return largest * load * time * time
 
 
-def feedback_of(follower: TunedController) -> Feedback:
-    """Return how a controller answers a displacement away from its zones; a foreign law without gains as `unified`.
-
-    `mpc` and `lqr` are represented by their fallback law, whose settings begin with `fallback_`: their own weights
-    belong to a cost over time and have other units.
-    """
-    settings, usual = follower.nominal.settings, UnifiedSettings()
-
-    def setting(name: str, default: float) -> float:
-        return float(getattr(settings, f"fallback_{name}", getattr(settings, name, default)))
-
-    return Feedback(
-        setting("kp", usual.kp),
-        setting("kd", usual.kd),
-        setting("weight", FREE_WEIGHT),
-        setting("observer_rate", 0.0),
-    )
-
-
 def _displacement_at(judged: Judged, crossing: Crossing) -> float:
     robot, plan, controller = with_floats(judged.robot), judged.plan, judged.follower.controller
     here = desired_at(robot, plan, crossing.time, plan.path.at(crossing.time)).state
@@ -174,7 +151,7 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
         robot,
         *plan.modes_at(crossing.time),
         parallel_svd(here),
-        feedback_of(judged.follower),
+        judged.follower.nominal.feedback,
         float(judged.torque_limit),
         float(judged.loads.passive),
     )

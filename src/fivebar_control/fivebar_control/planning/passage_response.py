@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.laws.law import Feedback
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.unified import Box, InputMap, acceleration, box_least_squares, input_map, normal_matrix
 from fivebar_control.machine_code import as_machine_code
@@ -28,15 +29,6 @@ LOST = 0.1
 
 SMOOTHING = 0.02
 """Speed (rad/s) below which the friction of the passive joints counts in part."""
-
-
-class Feedback(NamedTuple):
-    """How a law answers a displacement: gains (1/s^2, 1/s), weight on torque, and bandwidth of its observer (1/s)."""
-
-    kp: float
-    kd: float
-    weight: float
-    observer_rate: float
 
 
 class JudgedPassage(NamedTuple):

@@ -11,7 +11,6 @@ what counts there is the inverse dynamics, not what the law would request withou
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from fivebar_control.laws.blend import blend
@@ -60,7 +59,7 @@ class ReferenceTorque:
 
     def _answer(self, law: TunedLaw, sample: int, state: State, reference: Reference) -> Torque:
         """Return the torque of a law without memory and limits."""
-        free = unlimited(law)
+        free = law.unlimited()
         if law.law.name not in self._memories:
             self._memories[law.law.name] = LawRunner.first_memory(free, self._robot, self._plan, self._rate_hz)
         memory = self._memories[law.law.name]
@@ -77,25 +76,9 @@ def full_torque(robot: FiveBar, reference: Reference) -> Torque:
     return Torque(tau1, tau2)
 
 
-def unlimited(tuned: TunedLaw) -> TunedLaw:
-    """Return a law without the torque limit that its settings may have."""
-    settings: Any = tuned.settings
-    if "torque_limit" not in settings._fields:
-        return tuned
-    return TunedLaw(tuned.law, settings._replace(torque_limit=None))
-
-
 def limited_to(tuned: TunedController, torque: float) -> TunedController:
     """Return a controller whose laws keep a torque limit (Nm) themselves, or the lower one of their settings."""
     return tuned._replace(
-        nominal=_limited_to(tuned.nominal, torque),
-        constraint=None if tuned.constraint is None else _limited_to(tuned.constraint, torque),
+        nominal=tuned.nominal.limited_to(torque),
+        constraint=None if tuned.constraint is None else tuned.constraint.limited_to(torque),
     )
-
-
-def _limited_to(tuned: TunedLaw, torque: float) -> TunedLaw:
-    settings: Any = tuned.settings
-    if "torque_limit" not in settings._fields or not math.isfinite(torque):
-        return tuned
-    own = settings.torque_limit
-    return TunedLaw(tuned.law, settings._replace(torque_limit=torque if own is None else min(own, torque)))

@@ -78,7 +78,7 @@ class ControllerNode(SamplingNode):
 
     def _own_law(self) -> TunedLaw:
         name, controller = self.get_name(), self._file.file.tuned()
-        own = next((tuned for tuned in controller.laws if tuned.law.executable == name), None)
+        own = controller.law_of_node(name)
         if own is None:
             needed = " and ".join(tuned.law.executable for tuned in controller.laws)
             raise InputError(

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Callable
 from itertools import chain
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -411,20 +411,16 @@ class ControlScenario(StrictModel):
                 " imported, so its settings, its topics and its torque are not known here: expected a scenario that"
                 " was loaded to be run"
             )
-        return TunedController(scheme, *(TunedLaw(law, self._settings_of(law)) for law in scheme.laws))
+        return TunedController(scheme, *(self._tuned(law) for law in scheme.laws))
 
-    def _settings_of(self, law: Law) -> tuple[Any, ...]:
+    def _tuned(self, law: Law) -> TunedLaw:
         settings: Any
         if law.name in SECTIONS:
             settings = SECTIONS[law.name](self)
         else:
             sized = sizes_of_law(law.name, read_robot(self.robot))
             settings = read_settings({**sized, **self.law}, law.settings, "law")
-        if getattr(settings, "torque_limit", 0.0) is None:
-            settings = settings._replace(torque_limit=self.plant.torque_limit)
-        if getattr(settings, "torque_rate_limit", 0.0) is None and math.isfinite(self.safety.torque_rate_limit):
-            settings = settings._replace(torque_rate_limit=self.safety.torque_rate_limit)
-        return cast(tuple[Any, ...], settings)
+        return TunedLaw(law, settings).within(self.plant.torque_limit, self.safety.torque_rate_limit)
 
     @property
     def torque_limit(self) -> float | None:

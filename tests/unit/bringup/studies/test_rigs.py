@@ -21,7 +21,6 @@ from fivebar_bringup.studies.sweep.statistics import silence_table, within_table
 from fivebar_control.laws.lqr import LqrSettings, linearised, lqr_gains
 from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.state import Platform
-from fivebar_control.planning.passage import feedback_of
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
@@ -263,7 +262,7 @@ def test_only_the_blended_controllers_let_the_estimator_find_disturbances_quickl
 def test_what_stands_in_for_mpc_and_lqr_has_the_gains_that_the_rig_bears(rig: str, controller: str) -> None:
     case = draw(75, 4, rig)
     given = RIGS[rig].sections["unified"]
-    used = feedback_of(case.with_effects(controller, {}).tuned())
+    used = case.with_effects(controller, {}).tuned().nominal.feedback
     assert (used.kp, used.kd, used.weight) == (given["kp"], given["kd"], given["weight"])
 
 
