@@ -10,15 +10,14 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.planning.limits import MotionLimits, motion_limits_of, predicted_within, speed_step_of
+from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.postures import mode_name
-from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.sight import Point
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, plan_transfer
+from fivebar_control.scenario.motion_limits import chosen_limits
 from fivebar_control.trajectory.rounded import RESTS
-from fivebar_description.forbidden import named_bounds
-from fivebar_description.robot_file import load_robot, loads_of, read_robot
+from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_description.suggestion import expected_one_of
 from fivebar_sim.effects.settings import PlantSettings
@@ -86,7 +85,6 @@ def plan_request(request: Request) -> Transfer:
     _refuse_malformed(request)
     follower = _follower(request)
     before = _before(request)
-    step = speed_step_of(request.rate_hz, before.plant.encoder_counts)
     start = request.start
     if request.working_mode is not None and request.working_mode != start.working_mode:
         raise InputError(
@@ -103,9 +101,9 @@ def plan_request(request: Request) -> Transfer:
         None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
         request.rate_hz,
         follower,
-        _limits(request, motion_limits_of(follower, request.torque_limit, request.motor_speed, step)),
+        chosen_limits(_asked(request, before), follower, request.torque_limit, request.motor_speed),
         duration=request.duration,
-        sensing=_sensing(request, before),
+        sensing=_asked(request, before).sensing(),
         via=request.via,
         blend_radius=request.blend_radius,
     )
@@ -137,27 +135,10 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
     return validate(content, Scenario, "goto")
 
 
-def _limits(request: Request, limits: MotionLimits) -> MotionLimits:
-    """Return the limits with what the run before allows, and the loads that the robot has to bear."""
-    before = request.start.scenario
-    if before is None:
-        robot = read_robot(request.robot)
-        return limits._replace(loads=robot.loads, forbidden=named_bounds(robot.forbidden))
-    loads = loads_of(request.robot, before.loads)
-    return limits._replace(
-        predicted_error=predicted_within(before.error_tolerance, before.tracking_error_limit),
-        error_tolerance=before.error_tolerance,
-        risk=before.risk,
-        loads=loads,
-        forbidden=before.kept_clear_of(),
-        workspace=before.allowed_area(),
-    )
-
-
-def _sensing(request: Request, before: Scenario) -> Sensing | None:
-    """Return what the estimator of the run has, that of the run before; None without one."""
+def _asked(request: Request, before: Scenario) -> Scenario:
+    """Return the run before with the robot, the rate and the torque of a request; of the motion it says nothing."""
     update = {"robot": request.robot, "rate_hz": request.rate_hz, "plant": _plant(request, before)}
-    return before.model_copy(update=update).sensing()
+    return before.model_copy(update=update)
 
 
 def _plant(request: Request, before: Scenario) -> PlantSettings:

@@ -10,15 +10,11 @@ from typing import Any
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import NONE, load_scenario
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
-from fivebar_control.planning.feasibility import displaced, is_predictable, screen_run
+from fivebar_control.planning.feasibility import displaced, screen_run
 from fivebar_control.planning.figures import LOADS, Feasibility
-from fivebar_control.planning.limits import MotionLimits, limits_of_given, predicted_within, reach_within, speed_step_of
 from fivebar_control.planning.pacing import Borne, longest_within
+from fivebar_control.scenario.motion_limits import given_limits
 from fivebar_control.trajectory.planner import OPTIMAL, Plan, PlanRefused
-
-ZONE_PASSAGES = 3.0
-"""Longest stay of a blended controller in a zone, as a multiple of the planned time at sigma = 1. A passage at constant
-speed takes twice that time. At low rates, where a zone spans a number of samples, this exceeds the limit in s."""
 
 
 def load_admitted(name_or_path: str, parameters: Mapping[str, Any] = NONE) -> Scenario:
@@ -86,7 +82,7 @@ def _within_tolerances(scenario: Scenario, plan: Plan, verdict: Feasibility) -> 
         durations = tuple(duration / factor for duration in scenario.durations())
         return _is_feasible(scenario.model_copy(update={"segment_duration": durations}))
 
-    limits = limits_of_scenario(scenario, plan)
+    limits = given_limits(scenario, plan)
     judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
     found = advice(verdict, plan.path, given, judge, possible)
     return f"with {found}" if found else ""
@@ -129,7 +125,7 @@ def _longest_bearing(segment: Scenario) -> Borne:
         plan = segment.model_copy(update={"segment_duration": duration}).plan()
         if not plan.crossings:
             return 0.0
-        limits = limits_of_scenario(segment, plan)
+        limits = given_limits(segment, plan)
         moved = displaced(segment.five_bar(), plan, segment.rate_hz, segment.tuned(), limits, limits.certain_loads)
         return moved.value - moved.limit
 
@@ -138,29 +134,5 @@ def _longest_bearing(segment: Scenario) -> Borne:
 
 def screened(scenario: Scenario, plan: Plan) -> Feasibility:
     """Return the screen's verdict on a scenario with its plan."""
-    limits = limits_of_scenario(scenario, plan)
+    limits = given_limits(scenario, plan)
     return screen_run(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits, scenario.sensing())
-
-
-def limits_of_scenario(scenario: Scenario, plan: Plan) -> MotionLimits:
-    """Return what the motion of a scenario has to keep."""
-    limits = limits_of_given(
-        scenario.tuned(),
-        torque=math.inf if scenario.torque_limit is None else scenario.torque_limit,
-        motor_speed=scenario.safety.joint_speed_limit,
-        speed_step=speed_step_of(scenario.rate_hz, scenario.plant.encoder_counts),
-        predictable=is_predictable(plan),
-        within_reach=reach_within(scenario.five_bar(), scenario.known_within()),
-    )
-    if scenario.sees and scenario.ekf.camera:
-        # the estimator does not give up near the locus, since it sees on which side the platform is
-        limits = limits._replace(dwell=math.inf, rest=0.0)
-    return limits._replace(
-        zone_stay=max(limits.zone_stay, ZONE_PASSAGES * plan.zone_time),
-        predicted_error=predicted_within(scenario.error_tolerance, scenario.tracking_error_limit),
-        error_tolerance=scenario.error_tolerance,
-        risk=scenario.risk,
-        loads=scenario.to_bear(),
-        forbidden=scenario.kept_clear_of(),
-        workspace=scenario.allowed_area(),
-    )

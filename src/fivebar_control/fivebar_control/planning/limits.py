@@ -155,10 +155,33 @@ class MotionLimits(NamedTuple):
         share = exceeded_share(self.risk.load)
         return self.loads._replace(tilt=share * self.loads.tilt, push=share * self.loads.push)
 
+    def within(
+        self,
+        error_tolerance: float,
+        tracking_error_limit: float,
+        risk: Risk,
+        loads: Loads,
+        forbidden: tuple[NamedBounds, ...],
+        workspace: Area,
+    ) -> MotionLimits:
+        """Return the limits together with all that a run allows.
 
-def predicted_within(error_tolerance: float, tracking_error_limit: float) -> float:
-    """Return how far (m) a predicted run may leave the reference: within the tolerance, and where nothing stops it."""
-    return min(PREDICTED_SHARE * error_tolerance, tracking_error_limit)
+        Args:
+            error_tolerance: largest distance of a robot within its tolerances (m).
+            tracking_error_limit: distance from the reference beyond which the robot is stopped (m).
+            risk: of a robot within its tolerances.
+            loads: which the robot has to bear.
+            forbidden: postures that it may not enter.
+            workspace: beyond which it is stopped.
+        """
+        return self._replace(
+            predicted_error=min(PREDICTED_SHARE * error_tolerance, tracking_error_limit),
+            error_tolerance=error_tolerance,
+            risk=risk,
+            loads=loads,
+            forbidden=forbidden,
+            workspace=workspace,
+        )
 
 
 def exceeded_share(probability: float) -> float:

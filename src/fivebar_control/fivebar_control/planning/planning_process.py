@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, cast
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.registry import TunedController, default_tuning, find_controller
 from fivebar_control.planning.course import NO_COURSE, Course
-from fivebar_control.planning.limits import MotionLimits, Risk, motion_limits_of, predicted_within, speed_step_of
+from fivebar_control.planning.limits import MotionLimits, Risk, motion_limits_of, speed_step_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
@@ -220,7 +220,14 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
     torque = order.torque_share * conditions.torque_limit
     counts = None if conditions.sensing is None else conditions.sensing.drives.encoder_counts
     step = speed_step_of(conditions.rate_hz, counts)
-    limits = motion_limits_of(follower, torque, order.speed_share * conditions.motor_speed, step)
+    limits = motion_limits_of(follower, torque, order.speed_share * conditions.motor_speed, step).within(
+        conditions.error_tolerance,
+        conditions.tracking_error_limit,
+        conditions.risk,
+        conditions.loads,
+        kept_clear_of(conditions.forbidden, file.forbidden),
+        conditions.workspace,
+    )
     try:
         transfer = plan_transfer(
             robot,
@@ -230,14 +237,7 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             order.assembly or None,
             conditions.rate_hz,
             follower,
-            limits._replace(
-                predicted_error=predicted_within(conditions.error_tolerance, conditions.tracking_error_limit),
-                error_tolerance=conditions.error_tolerance,
-                risk=conditions.risk,
-                loads=conditions.loads,
-                forbidden=kept_clear_of(conditions.forbidden, file.forbidden),
-                workspace=conditions.workspace,
-            ),
+            limits,
             order.duration or Speed.COMFORTABLE,
             conditions.sensing,
             order.via,

@@ -20,10 +20,11 @@ from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
-from fivebar_control.planning.limits import MotionLimits, limits_of_given, motion_limits_of, reach_within, speed_step_of
+from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of, retimed
 from fivebar_control.planning.timing import SLOWER, UNHURRIED
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
 from fivebar_description.rounding import in_millimetres
@@ -176,20 +177,10 @@ def screened(case: Draw, controller: str) -> Feasibility:
 
 
 def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
-    """Return the limits of the screen for a case."""
-    counts, follower = case.encoder_counts, scenario.tuned()
-    if counts is None:
-        limits = motion_limits_of(follower, case.torque_limit)
-    else:
-        reach = reach_within(scenario.five_bar(), scenario.known_within())
-        limits = limits_of_given(
-            follower,
-            case.torque_limit,
-            scenario.safety.joint_speed_limit,
-            speed_step=speed_step_of(RATE_HZ, counts),
-            within_reach=reach,
-        )
-    return limits._replace(loads=scenario.to_bear(), risk=scenario.risk)
+    """Return the limits of the screen for a case: with exact sensors those of a motion that is chosen, by a draw."""
+    if case.encoder_counts is None:
+        return chosen_limits(scenario, torque=case.torque_limit)
+    return given_limits(scenario, plan_of(case), case.torque_limit)
 
 
 def made(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
