@@ -64,7 +64,7 @@ class Summary:
         tracking_error_rms_m: root mean square of the error in x and in y (m).
         vhc_error_max_m: largest distance from the current path segment while sigma > 0 (m).
         vhc_error_joint_max_rad: the same for the motor angles, against those of the nearest path point (rad).
-        sigma_max: largest blending weight.
+        sigma_max: largest blending weight; None for a controller that blends nothing.
         torque_saturated_samples: samples that requested more than the torque limit; None without a limit.
         estimate_error_max_m: largest distance of the estimated platform from the actual one at the time that the
             estimate is for, prediction over the drives' delay included (m); None without estimator.
@@ -189,7 +189,7 @@ def summarize(
         tracking_error_rms_m=_pair(series.tracking_error, rms),
         vhc_error_max_m=peak(series.vhc_error[series.in_zone]),
         vhc_error_joint_max_rad=peak(vhc_error_joint[series.in_zone]),
-        sigma_max=peak(series.sigma),
+        sigma_max=peak(series.sigma) if scenario.scheme().blended else None,
         torque_saturated_samples=None if limit is None else _saturated(series.torque_requested, limit),
         estimate_error_max_m=peak(series.estimate_error),
         imu_acceleration_error_rms=rms(series.acceleration_error),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
 from itertools import chain
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Feasibility, nearest
@@ -21,6 +21,10 @@ QUICKER_OR_SLOWER = (1.0, 0.7, 0.5, *SLOWER[1:])
 
 UNHURRIED = 1.4
 """Factor on the duration of a crossing under declared loads, where the platform is expected no farther off with it."""
+
+
+D = TypeVar("D")
+T = TypeVar("T")
 
 
 class Speed(StrEnum):
@@ -57,6 +61,35 @@ def quickest(found: Sequence[Timed | str]) -> Timed | str:
     return min(timed, key=lambda one: sum(one.durations)) if timed else found[0]
 
 
+def first_feasible(
+    durations: Iterable[D],
+    timed: Callable[[D], T | str],
+    unhurried: Callable[[D], T | str | None],
+    verdict: Callable[[T], Feasibility],
+) -> T | str:
+    """Return the motion in the first of some durations in which it is feasible, or the reason against the first one.
+
+    The unhurried one takes its place, if the platform is expected no farther from its reference then.
+
+    Args:
+        durations: to try.
+        timed: returns the motion in a duration, or why it is not feasible.
+        unhurried: returns the same for `UNHURRIED` times the duration, None where that is not to be tried.
+        verdict: returns that of a motion.
+    """
+    reason = ""
+    for duration in durations:
+        found = timed(duration)
+        if isinstance(found, str):
+            reason = reason or found
+            continue
+        slower = unhurried(duration)
+        if slower is None or isinstance(slower, str):
+            return found
+        return slower if verdict(slower).keeps_as_near_as(verdict(found)) else found
+    return reason
+
+
 class DurationSearch:
     """Chooses durations. Where something is not feasible its methods return the reason, a text."""
 
@@ -70,22 +103,16 @@ class DurationSearch:
         task = self._task
         parts = course.between_rests()
         paces = [pace_of(task, one) for one in slowest]
-        reason = ""
-        for chosen in self._durations(paces):
-            found = self._by_each_law(course, self._shared(parts, chosen))
-            if isinstance(found, str):
-                reason = reason or found
-                continue
-            longer = self._unhurried(chosen, slowest)
-            if longer == chosen:
-                return found
-            slower = self._by_each_law(course, self._shared(parts, longer), advised=False)
-            as_near = isinstance(slower, Timed) and slower.feasibility.keeps_as_near_as(found.feasibility)
-            return slower if as_near else found
-        if isinstance(self._duration, Speed):
-            return reason
+        found = first_feasible(
+            self._durations(paces),
+            lambda chosen: self._by_each_law(course, self._shared(parts, chosen)),
+            lambda chosen: self._unhurried(course, chosen, slowest),
+            lambda motion: motion.feasibility,
+        )
+        if isinstance(self._duration, Speed) or not isinstance(found, str):
+            return found
         shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)
-        return f"in {self._duration:g} s {reason} (possible are about {shortest:.2f} to {longest:.2f} s)"
+        return f"in {self._duration:g} s {found} (possible are about {shortest:.2f} to {longest:.2f} s)"
 
     def _by_each_law(self, course: Course, durations: tuple[float, ...], advised: bool = True) -> Timed | str:
         """Return the motion in the given durations (s) of its legs, under declared loads by the best time law."""
@@ -101,17 +128,20 @@ class DurationSearch:
                 break
         return nearest(found, lambda timed: timed.feasibility) if found else reason
 
-    def _unhurried(self, chosen: tuple[float, ...], slowest: Sequence[Plan]) -> tuple[float, ...]:
-        """Return the durations (s) of the parts, longer as far as feasible where loads may have made a crossing quick.
+    def _unhurried(self, course: Course, chosen: tuple[float, ...], slowest: Sequence[Plan]) -> Timed | str | None:
+        """Return the motion in longer durations (s) of its parts, where loads may have made a crossing quick.
 
-        Unchanged without declared loads, and where the durations are not the planner's to choose.
+        None without declared loads, and where the durations are not the planner's to choose.
         """
         if self._duration is not Speed.COMFORTABLE or not self._task.limits.loads.declared:
-            return chosen
-        return tuple(
+            return None
+        longer = tuple(
             self._whole(min(UNHURRIED * one, plan.path.duration)) if plan.crossings else one
             for one, plan in zip(chosen, slowest, strict=True)
         )
+        if longer == chosen:
+            return None
+        return self._by_each_law(course, self._shared(course.between_rests(), longer), advised=False)
 
     def _whole(self, duration: float) -> float:
         """Return a duration (s) as a whole number of samples, at least as long."""

@@ -22,7 +22,7 @@ from fivebar_control.planning.feasibility import only_torque, screen, with_predi
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, longest_bearing, pace_of, retimed
-from fivebar_control.planning.timing import SLOWER, UNHURRIED
+from fivebar_control.planning.timing import SLOWER, UNHURRIED, first_feasible
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
 from fivebar_control.trajectory.planner import Plan
@@ -97,19 +97,20 @@ def timed_for_loads(case: Draw) -> Draw:
     if not limits.loads.declared:
         return case
     task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
-    for duration in _durations(task, plan):
-        found = _nearest_by_law(case, duration)
-        if found is not None:
-            slower = _nearest_by_law(case, UNHURRIED * duration)
-            return slower[0] if slower is not None and slower[1].keeps_as_near_as(found[1]) else found[0]
-    return case
+    found = first_feasible(
+        _durations(task, plan),
+        lambda duration: _nearest_by_law(case, duration),
+        lambda duration: _nearest_by_law(case, UNHURRIED * duration),
+        lambda judged: judged[1],
+    )
+    return case if isinstance(found, str) else found[0]
 
 
-def _nearest_by_law(case: Draw, duration: float) -> tuple[Draw, Feasibility] | None:
+def _nearest_by_law(case: Draw, duration: float) -> tuple[Draw, Feasibility] | str:
     """Return a case in a duration (s) by the time law that keeps it nearest to its reference, if one is feasible."""
     timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
     found = [(one, verdict) for one, verdict in _judged_by_law(timed) if verdict.feasible]
-    return nearest(found, lambda judged: judged[1]) if found else None
+    return nearest(found, lambda judged: judged[1]) if found else "not feasible by any time law"
 
 
 def _durations(task: Task, drawn: Plan) -> list[float]:
