@@ -151,7 +151,7 @@ UNREAD = {"ros.md"}
 """Pages whose sentences are not checked yet."""
 
 HISTORY = re.compile(
-    r"(?<!is )(?<!are )(?<!be )\bused to\b|\bno longer\b(?! than)|\bof (then|before|today|that day)\b"
+    r"(?<!is )(?<!are )(?<!be )\bused to\b|\bno longer\b(?! than)|\bof (then|now|before|today|that day)\b"
     r"|\bas before\b|\bformerly\b|\bpreviously\b"
     r"|\bsince then\b|\bearlier (version|seed)|\b(in|until|since) version\b|(?<!--)\bseeds? \d"
     r"|\b(January|February|March|April|May|June|July|August|September|October|November|December) 20\d\d\b"
