@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from fivebar_control.planning import figures
+
 DOCS = Path(__file__).parents[2] / "docs"
 CLICKS = 3
 QUESTIONS = {
@@ -61,3 +63,10 @@ def test_answers_are_three_clicks_from_the_home_page() -> None:
         elif anchor and anchor not in anchors(page):
             wrong.append(f"{question} {page} has no heading {anchor}")
     assert not wrong, "\n".join(wrong)
+
+
+def test_every_figure_that_refuses_a_motion_has_its_advice() -> None:
+    page = (DOCS / "refused.md").read_text(encoding="utf-8").replace("\\|", "|")
+    names = {value for name, value in vars(figures).items() if name.isupper() and isinstance(value, str)}
+    assert len(names) > 10
+    assert not [name for name in names if name.removesuffix(" without the reserve of torque") not in page]
