@@ -9,6 +9,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+pytestmark = pytest.mark.extra
+
 SRC = Path(__file__).parents[2] / "src"
 PACKAGES = sorted(manifest.parent.name for manifest in SRC.glob("*/package.xml"))
 

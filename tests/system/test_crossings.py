@@ -11,6 +11,8 @@ from engine_agreement import expect_completed, outcome_of
 from fivebar_bringup.studies.reproduce.cases import FULL, JOINT, ReproductionCase
 from fivebar_bringup.studies.reproduce.runner import run_case
 
+pytestmark = pytest.mark.extra
+
 CASES = [case for controller in (JOINT, "multi_cartesian") for case in FULL.grid(controller)]
 MODE_CHANGES = {"middle": 2, "multiple": 8}
 CONSTRAINT_ERROR_M = {"middle": 2e-5, "multiple": 1e-4}

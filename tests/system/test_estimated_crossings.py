@@ -16,6 +16,8 @@ from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.scenario_file import shipped_scenarios
 
+pytestmark = pytest.mark.extra
+
 NAMES, DURATIONS = ("middle", "multiple"), (0.5, 1.0, 2.0)
 CROSSINGS = {"middle": 2, "multiple": 8}
 

@@ -68,7 +68,7 @@ def test_a_standing_robot_goes_where_it_is_asked_to(fivebar: Callable[..., Fiveb
         assert "needs working mode (-1, +1)" in refused.stdout
         standing.send(signal.SIGINT)
         assert standing.finish() == 1
-        assert standing.stdout.startswith("interrupted: interrupted: stopped by a signal")
+        assert "\ninterrupted: interrupted: stopped by a signal" in standing.stdout
     summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert (summary["outcome"], summary["faults"]) == ("interrupted", ["interrupted"])
     recording = read_bag(out / "bag")

@@ -112,6 +112,7 @@ def takes(run: GraphRun, rogue: Probe, topic: Topic) -> None:
     probe.wait_for(moves, f"a torque after the rogue on {topic.name}")
 
 
+@pytest.mark.extra
 def test_a_rogue_on_every_topic_of_the_chain(graph_run: Callable[..., GraphRun]) -> None:
     run = graph_run(**SENSORS)
     run.probe.listen(FAULTS, MOTOR_STATES)

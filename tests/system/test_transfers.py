@@ -14,6 +14,8 @@ from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
 from fivebar_description.robot_file import load_robot
 
+pytestmark = pytest.mark.extra
+
 RATE_HZ = 500
 COUNTS = 100_000
 

@@ -19,6 +19,8 @@ from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.studies.compare.rigs import COMPARED_RIGS
 from fivebar_description.strict_yaml import InputError
 
+pytestmark = pytest.mark.extra
+
 MOTIONS = {"middle": MIDDLE, "multiple": MULTIPLE}
 CROSSINGS = {"middle": 2, "multiple": 8}
 DURATIONS = (0.5, 1.0, 2.0, 3.0)

@@ -62,7 +62,7 @@ def test_an_interface_that_is_down_is_named() -> None:
 @pytest.mark.parametrize(
     "program",
     [
-        "from fivebar_sim.emulators.serving import serve; serve('emulated_drives', 'dextar_emulated')",
+        "from fivebar_sim.emulators.drives import main; main()",
         OPENED,
     ],
     ids=["emulated drives", "bridge"],

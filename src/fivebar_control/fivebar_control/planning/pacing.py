@@ -202,16 +202,15 @@ def longest_bearing(task: Task, plan: Plan, share: float, loads: Loads) -> Borne
 def longest_within(excess: Callable[[float], float], longest: float) -> Borne:
     """Return the longest duration (s) up to `longest` whose excess is not positive, else that of the least found.
 
-    The quicker a crossing, the less a load moves it, until the motion itself takes all that the drives can give: so the
-    search goes from long to short, and ends where that does not help any more.
+    The search goes from long to short over all durations. A quicker crossing is often moved less by a load, but not
+    always: where the controller loses the platform in a slow one, a somewhat quicker one is moved farther, and only a
+    much quicker one bears the load.
     """
     best = last = Borne(longest, excess(longest))
-    worse = 0
-    while not last.enough and LOAD_STEP * last.duration >= SHORTEST and worse < 2:
+    while not last.enough and LOAD_STEP * last.duration >= SHORTEST:
         shorter = Borne(LOAD_STEP * last.duration, excess(LOAD_STEP * last.duration))
         if shorter.enough:
             return _refined(excess, shorter, last.duration)
-        worse = worse + 1 if shorter.excess >= last.excess else 0
         best, last = min(best, shorter, key=lambda one: one.excess), shorter
     return best
 

@@ -61,7 +61,7 @@ def test_parquet_holds_numbers_and_units(run: fivebar.Run, tmp_path: Path) -> No
 
 def test_a_place_that_cannot_be_written_is_refused_in_one_line(run: fivebar.Run, tmp_path: Path) -> None:
     for write in (run.to_csv, run.to_mat, run.to_parquet):
-        with pytest.raises(fivebar.InputError, match=r"missing: cannot be used .*No such file"):
+        with pytest.raises(fivebar.InputError, match=r"missing/run: cannot be used .*No such file"):
             write(tmp_path / "missing" / "run")
 
 

@@ -231,6 +231,11 @@ def test_the_longest_duration_is_found_beside_a_shorter_one_that_does_not_do() -
     assert longest_within(lambda duration: duration - 0.5, 2.0).duration == pytest.approx(0.5, rel=0.05)
     assert longest_within(lambda duration: -1.0, 2.0).duration == 2.0
     assert longest_within(lambda duration: abs(duration - 0.3) - 0.1, 2.0).duration == pytest.approx(0.4, rel=0.05)
+    # a response that is lost in slow crossings: worse first, then better
+    hump = ((2.3, 6.8), (1.6, 16.7), (1.1, 18.4), (0.8, 3.4), (0.5, 1.7))
+    lost = longest_within(lambda duration: next((mm for slow, mm in hump if duration > 0.95 * slow), 1.0) - 2.0, 2.3)
+    assert lost.enough
+    assert 0.5 < lost.duration < 0.8
     least = longest_within(lambda duration: 1.0 + abs(duration - 1.4), 2.0)
     assert not least.enough
     assert least.duration == pytest.approx(1.4)
