@@ -16,6 +16,7 @@ from forked_node import ForkedNode
 from geometry_msgs.msg import PoseStamped
 from graph_probe import DEADLINE, RATE_HZ, Bench, Probe
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 
 from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_control.model.geometry import inverse_geometry
@@ -263,6 +264,41 @@ def test_a_pose_is_a_request(bench: Bench) -> None:
     values = {value.key: value.value for value in twins[-2].values}
     assert values["first_sample"] == str(moving["first_sample"])
     assert float(values["waypoints.1.1"]) == pytest.approx(0.03)
+
+
+def test_a_motion_is_cancelled_within_the_limits(bench: Bench) -> None:
+    driver = start(bench)
+    cancel = "/trajectory_generator/cancel"
+
+    def ask() -> Trigger.Response:
+        return driver.probe.call(Trigger, cancel, Trigger.Request())
+
+    driver.steps(60)
+    assert (ask().success, ask().message) == (False, "no motion is under way")
+    driver.request(x=0.0, y=0.03, duration=2.0)
+    driver.wait_for_status("planning")
+    driver.step_until_status("moving")
+    moving = driver.statuses()[-1]
+    driver.steps(200)
+    assert ask().success
+    asked = driver.sample
+    driver.step_until_status("stopping")
+    stopping = driver.statuses()[-1]
+    driver.step_until_status("cancelled")
+    rest = driver.steps(3)
+    assert asked < stopping["first_sample"] < stopping["last_sample"] < moving["last_sample"]
+    assert rest[0] == rest[-1]
+    assert rest[0][2:] == (0.0, 0.0)
+    assert 0.03 < rest[0][1] < 0.14
+    references = driver.references()
+    places = [references[number] for number in range(moving["first_sample"], driver.sample)]
+    # neither place nor speed leaps
+    assert max(abs(after[1] - here[1]) for here, after in pairwise(places)) < 1.0 / RATE_HZ
+    assert max(abs(after[3] - here[3]) for here, after in pairwise(places)) < 20.0 / RATE_HZ
+    # and the robot takes the next request from there
+    driver.request(x=0.0, y=0.14)
+    driver.wait_for_status("planning")
+    driver.step_until_status("moving")
 
 
 def pose(frame: str, x: float, y: float, z: float) -> PoseStamped:

@@ -108,6 +108,7 @@ ELSEWHERE = {
     "unit/bringup/test_scenario_settings.py": ("fivebar_description.shared_settings",),
     "ros/test_dextar_bridge.py": ("fivebar_control.ros.drive_bridge",),
     "ros/test_domain_member.py": ("fivebar_description.ros.qos",),
+    "unit/control/planning/test_stopping.py": ("fivebar_control.trajectory.stopped",),
     "ros/test_goals.py": (
         "fivebar_bringup.nodes.goal_client",
         "fivebar_control.ros.goal_server",

@@ -21,7 +21,7 @@ from fivebar_description.outside_text import (
 RUN_STATES = ("running", "completed", "failed")
 """States of a run."""
 
-GOAL_STATES = ("planning", "moving", "arrived", "refused", "stopped")
+GOAL_STATES = ("planning", "moving", "stopping", "arrived", "cancelled", "refused", "stopped")
 """States of a request for a motion."""
 
 PROGRAM_STATES = ("idle", "running", "completed", "refused", "stopped")

@@ -12,7 +12,7 @@ from fivebar_control.planning.motion_queue import via_fields
 from fivebar_control.planning.sight import Point
 from fivebar_description.strict_yaml import InputError
 
-ENDS = ("arrived", "refused", "stopped")
+ENDS = ("arrived", "cancelled", "refused", "stopped")
 """Final states of a goal."""
 
 Report = Callable[[dict[str, Any]], None]

@@ -32,12 +32,16 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
         return plan
     try:
         statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False) if asked else []
-        moved = [status for status in statuses if status["state"] == "moving" and status.keys() >= MOVES]
+        moved = [status for status in statuses if status["state"] == "stopping" or status.keys() >= MOVES]
         segments: list[AnySegment] = list(plan.path.segments)
         crossings = list(plan.crossings)
         for status in moved:
-            motion = _requested(scenario, plan, status)
             begin = status["first_sample"] / scenario.rate_hz
+            if status["state"] == "stopping":
+                # it does not stop near the locus: what is still ahead is not crossed
+                crossings = [crossing for crossing in crossings if crossing.time < begin]
+                continue
+            motion = _requested(scenario, plan, status)
             crossings += [
                 crossing._replace(segment=crossing.segment + len(segments), time=crossing.time + begin)
                 for crossing in motion.crossings

@@ -230,6 +230,20 @@ class MotionQueue:
         self._before, self._motion = self._motion, ScheduledPath(path, sample)
         self._window = ()
 
+    def under_way(self, sample: int) -> ScheduledPath | None:
+        """Return the motion of a sample, None where the reference rests."""
+        return None if sample >= self.resting_from() or self._through_type1 else self._motion
+
+    @property
+    def working_mode(self) -> tuple[int, int]:
+        """The working mode of every motion."""
+        return self._working_mode
+
+    def stop(self, path: Path) -> None:
+        """Follow another path in the place of the one under way, which is the same up to samples that are to come."""
+        self._motion = self._motion._replace(path=path)
+        self._window = ()
+
     def rest_at(self, sample: int, x: float, y: float) -> None:
         """Rest at (x, y) m from a sample on, where a fault has left the robot; a request is withdrawn."""
         self._requested = False

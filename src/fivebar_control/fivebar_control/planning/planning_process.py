@@ -19,12 +19,14 @@ from fivebar_control.planning.limits import MotionLimits, Risk, motion_limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
+from fivebar_control.planning.stopping import StopRequest, plan_stop
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
 from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
+from fivebar_control.trajectory.stopped import StoppedSegment
 from fivebar_description.forbidden import kept_clear_of
 from fivebar_description.interpreter import module_command
 from fivebar_description.loads import NO_LOADS, Loads
@@ -84,12 +86,14 @@ class Planned(NamedTuple):
         course: where it goes.
         durations: of the legs (s).
         segments: between rests, as planned: who follows them needs no planner.
+        stop: the motion that was under way, stopped on its way.
     """
 
     refused: str = ""
     course: Course = NO_COURSE
     durations: tuple[float, ...] = ()
     segments: tuple[AnySegment, ...] = ()
+    stop: StoppedSegment | None = None
 
     def path(self) -> Path:
         """Return the motion."""
@@ -145,7 +149,7 @@ class PlanningProcess:
             self._receive()
         return self._process is not None and not self._ready
 
-    def ask(self, order: PlanningRequest) -> None:
+    def ask(self, order: PlanningRequest | StopRequest) -> None:
         """Hand in a request, which takes the place of one under way; returns at once."""
         self._number += 1
         if self._connection is not None:
@@ -207,20 +211,32 @@ def _leave_priority_to_this_thread() -> None:
 
 
 @lru_cache(maxsize=256)
-def plan_once(conditions: Conditions, order: PlanningRequest) -> Planned:
+def plan_once(conditions: Conditions, order: PlanningRequest | StopRequest) -> Planned:
     """Plan a request as `plan_order` does; one that has been planned before, as in a loop, is not planned again."""
-    return plan_order(conditions, order)
+    return stop_order(conditions, order) if isinstance(order, StopRequest) else plan_order(conditions, order)
 
 
-def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
-    """Plan a request and screen it with the controller that will follow it."""
+def stop_order(conditions: Conditions, order: StopRequest) -> Planned:
+    """Plan how a motion under way stops."""
     file = read_robot(conditions.robot)
-    robot = laden(file.five_bar(), order.payload)
     follower = conditions.follower(file)
-    torque = order.torque_share * conditions.torque_limit
+    limits = _limits(conditions, file, follower, 1.0, 1.0)
+    robot = laden(file.five_bar(), order.payload)
+    try:
+        stop = plan_stop(robot, order, conditions.rate_hz, follower, limits, conditions.sensing)
+    except (PlanRefused, InputError) as refusal:
+        return Planned(str(refusal))
+    return Planned(stop=stop)
+
+
+def _limits(
+    conditions: Conditions, file: RobotFile, follower: TunedController, torque_share: float, speed_share: float
+) -> MotionLimits:
+    """Return what a requested motion has to keep that may use shares of the limits of torque and speed."""
     counts = None if conditions.sensing is None else conditions.sensing.drives.encoder_counts
     step = speed_step_of(conditions.rate_hz, counts)
-    limits = motion_limits_of(follower, torque, order.speed_share * conditions.motor_speed, step).within(
+    torque, speed = torque_share * conditions.torque_limit, speed_share * conditions.motor_speed
+    return motion_limits_of(follower, torque, speed, step).within(
         conditions.error_tolerance,
         conditions.tracking_error_limit,
         conditions.risk,
@@ -228,6 +244,13 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
         kept_clear_of(conditions.forbidden, file.forbidden),
         conditions.workspace,
     )
+
+
+def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
+    """Plan a request and screen it with the controller that will follow it."""
+    file = read_robot(conditions.robot)
+    robot = laden(file.five_bar(), order.payload)
+    follower = conditions.follower(file)
     try:
         transfer = plan_transfer(
             robot,
@@ -237,7 +260,7 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
             order.assembly or None,
             conditions.rate_hz,
             follower,
-            limits,
+            _limits(conditions, file, follower, order.torque_share, order.speed_share),
             order.duration or Speed.COMFORTABLE,
             conditions.sensing,
             order.via,

@@ -70,7 +70,7 @@ class ProgramRun:
             return
         if status["state"] == "arrived":
             self._under_way = None
-        elif status["state"] in ("refused", "stopped"):
+        elif status["state"] in ("refused", "stopped", "cancelled"):
             state = ProgramState.REFUSED if status["state"] == "refused" else ProgramState.STOPPED
             self._end(state, str(status.get("reason", "")))
 

@@ -9,15 +9,25 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.motion_queue import Goal, GoalRefused, MotionQueue, read_goal
+from fivebar_control.planning.motion_queue import (
+    Goal,
+    GoalRefused,
+    MotionQueue,
+    ScheduledPath,
+    StandingStill,
+    read_goal,
+)
 from fivebar_control.planning.planning_process import PlanningProcess
+from fivebar_control.planning.stopping import StopRequest
 from fivebar_control.ros.placed_frames import PlacedFrames
 from fivebar_control.ros.shown_motions import ShownMotions
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import QUINTIC
 from fivebar_description.interface import GOAL, GOAL_POSE, GOAL_STATUS
 from fivebar_description.outside_text import one_line
@@ -31,6 +41,9 @@ LONGEST_ID = 64
 LOCKSTEP_WAIT = 0.1
 """Time (s) for which each sample waits for a plan in lockstep, so that few of them pass while the robot rests: less
 than the time after which the plant publishes a sample again."""
+
+STOP_NOTICE = 0.3
+"""Time (s) from a request to stop until the motion may begin to slow down: how long a stop takes to be planned."""
 
 NOTICE = 2
 """Samples from the current one to the first that may belong to a new motion: the next is already published."""
@@ -73,6 +86,10 @@ class GoalServer:
         self._goal: Goal | None = None
         self._id = ""
         self._arrival: int | None = None
+        self._stopping: ScheduledPath | None = None
+        """The motion that is to stop, while that is being planned."""
+        self._notice = STOP_NOTICE
+        self._cancelled = False
         self._payload = self._planned_payload = 0.0
         self._status = node.advertise(GOAL_STATUS)
         self._shown = ShownMotions(node)
@@ -80,6 +97,7 @@ class GoalServer:
         # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
         node.listen(GOAL_POSE, self._on_pose, awaited=False)
+        node.create_service(Trigger, "~/cancel", self._on_cancel)
         listen_to_payload(node, self._carry)
 
     def restart(self, queue: MotionQueue) -> None:
@@ -87,6 +105,7 @@ class GoalServer:
         self._planning.forget()
         self._queue = queue
         self._sample, self._goal, self._arrival = -1, None, None
+        self._stopping, self._cancelled = None, False
 
     def prepared(self) -> bool:
         """Return whether a request would be planned at once, as far as that matters."""
@@ -106,7 +125,65 @@ class GoalServer:
         elif self._arrival is None:
             self._take_answer(self._goal)
         elif sample >= self._arrival:
-            self._end("arrived")
+            self._end("cancelled" if self._cancelled else "arrived")
+        elif self._stopping is not None:
+            self._take_stop(self._stopping)
+
+    def _on_cancel(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        """Stop the motion under way as soon as that is possible within the limits, or drop the one being planned."""
+        response.success, response.message = self._cancel()
+        return response
+
+    def _cancel(self) -> tuple[bool, str]:
+        if not self._open:
+            return False, f"motions are not cancelled: that needs controller {' or '.join(GOAL_CONTROLLERS)}"
+        if self._held:
+            return False, "a fault holds the robot where it stands"
+        if self._goal is not None and self._arrival is None:
+            self._planning.forget()
+            self._end("cancelled", "before it began")
+            return True, "the motion that was being planned is dropped"
+        motion = self._queue.under_way(self._sample + NOTICE)
+        if self._sample < 0 or motion is None or isinstance(motion.path, StandingStill):
+            return False, "no motion is under way"
+        if self._stopping is None and not self._cancelled:
+            self._notice = STOP_NOTICE
+            self._ask_to_stop(motion)
+        return True, "the motion stops as soon as the limits allow, which goal/status tells"
+
+    def _ask_to_stop(self, motion: ScheduledPath) -> None:
+        assert isinstance(motion.path, Path)
+        if self._goal is None:
+            # the plan of the run
+            rest = motion.path.at(motion.path.duration)
+            self._goal, self._id, self._arrival = Goal(rest.x, rest.y), "", self._queue.resting_from()
+        self._stopping = motion
+        earliest = self._sample + round(self._notice * self._rate_hz) - motion.first
+        order = StopRequest(
+            motion.path.segments, self._queue.working_mode, earliest / self._rate_hz, self._planned_payload
+        )
+        self._planning.ask(order)
+
+    def _take_stop(self, motion: ScheduledPath) -> None:
+        """Take the plan of a stop; one that comes too late is asked for again, with more notice."""
+        planned = self._planning.answer(self._wait)
+        if planned is None:
+            return
+        self._stopping = None
+        stop = planned.stop
+        if stop is not None and motion.first + stop.begin * self._rate_hz < self._sample + NOTICE:
+            self._notice *= 2.0
+            self._ask_to_stop(motion)
+            return
+        assert self._goal is not None
+        goal = [self._goal.x, self._goal.y]
+        if stop is None:
+            self._report("moving", goal, self._id, last_sample=self._arrival, reason=one_line(planned.refused))
+            return
+        self._queue.stop(stop.as_path())
+        self._arrival, self._cancelled = self._queue.resting_from(), True
+        first = motion.first + round(stop.begin * self._rate_hz)
+        self._report("stopping", goal, self._id, first_sample=first, last_sample=self._arrival)
 
     def _carry(self, payload: float) -> None:
         self._payload = payload
@@ -184,6 +261,9 @@ class GoalServer:
     def _end(self, state: str, reason: str = "") -> None:
         assert self._goal is not None
         goal, self._goal, self._arrival = self._goal, None, None
+        if self._stopping is not None:
+            self._planning.forget()
+        self._stopping, self._cancelled = None, False
         self._queue.cancel()
         self._report(state, [goal.x, goal.y], self._id, **({"reason": reason} if reason else {}))
 

@@ -1,0 +1,103 @@
+"""Where and how quickly a motion under way can stop: within the limits of every motion, and not near the locus."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from fivebar_control.laws.registry import TunedController
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.singularity import inverse_condition, inverse_condition_rate
+from fivebar_control.model.state import State
+from fivebar_control.planning.feasibility import screen_run
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.predicted_estimate import Sensing
+from fivebar_control.root_search import zero_between
+from fivebar_control.trajectory.path import AnySegment, Path
+from fivebar_control.trajectory.planner import Crossing, Plan, ZoneRule
+from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_control.trajectory.stopped import StoppedSegment
+from fivebar_description.parameters import FiveBar
+
+SLOWING = (0.1, 0.2, 0.4, 0.8)
+"""Times (s) within which a motion is tried to be stopped, the shortest first."""
+
+LATER = 0.02
+"""Time (s) by which a stop is put off at a time where it cannot be made."""
+
+MOST_SCREENED = 20
+"""Stops that are screened."""
+
+
+class StopRequest(NamedTuple):
+    """A request to stop a motion.
+
+    Attributes:
+        segments: of the motion, which begins at time 0.
+        working_mode: of the whole motion.
+        earliest: when it may begin to slow down (s).
+        payload: what the platform carries (kg).
+    """
+
+    segments: tuple[AnySegment, ...]
+    working_mode: tuple[int, int]
+    earliest: float
+    payload: float = 0.0
+
+
+def plan_stop(
+    robot: FiveBar,
+    request: StopRequest,
+    rate_hz: int,
+    follower: TunedController,
+    limits: MotionLimits,
+    sensing: Sensing | None,
+) -> StoppedSegment:
+    """Return the earliest and quickest stop that keeps the limits.
+
+    Raises:
+        PlanRefused: there is none before the motion ends.
+    """
+    path = Path(request.segments)
+    screened, reason = 0, "it ends before it could"
+    begin = request.earliest
+    while begin < path.duration and screened < MOST_SCREENED:
+        for slowing in SLOWING:
+            stop = StoppedSegment(path, begin, slowing)
+            if stop.end >= path.duration or _nearest(robot, request, stop, rate_hz) < limits.rest:
+                continue
+            screened += 1
+            verdict = screen_run(robot, _plan_of(robot, request, stop, rate_hz), rate_hz, follower, limits, sensing)
+            if verdict.feasible:
+                return stop
+            reason = "; ".join(verdict.reasons)
+        begin += max(1, round(LATER * rate_hz)) / rate_hz
+    raise PlanRefused(f"the motion goes on to its end, since no stop is feasible: {reason}")
+
+
+def _state(robot: FiveBar, request: StopRequest, path: Path | StoppedSegment, t: float) -> State:
+    place = path.at(t)
+    return state_from_platform(robot, *request.working_mode, place.x, place.y, place.vx, place.vy)
+
+
+def _nearest(robot: FiveBar, request: StopRequest, stop: StoppedSegment, rate_hz: int) -> float:
+    """Return the least kappa while a motion slows down."""
+    samples = range(math.floor(stop.begin * rate_hz), math.ceil(stop.duration * rate_hz) + 1)
+    return min(inverse_condition(_state(robot, request, stop, sample / rate_hz)) for sample in samples)
+
+
+def _plan_of(robot: FiveBar, request: StopRequest, stop: StoppedSegment, rate_hz: int) -> Plan:
+    """Return the plan of a motion that stops, with its crossings of the locus, which are before it slows down."""
+
+    def side(t: float) -> float:
+        return det_a(_state(robot, request, stop, t))
+
+    times = [sample / rate_hz for sample in range(math.ceil(stop.duration * rate_hz) + 1)]
+    sides = [side(t) for t in times]
+    crossings = []
+    for number in range(1, len(times)):
+        if sides[number - 1] * sides[number] < 0.0:
+            t = zero_between(side, times[number - 1], times[number], 1e-9)
+            state = _state(robot, request, stop, t)
+            crossings.append(Crossing(0, t, state.x, state.y, 1.0, inverse_condition_rate(state), 0.0))
+    return Plan(stop.as_path(), tuple(crossings), *request.working_mode, ZoneRule().duration)

@@ -1,0 +1,77 @@
+"""A motion that stops on its way: from a moment on its time slows down until it stands still."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, cast
+
+from fivebar_control.model.line import Line
+from fivebar_control.model.state import Platform
+from fivebar_control.trajectory.path import AnySegment, Path
+from fivebar_control.trajectory.polynomial import rest_to_rest
+
+
+class StoppedSegment(NamedTuple):
+    """One motion along a path that stops before its end.
+
+    Attributes:
+        path: that of the motion, which begins at time 0.
+        begin: when it begins to slow down (s).
+        slowing: how long that takes (s); the path goes on by half of it.
+        start_time: s since sample 0.
+    """
+
+    path: Path
+    begin: float
+    slowing: float
+    start_time: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """From the beginning of the motion until it stands still (s)."""
+        return self.begin + self.slowing
+
+    @property
+    def end(self) -> float:
+        """The time of the path at which the motion ends (s)."""
+        return self.begin + 0.5 * self.slowing
+
+    def as_path(self) -> Path:
+        """Return the motion as a path of its own."""
+        return Path(cast(Sequence[AnySegment], [self]))
+
+    def at(self, t: float) -> Platform:
+        """Return the reference at time t (s): that of the path until it slows down."""
+        since = t - self.start_time
+        if since <= self.begin:
+            return self.path.at(since)
+        tau, rate, bend = self._progress(since)
+        place = self.path.at(tau)
+        return Platform(
+            place.x,
+            place.y,
+            place.vx * rate,
+            place.vy * rate,
+            place.ax * rate * rate + place.vx * bend,
+            place.ay * rate * rate + place.vy * bend,
+        )
+
+    def line_at(self, t: float) -> Line:
+        """Return the line of the path at time t (s)."""
+        return self.path.line_at(self._progress(t - self.start_time)[0])
+
+    def line(self) -> Line:
+        """Return NaN: its line changes with the path."""
+        return Line(math.nan, math.nan, math.nan, math.nan)
+
+    def _progress(self, since: float) -> tuple[float, float, float]:
+        """Return the time of the path (s), its rate, and how that changes (1/s)."""
+        u = min(max((since - self.begin) / self.slowing, 0.0), 1.0)
+        if u == 0.0:
+            return since, 1.0, 0.0
+        if u == 1.0:
+            return self.end, 0.0, 0.0
+        lost, slope, _ = rest_to_rest(u)
+        gone = u - u * u * u * u * (2.5 + u * (u - 3.0))
+        return self.begin + self.slowing * gone, 1.0 - lost, -slope / self.slowing
