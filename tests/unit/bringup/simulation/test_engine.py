@@ -110,7 +110,7 @@ def test_motions_through_type_1_are_those_of_the_offline_runner(name: str) -> No
 
 
 @pytest.mark.parametrize("resolution", ["min_norm", "full_inverse"])
-@pytest.mark.parametrize("controller", ["multi_cartesian", "multi_joint"])
+@pytest.mark.parametrize("controller", long_if_seldom_compiled(["multi_cartesian", "multi_joint"]))
 def test_every_resolution_is_that_of_the_offline_runner(controller: str, resolution: str) -> None:
     expect_agreement(changed("middle", controller=controller, vhc_resolution=resolution, segment_duration=0.5))
 
@@ -203,15 +203,19 @@ def test_an_ambiguous_estimate_is_found_at_the_same_sample(limit: dict[str, floa
     assert f"at sample {outcome.fault_sample}:" in run.faults[0]
 
 
-def test_the_outcome_is_what_the_summary_says() -> None:
-    for scenario in (
+@pytest.mark.parametrize(
+    "scenario",
+    [
         changed("middle", DIFFERENT),
         changed("middle_encoders", OFF_MODEL),
-        changed("middle", controller="ctc"),
-    ):
-        summary, _ = summary_of(scenario)
-        case, plan = prepared(scenario)
-        expect_summary(crossing(case, plan), summary)
+        pytest.param(changed("middle", controller="ctc"), marks=pytest.mark.extra),
+    ],
+    ids=["another robot", "from encoders", "ctc"],
+)
+def test_the_outcome_is_what_the_summary_says(scenario: Scenario) -> None:
+    summary, _ = summary_of(scenario)
+    case, plan = prepared(scenario)
+    expect_summary(crossing(case, plan), summary)
 
 
 def expect_summary(outcome: Outcome, summary: Summary) -> None:

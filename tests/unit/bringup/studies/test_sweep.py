@@ -130,6 +130,7 @@ def test_the_use_of_a_limit() -> None:
     assert use_of(Figure("torque", math.nan, 2.0, True, 0.0, 0.0, 0.0)) == math.inf
 
 
+@pytest.mark.extra
 def test_every_case_has_a_row_per_controller_or_one_refusal(rows: list[SweepRow]) -> None:
     numbers = sorted({row.case for row in rows})
     assert numbers == list(range(len(numbers))) and len(numbers) % BATCH == 0
@@ -153,6 +154,7 @@ def exact_places(run: OfflineRun) -> list[tuple[float, float]]:
     return places
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("with_encoders", [False, True])
 def test_a_row_holds_what_the_offline_runner_finds(rows: list[SweepRow], with_encoders: bool) -> None:
     """Another plant, uncompiled laws: errors, torques and changes of assembly mode of a drawn case."""
@@ -174,12 +176,14 @@ def test_a_row_holds_what_the_offline_runner_finds(rows: list[SweepRow], with_en
     assert row.requested == pytest.approx(max(asked), rel=1e-6)
 
 
+@pytest.mark.extra
 def test_rows_survive_the_file(rows: list[SweepRow]) -> None:
     assert from_lines(as_lines(rows)) == rows
     with pytest.raises(ValueError, match="expected"):
         from_lines("1,unified,feasible\n")
 
 
+@pytest.mark.extra
 @pytest.mark.usefixtures("no_figures")
 def test_a_row_whose_status_is_unknown_is_refused_and_not_left_uncounted(made: Path, tmp_path: Path) -> None:
     path = tmp_path / "spoilt"
@@ -201,6 +205,7 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sweeping, "sweep_figures", lambda rows: [])
 
 
+@pytest.mark.extra
 @pytest.mark.usefixtures("no_figures")
 def test_resumed_halves_give_the_same_bytes(made: Path, rows: list[SweepRow], tmp_path: Path) -> None:
     """A later batch was there already, and one whose last line is torn; what is left over is dropped."""
@@ -216,6 +221,7 @@ def test_resumed_halves_give_the_same_bytes(made: Path, rows: list[SweepRow], tm
     assert (begun.path / "sweep.json").read_bytes() == (made / "sweep.json").read_bytes()
 
 
+@pytest.mark.extra
 @pytest.mark.usefixtures("no_figures")
 def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path) -> None:
     calls = []
@@ -235,6 +241,7 @@ def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path
     assert (path / "sweep.csv").read_bytes() == (made / "sweep.csv").read_bytes()
 
 
+@pytest.mark.extra
 @pytest.mark.usefixtures("no_figures")
 def test_a_sweep_on_a_full_disk_names_the_file_and_resumes(made: Path, tmp_path: Path) -> None:
     path = tmp_path / "full"
@@ -267,6 +274,7 @@ def test_an_interrupted_sweep_says_what_is_kept_and_how_to_resume(
     )
 
 
+@pytest.mark.extra
 @pytest.mark.usefixtures("no_figures")
 def test_a_sweep_of_one_controller_has_its_rows_of_the_sweep_of_all(rows: list[SweepRow], tmp_path: Path) -> None:
     path = tmp_path / "one"
@@ -329,6 +337,7 @@ def test_the_order_in_which_batches_come_does_not_matter() -> None:
     assert next(Tally(1).missing(SEED)) == Batch(SEED, 0, BATCH)
 
 
+@pytest.mark.extra
 def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="seed 3, not 4"):
         opened(made, 4, None)
@@ -421,6 +430,7 @@ def test_a_failure_is_explained_by_what_would_have_saved_it() -> None:
     assert row.why_not in explanation.text
 
 
+@pytest.mark.extra
 def test_the_page_asks_nothing_of_the_network(made: Path) -> None:
     page = (made / "sweep.html").read_text()
     assert "http://" not in page and "https://" not in page
@@ -430,6 +440,7 @@ def test_the_page_asks_nothing_of_the_network(made: Path) -> None:
     assert {path.stem for path in (made / "figures").iterdir()} == {"errors", "factors", "maps"}
 
 
+@pytest.mark.extra
 def test_the_command_prints_a_case_and_writes_what_runs_it_again(rows: list[SweepRow], tmp_path: Path) -> None:
     row = next(row for row in rows if row.controller == "unified")
     out = tmp_path / "case"
