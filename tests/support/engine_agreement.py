@@ -23,7 +23,7 @@ POSITION = 1e-9
 JOINTS = TraceRow._fields[:4]
 
 SELDOM_COMPILED = ("ctc", "multi_joint", "multi_model_ctc")
-"""Controllers without compiled runs in `make test`: each has a loop of its own, which takes half a minute to compile."""
+"""Controllers without compiled runs in `make test`: each has a loop of its own, which takes 30 s to compile."""
 
 
 def long_if_seldom_compiled(controllers: Iterable[str]) -> list[Any]:
