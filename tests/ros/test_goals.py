@@ -158,7 +158,7 @@ def test_a_request_that_nobody_hears_is_made_again(bench: Bench) -> None:
 def test_the_status_says_by_which_time_law_loads_are_borne(bench: Bench) -> None:
     driver = start(bench, **{"loads.push": 1.0})
     driver.steps(60)
-    driver.request(x=0.0, y=0.03, assembly_mode=-1.0)
+    driver.request(x=0.0, y=0.0, assembly_mode=-1.0)
     driver.wait_for_status("planning")
     driver.step_until_status("moving")
     moving = driver.statuses()[-1]
