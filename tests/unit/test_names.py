@@ -18,6 +18,7 @@ ELSEWHERE = {
     "unit/description/test_robot_description.py": ("fivebar_description.mass_split",),
     "unit/description/test_robot_file.py": ("fivebar_description.physical_bounds",),
     "ros/test_one_publisher.py": ("fivebar_description.ros.publisher_watch",),
+    "unit/sim/test_payload_of_plants.py": ("fivebar_sim.moved_robot",),
     "system/test_own_drives.py": ("fivebar_control.nodes.drive_bridge",),
     "unit/description/test_watches.py": (
         "fivebar_description.ros.latency_watch",
@@ -34,8 +35,10 @@ ELSEWHERE = {
     "unit/control/hardware/test_inner_loop.py": ("fivebar_control.hardware.board_units",),
     "unit/control/hardware/test_two_motors.py": (
         "fivebar_control.hardware.connection",
+        "fivebar_control.hardware.cycle_pace",
         "fivebar_control.hardware.drive_connection",
         "fivebar_control.hardware.motors_file",
+        "fivebar_control.hardware.paced_file",
         "fivebar_description.motors_file",
     ),
     "unit/control/hardware/test_waiting_session.py": ("fivebar_control.hardware.drive_session",),
@@ -69,6 +72,7 @@ ELSEWHERE = {
     "unit/bringup/recorded/test_bag.py": ("fivebar_description.topic_contents",),
     "unit/bringup/studies/test_bench.py": ("fivebar_bringup.nodes.bare_chain",),
     "launch/test_launch_files.py": (
+        "fivebar_bringup.ros.launch_arguments",
         "fivebar_bringup.ros.launch_scope",
         "fivebar_bringup.ros.launched_nodes",
         "fivebar_bringup.ros.launched_run",

@@ -8,10 +8,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from fivebar_control.hardware.board_faults import CAUSES
-from fivebar_control.hardware.board_file import BoardDrive, BoardFile, StartPosture
+from fivebar_control.hardware.board_file import BoardDrive, BoardFile
 from fivebar_control.hardware.bus_load import bus_load, cycle_bits
 from fivebar_control.hardware.configuration import Bus, Drive, load_drives
 from fivebar_control.hardware.odrive import FAULTS as ODRIVE_FAULTS
+from fivebar_control.hardware.paced_file import StartPosture
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import WORDS
 

@@ -22,6 +22,18 @@ LARGEST_RAW_TORQUE = 0x7FFF
 """Largest value of 0x6071, which has 16 bits and a sign."""
 
 
+def check_period(key: str, period_us: int, gather_deadline_us: int) -> None:
+    """Check the period of a control loop, which has a key, and how long its answers are waited for.
+
+    Raises:
+        ValueError: no whole number of periods makes a second, or the wait takes longer than one.
+    """
+    if MICROSECONDS % period_us:
+        raise ValueError(f"{key} {period_us}: expected a divisor of {MICROSECONDS}")
+    if gather_deadline_us >= period_us:
+        raise ValueError(f"gather_deadline_us {gather_deadline_us}: expected less than {key} {period_us}")
+
+
 class Bus(CanChannel):
     """Section `bus`: which CAN interface.
 
@@ -152,12 +164,7 @@ class DriveFile(StrictModel):
 
     @model_validator(mode="after")
     def _sections_fit_together(self) -> Self:
-        if MICROSECONDS % self.sync_period_us:
-            raise ValueError(f"sync_period_us {self.sync_period_us}: expected a divisor of 1000000")
-        if self.gather_deadline_us >= self.sync_period_us:
-            raise ValueError(
-                f"gather_deadline_us {self.gather_deadline_us}: expected less than sync_period_us {self.sync_period_us}"
-            )
+        check_period("sync_period_us", self.sync_period_us, self.gather_deadline_us)
         ids = [self.master.node_id, *(drive.node_id for drive in self.pair)]
         if len(set(ids)) < len(ids):
             raise ValueError(f"drives: node ids {ids} of master, q11 and q21: expected three different ones")

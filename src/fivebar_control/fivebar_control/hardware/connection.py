@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from fivebar_control.hardware.drive_connection import DriveConnection
-from fivebar_description.drive_kinds import drive_kind, load_part
+from fivebar_description.drive_kinds import drive_kind, load_part, named_interface
 from fivebar_description.known_drives import NO_INTERFACE
 from fivebar_description.share import is_yaml_path, share_file
-from fivebar_description.strict_yaml import InputError, load_yaml
+from fivebar_description.strict_yaml import load_yaml
 from fivebar_description.text_file import is_file
 
 
@@ -21,11 +21,8 @@ def interface_of(configuration: str) -> str | None:
     shipped = share_file("fivebar_control", "config", "motors", f"{configuration}.yaml")
     if not (is_yaml_path(configuration) or is_file(shipped)):
         return None
-    content = load_yaml(Path(configuration) if is_yaml_path(configuration) else shipped)
-    named = content.get("interface") if isinstance(content, dict) else None
-    if named is not None and not isinstance(named, str):
-        raise InputError(f"{configuration}: interface: {named!r}: expected the name of an interface of drives")
-    return named
+    path = Path(configuration) if is_yaml_path(configuration) else shipped
+    return named_interface(load_yaml(path), configuration)
 
 
 def connect(configuration: str) -> DriveConnection:

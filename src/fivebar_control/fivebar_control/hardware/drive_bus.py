@@ -19,6 +19,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, load_drives
+from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import ZERO, Exchange, JointTarget, Torques, set_up_or_closed
 from fivebar_control.hardware.drive_link import DriveLink
@@ -83,8 +84,7 @@ class DriveBus:
         self._reset_words: deque[int] = deque()
         self._send_fault: Fault | None = None
         self._heartbeat_due: float | None = None
-        self._next_cycle = 0.0
-        self._pause = threading.Event()
+        self._pace = CyclePace(drives.sync_period_us / MICROSECONDS)
         self.notes: list[str] = []
         """Optional objects that the drives lack."""
         self._port = CanPort(bus if bus is not None else open_bus(drives.bus), self._take)
@@ -266,10 +266,7 @@ class DriveBus:
 
     def exchange_paced(self) -> Exchange:
         """Wait for the next period, then command zero torque and exchange: a cycle without a control law."""
-        period = self._drives.sync_period_us / MICROSECONDS
-        now = time.monotonic()
-        self._pause.wait(max(0.0, self._next_cycle - now))
-        self._next_cycle = max(self._next_cycle, now) + period
+        self._pace.wait()
         self.write(ZERO)
         return self.exchange()
 

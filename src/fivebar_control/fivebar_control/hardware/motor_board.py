@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import functools
 import math
-import threading
 import time
 from typing import Any, NamedTuple
 
@@ -19,6 +18,7 @@ from fivebar_control.hardware.board_faults import fault_of
 from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current
 from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import (
     ZERO,
@@ -31,14 +31,10 @@ from fivebar_control.hardware.drive_interface import (
 from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.inner_loop import OPEN, InnerLoop, MotorSetPoint, set_point
 from fivebar_control.hardware.sample_clock import SampleClock
-from fivebar_description.interface import ACTIVE_JOINTS
 
 LAST_WORDS, MOST_UNANSWERED = 3, 60
 """Frames that are sent to a board that does not answer any more, once that is a fault, and at most in all: the driver's
 write has no timeout, and a port that nobody reads takes some 4000 bytes."""
-
-PATIENCE = 2
-"""Periods for which an echo is waited for where the robot moves on with the commands alone."""
 
 TEND_PERIOD = 0.1
 """Period (s) in which the board is tended, which needs nothing."""
@@ -70,12 +66,8 @@ class MotorBoard:
             DriveError: it cannot be opened.
         """
         self._board = board
-        self._period = board.period_us / MICROSECONDS
-        self._patience = PATIENCE if board.paced_by_commands else 1
-        self._deadline = board.gather_deadline_us / MICROSECONDS + (self._patience - 1) * self._period
         self._clock = SampleClock(board.period_us)
-        self._pause = threading.Event()
-        self._next_cycle = 0.0
+        self._pace = CyclePace(board.period_us / MICROSECONDS)
         self._enabled = False
         self._torques: Torques = ZERO
         self._target: JointTarget | None = None
@@ -132,7 +124,8 @@ class MotorBoard:
         # of all turns, the one of the declared posture: what the encoders have followed until now does not count
         self._near = self._first_guess()
         self._await_answers(timeout)
-        self._check_posture()
+        if self._board.posture is not None:
+            self._board.posture.confirm(self._near, "calibrate the encoders' zero")
 
     def enable(self, timeout: float) -> None:
         """Enable both motors at zero torque.
@@ -153,20 +146,6 @@ class MotorBoard:
             answered = answered + 1 if exchange.complete else 0
             if time.monotonic() > end:
                 raise DriveError(Fault("board_missing", f"{self._board.port}: no steady answers in {timeout:g} s"))
-
-    def _check_posture(self) -> None:
-        posture = self._board.posture
-        if posture is None:
-            return
-        for joint, declared, found in zip(ACTIVE_JOINTS, (posture.q11, posture.q21), self._near, strict=True):
-            if abs(found - declared) > posture.tolerance_rad:
-                raise DriveError(
-                    Fault(
-                        "posture_unconfirmed",
-                        f"{joint} reads {found:.4f} rad, declared {declared:.4f} rad within {posture.tolerance_rad:g}:"
-                        " move the robot to where its motion starts, or calibrate the encoders' zero",
-                    )
-                )
 
     def disable(self, timeout: float) -> None:
         """Command zero torque, then take both enabled bits back.
@@ -208,12 +187,12 @@ class MotorBoard:
 
     def exchange(self) -> Exchange:
         """Send the command and take the state that comes with its echo, or else the newest since the last cycle."""
-        self._send(wait=self._deadline)
+        self._send(wait=self._board.gather_time)
         state = dict(self._client.state)
         fresh = bool(state) and state["sequence"] != self._sequence
         limit = self._board.missing_limit
         if not fresh:
-            self._silent += self._patience
+            self._silent += self._board.patience
             self._without_state += 1
             fault = self._link_fault
             if fault is None and self._silent > limit:
@@ -229,9 +208,7 @@ class MotorBoard:
 
     def exchange_paced(self) -> Exchange:
         """Wait for the next period, then exchange without torque: a cycle without a control law."""
-        now = time.monotonic()
-        self._pause.wait(max(0.0, self._next_cycle - now))
-        self._next_cycle = max(self._next_cycle, now) + self._period
+        self._pace.wait()
         self._write_zero()
         return self.exchange()
 

@@ -6,13 +6,13 @@ An interface of one's own needs a `MotorDriver`; `TwoMotors` is the `DriveInterf
 from __future__ import annotations
 
 import math
-import threading
 import time
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import (
     ZERO,
@@ -28,9 +28,6 @@ from fivebar_description.interface import ACTIVE_JOINTS
 
 SETTLE_CYCLES = 3
 """Cycles at zero torque in which both drives must answer before they count as there, or as enabled."""
-
-PATIENCE = 2
-"""Periods for which answers are waited for where the robot moves on with the commands alone."""
 
 TEND_PERIOD = 0.1
 """Period (s) in which inactive drives are told that they get no power."""
@@ -105,11 +102,7 @@ class TwoMotors:
         """Take over the drives, which have no power."""
         self._file = file
         self._driver = driver
-        self._period = file.period_us / MICROSECONDS
-        self._patience = PATIENCE if file.paced_by_commands else 1
-        self._deadline = file.gather_deadline_us / MICROSECONDS + (self._patience - 1) * self._period
-        self._pause = threading.Event()
-        self._next_cycle = 0.0
+        self._pace = CyclePace(file.period_us / MICROSECONDS)
         self._power = self._enabled = False
         self._torques: Torques = ZERO
         self._silent = [0, 0]
@@ -138,7 +131,7 @@ class TwoMotors:
 
     def tend(self) -> None:
         """Tell both drives again that they get no power."""
-        self._driver.exchange(NO_POWER, self._deadline)
+        self._driver.exchange(NO_POWER, self._file.gather_time)
 
     def confirm_start(self, timeout: float) -> None:
         """Confirm that both encoders read the declared posture.
@@ -147,18 +140,8 @@ class TwoMotors:
             DriveError: a fault, another posture than the declared one, or no answer within `timeout` (s).
         """
         self._await(lambda answer: True, timeout, "answered")
-        posture = self._file.posture
-        if posture is None:
-            return
-        for joint, declared, found in zip(ACTIVE_JOINTS, (posture.q11, posture.q21), self._positions, strict=True):
-            if abs(found - declared) > posture.tolerance_rad:
-                raise DriveError(
-                    Fault(
-                        "posture_unconfirmed",
-                        f"{joint} reads {found:.4f} rad, declared {declared:.4f} rad within {posture.tolerance_rad:g}:"
-                        " move the robot to where its motion starts, or correct zero_rad",
-                    )
-                )
+        if self._file.posture is not None:
+            self._file.posture.confirm(self._positions, "correct zero_rad")
 
     def enable(self, timeout: float) -> None:
         """Enable both drives at zero torque.
@@ -176,15 +159,7 @@ class TwoMotors:
 
     def exchange(self) -> Exchange:
         """Send power and torques, and take the measurements that the commands found."""
-        return self._judged(self._driver.exchange(PairCommand(self._power, self._torques), self._deadline))
-
-    def exchange_paced(self) -> Exchange:
-        """Wait for the next period, then exchange without torque: a cycle without a control law."""
-        now = time.monotonic()
-        self._pause.wait(max(0.0, self._next_cycle - now))
-        self._next_cycle = max(self._next_cycle, now) + self._period
-        self._torques = ZERO
-        return self.exchange()
+        return self._judged(self._driver.exchange(PairCommand(self._power, self._torques), self._file.gather_time))
 
     def write(self, torques: Torques, target: JointTarget | None = None) -> None:
         """Keep torques (Nm, at the joints) for the next exchange, within the limits; zero unless both are enabled.
@@ -244,16 +219,15 @@ class TwoMotors:
         end, settled = time.monotonic() + timeout, 0
         fault: Fault | None = None
         while settled < SETTLE_CYCLES:
-            now = time.monotonic()
-            if now > end:
+            if time.monotonic() > end:
                 raise DriveError(
                     fault or Fault("drive_missing", f"{self._missing_ones()} not {words} in {timeout:g} s")
                 )
-            self._pause.wait(max(0.0, self._next_cycle - now))
-            self._next_cycle = max(self._next_cycle, now) + self._period
-            answer = self._driver.exchange(PairCommand(self._power, ZERO), self._deadline)
-            fault = self._judged(answer).fault if None not in answer.readings else answer.fault
-            settled = settled + 1 if None not in answer.readings and fault is None and reached(answer) else 0
+            self._pace.wait()
+            answer = self._driver.exchange(PairCommand(self._power, ZERO), self._file.gather_time)
+            complete = None not in answer.readings
+            fault = self._judged(answer).fault if complete else answer.fault
+            settled = settled + 1 if complete and fault is None and reached(answer) else 0
 
     def _missing_ones(self) -> str:
         silent = [self._place(number) for number, cycles in enumerate(self._silent) if cycles]
@@ -266,7 +240,7 @@ class TwoMotors:
         """Return the exchange of an answer; for a fault both drives lose their power."""
         fault = answer.fault
         for number, reading in enumerate(answer.readings):
-            self._silent[number] = self._silent[number] + self._patience if reading is None else 0
+            self._silent[number] = self._silent[number] + self._file.patience if reading is None else 0
             self._missing += reading is None
             if fault is None and self._silent[number] > self._file.missing_limit:
                 silent = self._silent[number]

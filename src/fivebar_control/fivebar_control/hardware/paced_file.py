@@ -1,0 +1,102 @@
+"""What configurations of drives have in common, whatever the drives are: the period, what is waited for, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from fivebar_control.fault import Fault
+from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds, check_period
+from fivebar_control.hardware.fault import DriveError
+from fivebar_description.board_file import CLOCK
+from fivebar_description.interface import ACTIVE_JOINTS
+from fivebar_description.physical_bounds import Positive
+from fivebar_description.strict_yaml import StrictModel
+
+Angle = Annotated[float, Field(ge=-100.0, le=100.0)]
+
+PATIENCE = 2
+"""Periods for which answers are waited for where the robot moves on with the commands alone."""
+
+
+class StartPosture(StrictModel):
+    """Section `posture`: where the robot is said to stand when a run starts.
+
+    Attributes:
+        q11, q21: joint angles (rad).
+        tolerance_rad: how far the encoders may be off.
+    """
+
+    q11: Angle
+    q21: Angle
+    tolerance_rad: Positive = 0.05
+
+    def confirm(self, found: Sequence[float], remedy: str) -> None:
+        """Confirm that the robot stands there.
+
+        Args:
+            found: joint angles (rad) of both motors.
+            remedy: what to do about their encoders where it does not.
+
+        Raises:
+            DriveError: it stands elsewhere.
+        """
+        for joint, declared, angle in zip(ACTIVE_JOINTS, (self.q11, self.q21), found, strict=True):
+            if abs(angle - declared) > self.tolerance_rad:
+                raise DriveError(
+                    Fault(
+                        "posture_unconfirmed",
+                        f"{joint} reads {angle:.4f} rad, declared {declared:.4f} rad within {self.tolerance_rad:g}:"
+                        f" move the robot to where its motion starts, or {remedy}",
+                    )
+                )
+
+
+class PacedFile(StrictModel):
+    """The keys of one configuration file that those of a motor board and of two motors share.
+
+    Attributes:
+        name: what people call this set-up.
+        pace: `clock`, as of any real robot; or `commands`, for emulated drives whose robot moves on by one period with
+            the commands: then a cycle begins late rather than without the torque that answers the last sample, and
+            waits longer for the answers.
+        period_us: period of the control loop; a whole number of them makes a second.
+        watchdog_ms: time without a command after which the drives take their torque by themselves.
+        gather_deadline_us: how long after a command its answer is waited for.
+        missing_limit: cycles in a row without an answer beyond which it is a fault.
+        set_up_timeout_ms: longest wait for the first answer.
+        posture: where the robot must stand when a run starts; not checked when left out.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    pace: Literal["clock", "commands"] = "clock"
+    period_us: int = 2000
+    watchdog_ms: int = 20
+    gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1500
+    missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
+    set_up_timeout_ms: Milliseconds = 2000
+    posture: StartPosture | None = None
+
+    @property
+    def paced_by_commands(self) -> bool:
+        """Whether time waits for the commands."""
+        return self.pace != CLOCK
+
+    @property
+    def patience(self) -> int:
+        """Periods for which answers are waited for, more than one where the robot moves on with the commands alone."""
+        return PATIENCE if self.paced_by_commands else 1
+
+    @property
+    def gather_time(self) -> float:
+        """How long (s) after a command its answer is waited for."""
+        return (self.gather_deadline_us + (self.patience - 1) * self.period_us) / MICROSECONDS
+
+    @model_validator(mode="after")
+    def _times_fit_together(self) -> Self:
+        check_period("period_us", self.period_us, self.gather_deadline_us)
+        if self.watchdog_ms * 1000 < 2 * self.period_us:
+            raise ValueError(f"watchdog_ms {self.watchdog_ms}: expected at least two periods of {self.period_us} us")
+        return self
