@@ -6,9 +6,11 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from fivebar_sim.plant import Measurement
+
+O = TypeVar("O")
 
 HISTORY = 64
 """Number of measurements that are kept."""
@@ -60,6 +62,22 @@ class EmulatedHardware(Protocol):
     def close(self) -> None:
         """Leave the bus or the port."""
         ...
+
+
+def obeyed(line: str, read: Callable[[str], O | None], execute: Callable[[O], None], usage: str) -> str:
+    """Execute one line by which faults are injected, and return the reply to its author.
+
+    Args:
+        line: the text.
+        read: returns the order in a line, None where it is none.
+        execute: executes an order.
+        usage: the orders, in words.
+    """
+    order = read(line)
+    if order is None:
+        return f"not understood: {line.strip()!r}; expected {usage}"
+    execute(order)
+    return f"done: {line.strip()}"
 
 
 class Emulator(NamedTuple):

@@ -10,13 +10,12 @@ from collections import deque
 from collections.abc import Iterator
 
 from fivebar_description.board_file import CLOCK
-from fivebar_description.parameters import laden
-from fivebar_description.robot_file import load_robot
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.motor import OFF, EmulatedMotor
 from fivebar_sim.boards.protocol import BUTTON, CommandFrame, CommandReader, StateFrame, fault_flags, write_state
 from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
-from fivebar_sim.plant import Plant, PlantDiverged
+from fivebar_sim.moved_robot import MovedRobot
+from fivebar_sim.plant import PlantDiverged
 
 LONGEST_CATCH_UP = 0.25
 """Longest time (s) that is simulated at once, after this process was stopped for a while."""
@@ -34,7 +33,7 @@ NOT_FINITE = 7
 BOTH = 3
 
 
-class EmulatedBoard:
+class EmulatedBoard(MovedRobot):
     """Two motors, their current loops and encoders, a watchdog, faults and a button, on the simulated robot."""
 
     def __init__(self, file: BoardEmulationFile, now: float) -> None:
@@ -54,8 +53,7 @@ class EmulatedBoard:
         """State frames to lose, state frames to corrupt, and command frames to lose from now on."""
         self.silent = False
         """Whether no state frame is sent."""
-        self._payload = 0.0
-        self.go_home()
+        super().__init__(file, round(1.0 / file.tick))
         self.reboot(now)
 
     def go_home(self) -> None:
@@ -64,19 +62,10 @@ class EmulatedBoard:
         Raises:
             InputError: the robot or its posture cannot be.
         """
-        file = self._file
-        self._robot = load_robot(file.robot)
-        self.plant = Plant(self._robot, file.initial_joints, round(1.0 / file.tick), file.plant())
-        if self._payload:
-            self.carry(self._payload)
+        super().go_home()
         (q11, _, q21, _), _ = self.plant.seen()
         self.motors[0].place(q11)
         self.motors[1].place(q21)
-
-    def carry(self, payload: float) -> None:
-        """Go on with a payload (kg) on the platform."""
-        self._payload = payload
-        self.plant.carry(laden(self._robot, payload))
 
     def reboot(self, now: float) -> None:
         """Reset the board: faults and commands are cleared, its clock and frame numbers start again at zero."""

@@ -17,7 +17,7 @@ from fivebar_sim.boards.board import BOTH, EmulatedBoard
 from fivebar_sim.boards.commands import USAGE, BoardOrder, read_order
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.port import PseudoPort
-from fivebar_sim.emulated_hardware import Emulator, MeasuredRecord
+from fivebar_sim.emulated_hardware import Emulator, MeasuredRecord, obeyed
 
 POLL_PERIOD = 0.002
 """Longest time (s) between two checks of the watchdog."""
@@ -82,11 +82,7 @@ class BoardEmulation:
 
     def obey(self, line: str) -> str:
         """Execute one line of `USAGE` and return the reply to its author."""
-        order = read_order(line)
-        if order is None:
-            return f"not understood: {line.strip()!r}; expected {USAGE}"
-        self._execute(order)
-        return f"done: {line.strip()}"
+        return obeyed(line, read_order, self._execute, USAGE)
 
     def carry(self, payload: float) -> None:
         """Go on with a payload (kg) on the platform."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import NamedTuple
 
 from fivebar_sim.drives.drive import LATE_BY, InjectedFault
 from fivebar_sim.drives.emulation import Emulation
+from fivebar_sim.emulated_hardware import obeyed
 
 WORDS = {
     "fault": InjectedFault.FAULT,
@@ -49,9 +51,10 @@ def read_command(line: str) -> InjectionCommand | None:
 
 def execute(emulation: Emulation, line: str) -> str:
     """Execute one line and return the reply to its author."""
-    order = read_command(line)
-    if order is None:
-        return f"not understood: {line.strip()!r}; expected {USAGE}"
+    return obeyed(line, read_command, functools.partial(_execute, emulation), USAGE)
+
+
+def _execute(emulation: Emulation, order: InjectionCommand) -> None:
     if order.word == "late_sync":
         emulation.sync_delay = order.seconds
     if order.word == "home":
@@ -62,7 +65,6 @@ def execute(emulation: Emulation, line: str) -> str:
             drive.inject(WORDS[order.word], order.seconds)
         else:
             drive.network.cut = order.word == "bus_off"
-    return f"done: {line.strip()}"
 
 
 def _seconds(text: str) -> float | None:

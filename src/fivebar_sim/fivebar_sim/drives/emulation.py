@@ -10,12 +10,11 @@ from collections.abc import Callable
 import can
 
 from fivebar_description.drive_file import CanChannel
-from fivebar_description.parameters import laden
-from fivebar_description.robot_file import load_robot
 from fivebar_sim.drives.configuration import EmulationFile
 from fivebar_sim.drives.drive import OVERSPEED_EMERGENCY, EmulatedDrive
 from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
-from fivebar_sim.plant import Plant, PlantDiverged
+from fivebar_sim.moved_robot import MovedRobot
+from fivebar_sim.plant import PlantDiverged
 
 SYNC_ID = 0x080
 POLL_PERIOD = 0.002
@@ -37,7 +36,7 @@ def is_plain(message: can.Message) -> bool:
     return not (message.is_error_frame or message.is_extended_id or message.is_remote_frame or message.is_fd)
 
 
-class Emulation:
+class Emulation(MovedRobot):
     """Both drives; the robot moves on by one period with every SYNC."""
 
     def __init__(self, emulation: EmulationFile, bus: can.BusABC, clock: Callable[[], float] = time.monotonic) -> None:
@@ -48,9 +47,7 @@ class Emulation:
         """
         self._bus = bus
         self._clock = clock
-        self._file = emulation
-        self._payload = 0.0
-        self.go_home()
+        super().__init__(emulation, round(1e6 / emulation.sync_period_us))
         first, second = emulation.pair
         self.drives = EmulatedDrive(first, bus, clock), EmulatedDrive(second, bus, clock)
         self.syncs = 0
@@ -61,24 +58,6 @@ class Emulation:
         """The last SYNCs, the newest at the end."""
         self._late_syncs: deque[float] = deque()
         self._sense()
-
-    def go_home(self) -> None:
-        """Reset the robot to its initial posture, at rest; it keeps its payload.
-
-        Raises:
-            InputError: the robot or its posture cannot be.
-        """
-        file = self._file
-        rate_hz = round(1e6 / file.sync_period_us)
-        self._robot = load_robot(file.robot)
-        self.plant = Plant(self._robot, file.initial_joints, rate_hz, file.plant())
-        if self._payload:
-            self.carry(self._payload)
-
-    def carry(self, payload: float) -> None:
-        """Go on with a payload (kg) on the platform."""
-        self._payload = payload
-        self.plant.carry(laden(self._robot, payload))
 
     def take(self, can_id: int, data: bytes) -> None:
         """Process a frame from the bus."""

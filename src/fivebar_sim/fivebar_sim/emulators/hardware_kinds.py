@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from fivebar_description.drive_kinds import drive_kind, load_part
+from fivebar_description.drive_kinds import drive_kind, load_part, named_interface
 from fivebar_description.known_drives import CANOPEN, MOTKIN
 from fivebar_description.share import placed_beside, share_file, yaml_path
-from fivebar_description.strict_yaml import InputError, load_yaml
+from fivebar_description.strict_yaml import load_yaml
 from fivebar_sim.emulated_hardware import EmulatedHardware, Emulator
 
 
@@ -50,15 +50,7 @@ def open_hardware(emulation: str) -> OpenedHardware:
     folders = (share_file("fivebar_sim", "config", kind) for kind in ("drives", "boards"))
     path = yaml_path("emulation", emulation, *folders)
     content = placed_beside(path.parent, load_yaml(path), ("robot",))
-    emulator = emulator_of(_interface(content))
+    # a file that names none has drives on a bus, or is of a board
+    on_bus = isinstance(content, dict) and "drives" in content
+    emulator = emulator_of(named_interface(content, str(path)) or (CANOPEN if on_bus else MOTKIN))
     return OpenedHardware(emulator.open(content, path), emulator)
-
-
-def _interface(content: Any) -> str:
-    """Return the interface that a file names; one that names none has drives on a bus, or is of a board."""
-    if not isinstance(content, dict):
-        return MOTKIN
-    named = content.get("interface", CANOPEN if "drives" in content else MOTKIN)
-    if not isinstance(named, str):
-        raise InputError(f"interface: {named!r}: expected the name of an interface of drives")
-    return named

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from fivebar_description.strict_yaml import validate
-from fivebar_sim.emulated_hardware import Emulator, MeasuredRecord
+from fivebar_sim.emulated_hardware import Emulator, MeasuredRecord, obeyed
 from fivebar_sim.motors.commands import USAGE, MotorOrder, read_order
 from fivebar_sim.motors.configuration import MotorsEmulationFile
 from fivebar_sim.motors.motors import EmulatedMotors
@@ -78,11 +78,7 @@ class MotorsEmulation:
 
     def obey(self, line: str) -> str:
         """Execute one line of `USAGE` and return the reply to its author."""
-        order = read_order(line)
-        if order is None:
-            return f"not understood: {line.strip()!r}; expected {USAGE}"
-        self._execute(order)
-        return f"done: {line.strip()}"
+        return obeyed(line, read_order, self._execute, USAGE)
 
     def carry(self, payload: float) -> None:
         """Go on with a payload (kg) on the platform."""

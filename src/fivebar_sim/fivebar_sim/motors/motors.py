@@ -6,11 +6,10 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from fivebar_description.parameters import laden
-from fivebar_description.robot_file import load_robot
 from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
 from fivebar_sim.motors.configuration import MotorFacts, MotorsEmulationFile
-from fivebar_sim.plant import Plant, PlantDiverged
+from fivebar_sim.moved_robot import MovedRobot
+from fivebar_sim.plant import PlantDiverged
 
 LONGEST_CATCH_UP = 0.25
 """Longest time (s) that is simulated at once, after this process was stopped for a while."""
@@ -93,7 +92,7 @@ class SimulatedMotor:
         return math.floor(turns * self.facts.counts_per_revolution)
 
 
-class EmulatedMotors:
+class EmulatedMotors(MovedRobot):
     """Both motors on the simulated robot, which a pair of commands or the clock moves on by a period.
 
     Until one of them has power for the first time the robot stays where it stands.
@@ -115,8 +114,7 @@ class EmulatedMotors:
         self._commanded: set[int] = set()
         self._commanded_at: float | None = None
         self._clock = now
-        self._payload = 0.0
-        self.go_home()
+        super().__init__(file, round(1.0 / self._period))
 
     def go_home(self) -> None:
         """Put the robot into its initial posture, at rest; it keeps its payload.
@@ -124,21 +122,12 @@ class EmulatedMotors:
         Raises:
             InputError: the robot or its posture cannot be.
         """
-        file = self._file
-        self._robot = load_robot(file.robot)
-        self._plant = Plant(self._robot, file.initial_joints, round(1.0 / self._period), file.plant())
-        if self._payload:
-            self.carry(self._payload)
-        (q11, _, q21, _), _ = self._plant.seen()
+        super().go_home()
+        (q11, _, q21, _), _ = self.plant.seen()
         for motor, angle in zip(self.motors, (q11, q21), strict=True):
             motor.place(angle)
         # friction holds a robot that stands, but that of the simulated one is smoothed, and lets it creep
         self._held = True
-
-    def carry(self, payload: float) -> None:
-        """Go on with a payload (kg) on the platform."""
-        self._payload = payload
-        self._plant.carry(laden(self._robot, payload))
 
     def number_of(self, drive: int) -> int | None:
         """Return which motor, 0 or 1, has a drive of that id; None where neither has, or it does not answer."""
@@ -190,15 +179,15 @@ class EmulatedMotors:
         first, second = self.motors
         self._measured += 1
         angles = first.joint_angle, second.joint_angle
-        self.history.append(MeasuredRecord(self._measured, angles, self._plant.truth()))
+        self.history.append(MeasuredRecord(self._measured, angles, self.plant.truth()))
         if self._held:
             return
         try:
-            self._plant.advance((first.joint_torque(), second.joint_torque()))
+            self.plant.advance((first.joint_torque(), second.joint_torque()))
         except PlantDiverged:
             first.faulty = second.faulty = True
             return
-        (q11, _, q21, _), _ = self._plant.seen()
+        (q11, _, q21, _), _ = self.plant.seen()
         for motor, angle in zip(self.motors, (q11, q21), strict=True):
             if math.isfinite(angle):
                 motor.sense(angle)
