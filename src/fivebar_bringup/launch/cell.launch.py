@@ -17,6 +17,7 @@ from launch_ros.actions import Node
 
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import RECORDER, Mode
+from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import namespace_within, parameters_for_all
 from fivebar_bringup.ros.launched_nodes import launched_nodes
 from fivebar_bringup.runs.launching import (
@@ -116,7 +117,6 @@ def view_of(scenarios, namespaces, spacing):
 
 def generate_launch_description():
     """Return the launch description."""
-    switch = [YES, NO]
     return LaunchDescription(
         [
             DeclareLaunchArgument(
@@ -131,12 +131,10 @@ def generate_launch_description():
                 choices=[Hardware.SIMULATED.value, Hardware.EMULATED.value],
                 description="The simulated robots, or a bridge with emulated drives for each.",
             ),
-            DeclareLaunchArgument(
-                "activate", default_value=YES, choices=switch, description="The bridges enable their drives."
-            ),
-            DeclareLaunchArgument("stay", default_value=NO, choices=switch, description="The robots take requests."),
+            switch("activate", "The bridges enable their drives.", YES),
+            switch("stay", "The robots take requests."),
             DeclareLaunchArgument("record", default_value="", description="New directory for one bag of all robots."),
-            DeclareLaunchArgument("rviz", default_value=NO, choices=switch, description="Show all in one RViz."),
+            switch("rviz", "Show all in one RViz."),
             DeclareLaunchArgument("spacing", default_value="1.0", description="From one robot to the next there (m)."),
             OpaqueFunction(function=start_cell),
         ]

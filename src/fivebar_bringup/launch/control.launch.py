@@ -14,6 +14,7 @@ from launch.substitutions import LaunchConfiguration
 
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import parameters_for_all
 from fivebar_bringup.ros.launched_nodes import launched_nodes
 from fivebar_bringup.runs.launching import AS_IN_A_RUN, NO, NO_HARDWARE, YES, ControlRequest, described_processes
@@ -44,7 +45,7 @@ def start_nodes(context):
 
 def generate_launch_description():
     """Return the launch description."""
-    choice, switch = [AS_IN_A_RUN, YES, NO], [YES, NO]
+    choice = [AS_IN_A_RUN, YES, NO]
     hardware = [NO_HARDWARE, *(one.value for one in Hardware)]
     return LaunchDescription(
         [
@@ -59,21 +60,9 @@ def generate_launch_description():
             ),
             DeclareLaunchArgument("drives", default_value="", description="Of a bridge: its configuration."),
             DeclareLaunchArgument("port", default_value="", description="With hardware:=usb: such as /dev/ttyACM0."),
-            DeclareLaunchArgument(
-                "activate",
-                default_value=NO,
-                choices=switch,
-                description="The bridge enables the drives once all nodes are ready; else whoever activates it.",
-            ),
-            DeclareLaunchArgument(
-                "stay", default_value=NO, choices=switch, description="A simulated robot takes requests afterwards."
-            ),
-            DeclareLaunchArgument(
-                "shutdown",
-                default_value=NO,
-                choices=switch,
-                description="The launch ends with the plant, after the motion.",
-            ),
+            switch("activate", "The bridge enables the drives once all nodes are ready; else whoever activates it."),
+            switch("stay", "A simulated robot takes requests afterwards."),
+            switch("shutdown", "The launch ends with the plant, after the motion."),
             DeclareLaunchArgument("record", default_value="", description="New directory of a run, for its bag."),
             DeclareLaunchArgument("imu", default_value=AS_IN_A_RUN, choices=choice, description="The IMU listener."),
             DeclareLaunchArgument(
@@ -85,11 +74,9 @@ def generate_launch_description():
                 choices=choice,
                 description="The control chain in one process: by default in real time.",
             ),
-            DeclareLaunchArgument(
-                "scene", default_value=NO, choices=switch, description="Pictures for RViz and Foxglove."
-            ),
-            DeclareLaunchArgument("rviz", default_value=NO, choices=switch, description="Start view.launch.py too."),
-            DeclareLaunchArgument("use_sim_time", default_value=NO, choices=switch, description="Of all nodes."),
+            switch("scene", "Pictures for RViz and Foxglove."),
+            switch("rviz", "Start view.launch.py too."),
+            switch("use_sim_time", "Of all nodes."),
             OpaqueFunction(function=start_nodes),
         ]
     )
