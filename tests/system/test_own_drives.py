@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 from doc_blocks import write_files
 from fivebar_command import FivebarCommand
-
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_description.interface import TORQUE_COMMAND
+from rehearsed import expect_crossing, expect_stop, last_torque
 
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--json")
 
@@ -26,11 +24,7 @@ def drives(folder: Path) -> Iterator[str]:
 
 def test_a_crossing(fivebar: Callable[..., FivebarCommand], folder: Path, drives: str) -> None:
     call = fivebar(*REHEARSED, "--drives", drives, "--out", str(folder / "own"))
-    assert call.finish() == 0, call.stderr
-    summary = call.json()
-    assert (summary["outcome"], summary["faults"], summary["assembly_mode_changes"]) == ("succeeded", [], 2)
-    assert summary["tracking_error_peak_m"] < 0.004
-    assert summary["samples"] == summary["planned_samples"]
+    expect_crossing(call)
 
 
 @pytest.mark.parametrize(
@@ -46,11 +40,8 @@ def test_a_fault_on_the_way(
 ) -> None:
     out = folder / broken.replace(" ", "_")
     call = fivebar(*REHEARSED, "--drives", drives, "--inject", f"0.8 {broken}", "--out", str(out))
-    assert call.finish() == 1, call.stderr
-    summary = call.json()
-    assert summary["outcome"] == "stopped"
-    assert summary["fault_details"][0].startswith(fault)
-    assert tuple(read_bag(out / "bag").field(TORQUE_COMMAND, "effort")[-1]) == (0.0, 0.0)
+    expect_stop(call, fault)
+    assert last_torque(out) == (0.0, 0.0)
 
 
 def test_a_module_that_cannot_be_imported_is_named(
