@@ -42,6 +42,11 @@ def progress_bar(name: str, quiet: bool = False) -> Iterator[Progress]:
             yield update
 
 
+def _count(done: int, total: int) -> str:
+    """Return how much is done in words, nothing while it is not known how much there is."""
+    return f"{done} of {total}" if total else ""
+
+
 @contextmanager
 def _bar(name: str, console: Printer) -> Iterator[Progress]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -56,7 +61,7 @@ def _bar(name: str, console: Printer) -> Iterator[Progress]:
             progress.update(task, description=f"{name}: {words}" if words else name)
 
         with stages_told(told):
-            yield lambda done, total: progress.update(task, completed=done, total=total, count=f"{done} of {total}")
+            yield lambda done, total: progress.update(task, completed=done, total=total, count=_count(done, total))
 
 
 @contextmanager
@@ -77,7 +82,7 @@ def _lines(name: str) -> Iterator[Progress]:
     teller.start()
     try:
         with stages_told(lambda words: state.update(stage=words)):
-            yield lambda done, total: state.update(done=f"{done} of {total}")
+            yield lambda done, total: state.update(done=_count(done, total))
     finally:
         ended.set()
         teller.join()

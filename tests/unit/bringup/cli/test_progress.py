@@ -28,6 +28,10 @@ def test_a_line_now_and_then_tells_what_is_done(
     monkeypatch.setattr(progress, "NEXT_LINES", 0.01)
     with progress_bar("sweep") as update:
         wait_for(capsys, r"^sweep: 0 s\n")
+        # a run whose nodes are starting
+        update(0, 0)
+        capsys.readouterr()
+        wait_for(capsys, r"^sweep: \d+ s\n")
         update(3, 7)
         wait_for(capsys, r"sweep: 3 of 7, \d+ s\n")
         with stage("compiling"):
