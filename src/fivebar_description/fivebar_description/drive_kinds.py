@@ -6,6 +6,7 @@ An installed package adds one of its own by such an entry point; a drives file m
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -60,6 +61,18 @@ def drive_kind(name: str) -> DriveKind:
         known = ", ".join(sorted(registered))
         raise InputError(f"interface of the drives: {name!r}: expected one of {known}, or my_package.my_drives:KIND")
     return _checked(name, load_part(registered[wanted]))
+
+
+def named_interface(content: object, source: str) -> str | None:
+    """Return the interface that the content of a drives or emulation file names, None where it names none.
+
+    Raises:
+        InputError: its key `interface` is no text.
+    """
+    named = content.get("interface") if isinstance(content, Mapping) else None
+    if named is not None and not isinstance(named, str):
+        raise InputError(f"{source}: interface: {named!r}: expected the name of an interface of drives")
+    return named
 
 
 def load_part(place: str) -> Any:

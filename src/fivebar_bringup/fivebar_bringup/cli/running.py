@@ -123,10 +123,11 @@ def run(
 
     Example: `fivebar run experiment.yaml --hardware socketcan --drives drives.yaml`
     """
-    from fivebar_bringup.drives.choice import interface_of_run, kind_of, real_drives
+    from fivebar_bringup.drives.choice import interface_of_run, real_drives
     from fivebar_bringup.runs.admission import load_admitted
     from fivebar_bringup.runs.injection import read_injection, refuse_late
     from fivebar_bringup.runs.run import run_with_ros
+    from fivebar_description.drive_kinds import drive_kind
     from fivebar_description.ros.scheduling import Scheduling
 
     with input_errors(), keyboard_interrupts():
@@ -135,25 +136,27 @@ def run(
         check_ros_environment()
         within = read_namespace(namespace)
         loaded = load_admitted(scenario)
-        emulated = hardware is Hardware.EMULATED
-        interface = interface_of_run(loaded, drives)
+        emulated, simulated = hardware is Hardware.EMULATED, hardware is Hardware.SIMULATED
         if inject and not emulated:
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
-        if drives is not None and hardware is Hardware.SIMULATED:
+        if drives is not None and simulated:
             raise InputError("--drives: expected --hardware emulated, real, socketcan or usb")
-        real = None if emulated or hardware is Hardware.SIMULATED else real_drives(loaded, hardware, drives, port)
+        interface = None if simulated else interface_of_run(loaded, drives)
+        kind = None if interface is None else drive_kind(interface)
+        real = None if kind is None or emulated else real_drives(loaded, kind, hardware, drives, port)
         if real is None and port is not None:
             raise InputError("--port: expected together with --hardware usb or real, and only there")
         if activate and (real is None or real.port is not None):
             raise InputError("--activate: expected --hardware socketcan or real, where drives wait for the operator")
-        if real is not None and real.port is None:
-            real = real._replace(activate=activate)
-        mode = Mode.REALTIME if realtime or hardware is not Hardware.SIMULATED else Mode.LOCKSTEP
+        if real is not None:
+            # a board behind a port is enabled at once
+            real = real._replace(activate=activate or real.port is not None)
+        mode = Mode.LOCKSTEP if simulated and not realtime else Mode.REALTIME
         _refuse_scheduling(mode, separate, processors)
-        injections = [read_injection(text, kind_of(loaded, drives)) for text in inject or ()] if emulated else None
+        injections = None if kind is None or not emulated else [read_injection(text, kind) for text in inject or ()]
         refuse_late(injections or (), loaded.plan().path.duration)
-        if real is not None and not real.activate:
-            domain = _for_the_operator(kind_of(loaded, real.configuration).bridge, domain, within)
+        if kind is not None and real is not None and not real.activate:
+            domain = _for_the_operator(kind.bridge, domain, within)
         with live_page(view, domain, within, interface) as live, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,

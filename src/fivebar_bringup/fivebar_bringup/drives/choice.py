@@ -80,13 +80,14 @@ def write_real_drives(scenario: Scenario, drives: RealDrives, path: Path) -> Non
     files.write_real(scenario, drives.configuration, drives.port, path)
 
 
-def real_drives(scenario: Scenario, hardware: Hardware, drives: str | None, port: str | None) -> RealDrives:
-    """Return the real drives of a run, which a board behind a port enables by itself.
+def real_drives(
+    scenario: Scenario, kind: DriveKind, hardware: Hardware, drives: str | None, port: str | None
+) -> RealDrives:
+    """Return the real drives of a run, which nobody has asked to be enabled yet.
 
     Raises:
         InputError: the scenario cannot be run on them, or an option is missing or too many.
     """
-    kind = kind_of(scenario, drives)
     expected = OF_HARDWARE.get(hardware, kind.name)
     if kind.name != expected:
         raise InputError(
@@ -99,4 +100,4 @@ def real_drives(scenario: Scenario, hardware: Hardware, drives: str | None, port
     if not configuration:
         raise InputError(f"--drives: expected the configuration of the {kind.name} drives")
     files.check(scenario, configuration)
-    return RealDrives(configuration, port, activate=files.has_port)
+    return RealDrives(configuration, port, activate=False)

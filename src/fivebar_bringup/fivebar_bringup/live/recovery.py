@@ -69,10 +69,10 @@ def advice(fault: str, of_drives: Mapping[str, tuple[str, str]] = NO_ADVICE) -> 
 
 
 def advice_of_drives(interface: str) -> Mapping[str, tuple[str, str]]:
-    """Return meaning and recovery of the faults of drives, by name.
+    """Return meaning and recovery of the faults of drives, by name; of no drives where the interface is empty.
 
     Raises:
         InputError: there is no such interface, or it cannot be loaded.
     """
-    faults = drive_kind(interface).faults
+    faults = drive_kind(interface).faults if interface else ""
     return load_part(faults) if faults else NO_ADVICE

@@ -92,7 +92,7 @@ def plan_request(request: Request) -> Transfer:
             f" {mode_name(start.working_mode)}, and another one is reached only through a Type 1 singularity:"
             " see working_modes in a scenario"
         )
-    robot = load_robot(request.robot)
+    robot, asked = load_robot(request.robot), _asked(request, before)
     transfer = plan_transfer(
         robot,
         start.working_mode,
@@ -101,9 +101,9 @@ def plan_request(request: Request) -> Transfer:
         None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
         request.rate_hz,
         follower,
-        chosen_limits(_asked(request, before), follower, request.torque_limit, request.motor_speed),
+        chosen_limits(asked, follower, request.torque_limit, request.motor_speed),
         duration=request.duration,
-        sensing=_asked(request, before).sensing(),
+        sensing=asked.sensing(),
         via=request.via,
         blend_radius=request.blend_radius,
     )

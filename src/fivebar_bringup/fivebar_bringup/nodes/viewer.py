@@ -25,7 +25,6 @@ from fivebar_bringup.live.server import LiveServer
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.keys import scenario_of
 from fivebar_description.interface import GOAL, GOAL_STATUS
-from fivebar_description.known_drives import NO_INTERFACE
 from fivebar_description.parameters import FiveBar
 from fivebar_description.ros.messages import goal_message, new_request_id
 from fivebar_description.ros.node import GraphNode
@@ -62,8 +61,8 @@ class ViewerSettings(NamedTuple):
         float, Setting("Frames that the live page gets in a second.", "Hz", at_least=1.0, at_most=60.0)
     ] = 30.0
     drives_interface: Annotated[
-        str, Setting("Interface of the drives, whose faults are explained; those of DexTAR's by default.")
-    ] = NO_INTERFACE
+        str, Setting("Interface of the drives whose faults are explained; without one those of the graph alone.")
+    ] = ""
     told_on_input: Annotated[
         bool, Setting("Whether whoever started the viewer tells on its standard input what became of the run.")
     ] = False

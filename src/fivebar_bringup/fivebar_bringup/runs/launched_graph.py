@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from fivebar_bringup.drives.choice import real_drives, write_drive_files, write_real_drives
+from fivebar_bringup.drives.choice import kind_of, real_drives, write_drive_files, write_real_drives
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
@@ -96,9 +96,10 @@ def _graph(request: ControlRequest, scenario: Scenario, mode: Mode, run: RunDire
         rehearsal = Rehearsal(write_drive_files(scenario, path, request.drives or None), ())
         return crossing_graph(scenario, mode, bag, rehearsal, scene=request.scene)
     drives = path / "drives.yaml"
-    chosen = real_drives(scenario, Hardware(request.hardware), request.drives or None, request.port or None)
-    real = chosen._replace(activate=request.activate)
-    write_real_drives(scenario, real, drives)
+    configuration = request.drives or None
+    kind, hardware = kind_of(scenario, configuration), Hardware(request.hardware)
+    real = real_drives(scenario, kind, hardware, configuration, request.port or None)
+    write_real_drives(scenario, real._replace(activate=request.activate), drives)
     return crossing_graph(scenario, mode, bag, drives=str(drives.absolute()), scene=request.scene)
 
 

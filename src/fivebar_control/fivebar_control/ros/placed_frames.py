@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from fivebar_control.planning.motion_queue import GoalRefused
 from fivebar_description.interface import frame_prefix
 from fivebar_description.outside_text import one_line
 from fivebar_description.robot_description import robot_description
 from fivebar_description.robot_file import read_robot
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.static_frames import Vector, static_frames
+from fivebar_description.static_frames import PlacedFrame, Vector, static_frames
 
 OFF_PLANE = 0.05
 """Distance (m) from the plane of `base_link` up to which a place is taken to be in it, as high as the links are."""
@@ -18,10 +20,15 @@ class PlacedFrames:
     """The frames of a node's robot that are fixed to its base, in the namespace of the node."""
 
     def __init__(self, node: GraphNode, robot: str) -> None:
-        """Take the frames from the URDF of a robot, by name or path."""
-        file = read_robot(robot)
-        self._prefix = frame_prefix(node.get_namespace())
-        self._frames = static_frames(robot_description(file.five_bar(), file.name, weighed=file.weighed()))
+        """Take the frames from the URDF of a robot, by name or path, once a place is asked for."""
+        self._prefix, self._robot = frame_prefix(node.get_namespace()), robot
+
+    @cached_property
+    def _frames(self) -> dict[str, PlacedFrame]:
+        """The frames by their names in the namespace."""
+        file = read_robot(self._robot)
+        urdf = robot_description(file.five_bar(), file.name, weighed=file.weighed())
+        return {f"{self._prefix}{name}": placed for name, placed in static_frames(urdf).items()}
 
     def in_plane(self, frame: str, point: Vector) -> tuple[float, float]:
         """Return a point (m) in a frame as a place (m) in the robot's plane.
@@ -30,10 +37,10 @@ class PlacedFrames:
             GoalRefused: the frame is none of these, or the point is not in the plane.
         """
         name = frame.removeprefix("/")
-        own = {f"{self._prefix}{one}": placed for one, placed in self._frames.items()}
-        if name not in own:
-            raise GoalRefused(f"frame {one_line(frame)!r}: expected one that is fixed to the base: {', '.join(own)}")
-        x, y, z = own[name].to_base(point)
+        if name not in self._frames:
+            known = ", ".join(self._frames)
+            raise GoalRefused(f"frame {one_line(frame)!r}: expected one that is fixed to the base: {known}")
+        x, y, z = self._frames[name].to_base(point)
         if abs(z) > OFF_PLANE:
             raise GoalRefused(
                 f"({x:.4f}, {y:.4f}, {z:.4f}) m in {self._prefix}base_link: expected a place in the robot's plane,"
