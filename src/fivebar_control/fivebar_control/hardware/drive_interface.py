@@ -1,6 +1,7 @@
 """What a session asks of two drives, whatever they are: configure, enable, exchange once per cycle, stop, release.
 
-`DriveBus` talks to two CiA 402 drives on a CAN bus, `MotorBoard` to the motor board of the MOTKIN bench.
+`DriveBus` talks to two CiA 402 drives on a CAN bus, `MotorBoard` to the motor board of the MOTKIN bench, `TwoMotors` to
+drives of any other interface.
 """
 
 from __future__ import annotations

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -39,14 +40,20 @@ class MotorLink(Protocol):
 class MotorsEmulation:
     """The `EmulatedHardware` on a `MotorLink`."""
 
-    def __init__(self, file: MotorsEmulationFile, open_link: Callable[[MotorsEmulationFile], MotorLink]) -> None:
-        """Switch the drives on.
+    def __init__(
+        self,
+        file: MotorsEmulationFile,
+        open_link: Callable[[MotorsEmulationFile], MotorLink],
+        errors: Collection[str] = (),
+    ) -> None:
+        """Switch the drives on, which may be put into errors of these names.
 
         Raises:
             InputError: the robot, its posture, or the bus or port cannot be.
         """
         self.motors = EmulatedMotors(file, time.monotonic())
         self._link = open_link(file)
+        self._read = functools.partial(read_order, errors=errors)
         self._plugged = True
         self.waits = file.pace == "commands"
         """Whether the robot moves on with the commands alone."""
@@ -78,7 +85,7 @@ class MotorsEmulation:
 
     def obey(self, line: str) -> str:
         """Execute one line of `USAGE` and return the reply to its author."""
-        return obeyed(line, read_order, self._execute, USAGE)
+        return obeyed(line, self._read, self._execute, USAGE)
 
     def carry(self, payload: float) -> None:
         """Go on with a payload (kg) on the platform."""
@@ -108,14 +115,15 @@ class MotorsEmulation:
                 motors[number].frozen = True
 
 
-def emulating(open_link: Callable[[MotorsEmulationFile], MotorLink]) -> Emulator:
+def emulating(open_link: Callable[[MotorsEmulationFile], MotorLink], errors: Collection[str] = ()) -> Emulator:
     """Return the emulation of an interface whose drives are reached by a link of its own.
 
     Args:
         open_link: opens the drives' side of the bus or port of a file, or raises an `InputError`.
+        errors: names of the errors that may be injected, where the drives have names for them.
     """
 
     def opened(content: Any, path: Path) -> MotorsEmulation:
-        return MotorsEmulation(validate(content, MotorsEmulationFile, str(path)), open_link)
+        return MotorsEmulation(validate(content, MotorsEmulationFile, str(path)), open_link, errors)
 
-    return Emulator(opened, USAGE, lambda line: read_order(line) is not None)
+    return Emulator(opened, USAGE, lambda line: read_order(line, errors) is not None)

@@ -28,20 +28,27 @@ PROTOCOL = 2
 IDLE, CLOSED_LOOP = 1, 8
 
 ERRORS = {
+    "INITIALIZING": 0x1,
+    "SYSTEM_LEVEL": 0x2,
+    "TIMING_ERROR": 0x4,
     "MISSING_ESTIMATE": 0x8,
     "BAD_CONFIG": 0x10,
     "DRV_FAULT": 0x20,
+    "MISSING_INPUT": 0x40,
     "DC_BUS_OVER_VOLTAGE": 0x100,
     "DC_BUS_UNDER_VOLTAGE": 0x200,
     "DC_BUS_OVER_CURRENT": 0x400,
+    "DC_BUS_OVER_REGEN_CURRENT": 0x800,
     "CURRENT_LIMIT_VIOLATION": 0x1000,
     "MOTOR_OVER_TEMP": 0x2000,
     "INVERTER_OVER_TEMP": 0x4000,
     "VELOCITY_LIMIT_VIOLATION": 0x8000,
+    "POSITION_LIMIT_VIOLATION": 0x10000,
     "WATCHDOG_TIMER_EXPIRED": 0x1000000,
     "ESTOP_REQUESTED": 0x2000000,
     "SPINOUT_DETECTED": 0x4000000,
     "BRAKE_RESISTOR_DISARMED": 0x8000000,
+    "THERMISTOR_DISCONNECTED": 0x10000000,
     "CALIBRATION_ERROR": 0x40000000,
 }
 """Errors that can be injected, by the vendor's names."""
@@ -113,7 +120,7 @@ class ODriveBus:
         for number, (axis, motor) in enumerate(zip(self._axes, motors.motors, strict=True)):
             before = axis.errors
             if motor.faulty and not axis.errors:
-                axis.errors = ERRORS.get(motor.fault, ERRORS[DEFAULT_ERROR])
+                axis.errors = ERRORS[motor.fault or DEFAULT_ERROR]
             elif axis.wanted and not motor.powered and axis.found is not None and not motor.faulty:
                 axis.errors = ERRORS["WATCHDOG_TIMER_EXPIRED"]
             if axis.errors and not before:
@@ -159,5 +166,5 @@ class ODriveBus:
         self._bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
 
 
-EMULATOR = emulating(ODriveBus)
+EMULATOR = emulating(ODriveBus, ERRORS)
 """The emulation of the interface."""

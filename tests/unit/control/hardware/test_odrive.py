@@ -39,7 +39,7 @@ def drives(**link: Any) -> Iterator[MotorsEmulation]:
     motors = {joint: {"id": number, "counts_per_revolution": 20000} for number, joint in enumerate(("q11", "q21"))}
     content = {"name": "test", "robot": "dextar", "initial_joints": closed_posture(), "motors": motors}
     file = validate({**content, "link": {**LINK, **link}}, MotorsEmulationFile, "test")
-    emulation, ending = MotorsEmulation(file, ODriveBus), threading.Event()
+    emulation, ending = MotorsEmulation(file, ODriveBus, emulated.ERRORS), threading.Event()
     thread = threading.Thread(target=emulation.run, args=(ending,))
     thread.start()
     try:
@@ -111,7 +111,9 @@ def test_the_watchdog_of_a_drive_disarms_it() -> None:
 
 
 def test_both_sides_know_the_same_errors() -> None:
-    assert {name: bit for bit, name in odrive.ERRORS.items() if name in emulated.ERRORS} == emulated.ERRORS
+    assert {name: bit for bit, name in odrive.ERRORS.items()} == emulated.ERRORS
+    assert emulated.EMULATOR.understands("fault 1 THERMISTOR_DISCONNECTED")
+    assert not emulated.EMULATOR.understands("fault 1 DC_BUS_UNDERVOLTAGE")
     assert error_names(0x28 | 0x80) == "MISSING_ESTIMATE, DRV_FAULT, 0x80"
     assert set(FAULTS) >= {"odrive_error", "odrive_firmware"}
 
