@@ -34,8 +34,11 @@ NAME_PERIOD = 0.002
 NAME_TIME = 0.01
 """Longest time (s) to wait for that name while the robot may move: a few samples."""
 
-NAME_TIME_AT_REST = 1.0
-"""The same before the first sample, in lockstep, and in a node that commands no torque meanwhile."""
+NAME_TIME_WITHOUT_TORQUE = 1.0
+"""The same in real time in a node that stops the robot by itself, and commands no torque meanwhile."""
+
+NAME_TIME_AT_REST = 3.5
+"""The same before the first sample and in lockstep: DDS repeats an announcement that was lost after 3 s."""
 
 NAME_TIME_AFTER_DEATH = 5.0
 """The same where all others have died: the name will say whether it is their successor."""
@@ -218,8 +221,9 @@ class PublisherWatch:
         if len(publishers) > 1 and sum(not self._living.is_gone(one, machine) for one in publishers) < 2:
             return NAME_TIME_AFTER_DEATH
         agreement = self._node.agreement
-        waits = self._node.commands_robot or not self._node.answered or (agreement is not None and agreement.simulated)
-        return NAME_TIME_AT_REST if waits else NAME_TIME
+        if not self._node.answered or (agreement is not None and agreement.simulated):
+            return NAME_TIME_AT_REST
+        return NAME_TIME_WITHOUT_TORQUE if self._node.commands_robot else NAME_TIME
 
     def _update(self) -> None:
         """Wait for names that are not known; a topic that has been reported stays so while it is looked at again."""
