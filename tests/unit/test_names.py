@@ -69,6 +69,11 @@ ELSEWHERE = {
         "fivebar_sim.vision.renderer",
     ),
     "unit/bringup/pages/test_page_units.py": ("fivebar_description.rounding",),
+    "unit/bringup/motions/test_model_file.py": (
+        "fivebar_description.ros2_control",
+        "fivebar_description.sdf",
+        "fivebar_sim.mujoco_file",
+    ),
     "unit/bringup/recorded/test_bag.py": ("fivebar_description.topic_contents",),
     "unit/bringup/studies/test_bench.py": ("fivebar_bringup.nodes.bare_chain",),
     "launch/test_launch_files.py": (

@@ -93,7 +93,20 @@ def link_width(robot: FiveBar) -> float:
 def robot_description(
     robot: FiveBar, name: str, imu: ImuSettings | None = None, weighed: Links | DistalLinks | None = None
 ) -> str:
-    """Return the URDF of a robot.
+    """Return the URDF of a robot; the arguments are those of `robot_tree`."""
+    return xml_text(robot_tree(robot, name, imu, weighed))
+
+
+def xml_text(root: Element) -> str:
+    """Return an XML document, one element a line."""
+    ElementTree.indent(root)
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+
+
+def robot_tree(
+    robot: FiveBar, name: str, imu: ImuSettings | None = None, weighed: Links | DistalLinks | None = None
+) -> Element:
+    """Return the root element of a robot's URDF.
 
     Args:
         robot: its parameters.
@@ -115,8 +128,12 @@ def robot_description(
     _platform(root, robot.leg2, split.platform, width)
     _frame(root, IMU_FRAME, PLATFORM_FRAME, *_mounting(imu or ImuSettings()))
     _camera(root, robot)
-    ElementTree.indent(root)
-    return '<?xml version="1.0"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
+    return root
+
+
+def link_shapes(tree: Element) -> dict[str, list[Element]]:
+    """Return the elements `visual` of a URDF by the names of their links."""
+    return {link.get("name", ""): link.findall("visual") for link in tree.findall("link")}
 
 
 def _material(root: Element, name: str, colour: tuple[float, ...]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from typing import NamedTuple
+from xml.sax.saxutils import escape
 
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.strict_yaml import InputError
@@ -21,6 +22,8 @@ TINY_INERTIA = 1e-12
 
 TINY_MASS = 1e-9
 """kg, of a body that turns about its centre of mass."""
+
+QUOTE = {'"': "&quot;"}
 
 PIN_SHARE = 0.1
 """Share of the mass at the tip of leg 1 that an elastic loop gives to the pin of leg 2, to which that tip is fixed."""
@@ -90,7 +93,33 @@ def _no_inertia(extra: float) -> InputError:
     )
 
 
-def mjcf_text(robot: FiveBar, settings: PlantSettings, step: float) -> str:
+class Details(NamedTuple):
+    """Elements that a model has besides the mechanism. They change nothing about its motion but by `friction`.
+
+    Attributes:
+        name: of the model.
+        friction: attributes of the motors' joints (leg 1, leg 2).
+        fixed: elements of the world.
+        proximal: elements of the proximal links (leg 1, leg 2).
+        distal: elements of the distal links (leg 1, leg 2).
+        sections: further sections.
+        gravity: across the plane (m/s^2).
+    """
+
+    name: str = "fivebar"
+    friction: tuple[str, str] = ("", "")
+    fixed: str = ""
+    proximal: tuple[str, str] = ("", "")
+    distal: tuple[str, str] = ("", "")
+    sections: str = ""
+    gravity: float = 0.0
+
+
+BARE = Details()
+"""The mechanism only."""
+
+
+def mjcf_text(robot: FiveBar, settings: PlantSettings, step: float, details: Details = BARE) -> str:
     """Return the mechanism as MJCF: hinges for rotors and links, springs as tendons, tips that are connected.
 
     Motor i is the hinge mi of an elastic transmission, else qi1. Friction other than viscous, and what drives and loads
@@ -100,6 +129,7 @@ def mjcf_text(robot: FiveBar, settings: PlantSettings, step: float) -> str:
         robot: as modelled.
         settings: how the simulated one differs.
         step: of the integration (s). The loop is closed with the shortest time constant that MuJoCo takes, two steps.
+        details: further elements.
 
     Raises:
         InputError: the bodies cannot be.
@@ -146,26 +176,26 @@ def mjcf_text(robot: FiveBar, settings: PlantSettings, step: float) -> str:
           <site name="pin"/>
         </body>"""
         bodies += f"""
-    <body pos="{leg.base_x!r} 0 0">
-      <joint name="q{number}1" axis="0 0 1" {"" if elastic else damping}/>
-      {links.proximal.inertial()}
+    <body name="proximal_{number}" pos="{leg.base_x!r} 0 0">
+      <joint name="q{number}1" axis="0 0 1" {"" if elastic else damping}{details.friction[number - 1]}/>
+      {links.proximal.inertial()}{details.proximal[number - 1]}
       <body name="distal_{number}" pos="{leg.proximal!r} 0 0">
         <joint name="q{number}2" axis="0 0 1"/>
-        {links.distal.inertial()}
+        {links.distal.inertial()}{details.distal[number - 1]}
         {tip}
       </body>
     </body>"""
-    return f"""<mujoco>
-  <option timestep="{step!r}" integrator="RK4" gravity="{weight.x!r} {weight.y!r} 0">
+    return f"""<mujoco model="{escape(details.name, QUOTE)}">
+  <option timestep="{step!r}" integrator="RK4" gravity="{weight.x!r} {weight.y!r} {details.gravity!r}">
     <flag contact="disable" autoreset="disable"/>
   </option>
-  <worldbody>{bodies}
+  <worldbody>{details.fixed}{bodies}
   </worldbody>
   <tendon>{tendons}
   </tendon>
   <equality>
     <connect site1="tip_1" site2="{"pin" if compliant else "tip_2"}" solref="{2.0 * step!r} 1"
              solimp="0.9999 0.9999 0.001 0.5 2"/>
-  </equality>
+  </equality>{details.sections}
 </mujoco>
 """

@@ -122,6 +122,8 @@ def command(
 ScenarioArgument = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="A YAML file, or a shipped scenario: {scenarios}.")
 ]
+RobotArgument = Annotated[str, typer.Argument(metavar="[ROBOT]", help="A shipped robot, or a robot file (.yaml).")]
+RobotOption = Annotated[str, typer.Option("--robot", metavar="ROBOT", help="The same as the argument ROBOT.")]
 OutOption = Annotated[
     Path | None,
     typer.Option("--out", help="New or empty directory for the results [default: runs/SCENARIO-DATE-TIME]"),
@@ -155,6 +157,17 @@ JobsOption = Annotated[
     int | None, typer.Option("--jobs", min=1, max=256, help="Processes to use. [default: one per processor]")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output, nothing else.")]
+
+
+def robot_of(argument: str, option: str) -> str:
+    """Return the robot that is given as an argument or as an option, "" for none.
+
+    Raises:
+        InputError: both are given, and differ.
+    """
+    if argument and option and argument != option:
+        raise InputError(f"--robot: {option}: expected without the argument ROBOT, which is {argument}")
+    return argument or option
 
 
 def processes_of(jobs: int | None) -> int:

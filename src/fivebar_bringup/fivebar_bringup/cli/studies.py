@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import Group, JsonOption, command, input_errors
+from fivebar_bringup.cli.app import Group, JsonOption, RobotArgument, RobotOption, command, input_errors, robot_of
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
 from fivebar_description.interrupts import keyboard_interrupts
@@ -17,9 +17,8 @@ from fivebar_description.interrupts import keyboard_interrupts
 
 @command(Group.ROBOT, "map")
 def map_robot(
-    robot: Annotated[
-        str, typer.Argument(metavar="ROBOT", help="A shipped robot (dextar, unequal), or a robot file (.yaml).")
-    ] = "dextar",
+    robot: RobotArgument = "",
+    robot_option: RobotOption = "",
     out: Annotated[
         Path | None,
         typer.Option("--out", help="New or empty directory for the results [default: runs/map-ROBOT-DATE-TIME]"),
@@ -35,9 +34,10 @@ def map_robot(
     from fivebar_bringup.recorded.results import new_directory
     from fivebar_bringup.studies.common.study_directory import StudyDirectory
     from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
+    from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     with input_errors(), keyboard_interrupts():
-        file = read_mappable_robot(robot)
+        file = read_mappable_robot(robot_of(robot, robot_option) or DEFAULT_ROBOT)
         directory = StudyDirectory(new_directory(out, f"map-{file.name}"), "map")
         with progress_bar(f"map of {file.name}", as_json) as progress:
             measures = make_map(file, directory, progress)

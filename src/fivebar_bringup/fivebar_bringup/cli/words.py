@@ -86,6 +86,12 @@ def _drive_files() -> str:
     return f"{SHIPPED}; {TEMPLATE}"
 
 
+def _mock_component() -> str:
+    from fivebar_description.ros2_control import MOCK
+
+    return MOCK
+
+
 WORDS = {
     "scenarios": _scenarios,
     "controllers": _controllers,
@@ -98,5 +104,6 @@ WORDS = {
     "drive_faults": _drive_faults,
     "board_faults": _board_faults,
     "drive_files": _drive_files,
+    "mock_component": _mock_component,
 }
 """What each place stands for."""

@@ -67,6 +67,7 @@ def called(*arguments: str) -> Result:
         ("identify", "RUN", "--json", "--out", "OUT"),
         ("calibrate", "RUN", "--json", "--out", "OUT", "--encoders-only"),
         ("urdf", "--scenario", "RUN/scenario.yaml"),
+        ("model", "--scenario", "RUN/scenario.yaml"),
         ("settings",),
     ],
     ids=lambda arguments: " ".join(arguments[:2]),
