@@ -185,9 +185,9 @@ class MotionLimits(NamedTuple):
 
 
 def exceeded_share(probability: float) -> float:
-    """Return the share of a declared load that acts along a given direction with a probability, or more.
+    """Return the share of one declared load that acts along a given direction with a probability, or more.
 
-    With the magnitude uniform from 0 to 1 and the direction uniform, a share f is exceeded with the probability
+    Two independent loads together exceed the same share of their sum less often (docs/motions.md). With the magnitude uniform from 0 to 1 and the direction uniform, a share f is exceeded with the probability
     2 / pi (acos f - f arcosh(1 / f)).
     """
     low, high = 0.0, 1.0

@@ -10,8 +10,11 @@ from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.criterion import criterion_residual
+from fivebar_control.trajectory.optimal import POINTS, quickest_passage
+from fivebar_control.trajectory.passage_torques import torques_along
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_control.trajectory.way import StraightWay
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
 
@@ -54,6 +57,22 @@ def test_it_takes_little_more_than_half_the_torque_and_meets_the_criterion(dexta
     # what is quickest does not depend on the duration, and the torque goes with its inverse square
     half = torque_beyond_friction(dextar, planned(dextar, 0.5, OPTIMAL))
     assert half == pytest.approx(4.0 * torque_beyond_friction(dextar, quickest), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("ends", "longer"),
+    [(MIDDLE, 0.07), (((0.0, 0.15), (0.04, 0.03)), 0.11), (((-0.08, 0.07), (0.07, 0.06)), 0.22)],
+)
+def test_the_average_takes_longer_than_the_quickest_passage_under_the_same_limit(
+    dextar: FiveBar, ends: tuple[tuple[float, float], ...], longer: float
+) -> None:
+    """docs/mpc.md. Durations go with the root of the torque."""
+    plan = plan_motion(dextar, (1, -1), ends, [1.0], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
+    way = StraightWay(*ends[0], *ends[1])
+    averaged = quickest_passage(way, torques_along(dextar, 1, -1, way, POINTS))
+    assert averaged is not None
+    quickest = averaged.duration / (1.0 + averaged.law.window)
+    assert torque_beyond_friction(dextar, plan) ** 0.5 / quickest - 1.0 == pytest.approx(longer, abs=0.005)
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ class Passage(NamedTuple):
 
     Attributes:
         kappa_rate: of the crossing (1/s).
-        least: displacement that no law avoids (m).
+        least: displacement that no law avoids which is on its reference when the force begins (m).
         onwards, against: that of a run with the force along the motion's share of t_s and against it (m).
     """
 
