@@ -97,10 +97,10 @@ def unavoidable(kappa_rate: float, gain: float, torque: float, load: float, spee
     """Return the displacement (m) that a load makes at least, whatever the law, when it begins at the worst.
 
     The platform is on its reference and at rest relative to it when the load begins; a law that knows the load before
-    may be elsewhere, and does better. The displacement is that of `exposure` for a platform that the load pushes onwards along its path, whose displacement takes it away from
-    the locus: theory.md, section 15. In units of a_F t_F^2 and t_F it is the largest eta of
-    eta'' = 1 - |s| - beta eta, beta = a_F t_F / speed, that begins at rest at s = -1, as long as the comparison with
-    any other motion holds, sqrt(beta) (s + 1) <= pi.
+    may be elsewhere, and does better. The displacement is that of `exposure` for a platform that the load pushes
+    onwards along its path, whose displacement takes it away from the locus: theory.md, section 15. In units of a_F
+    t_F^2 and t_F it is the largest eta of eta'' = 1 - |s| - beta eta, beta = a_F t_F / speed, that begins at rest at s
+    = -1, as long as the comparison with any other motion holds, sqrt(beta) (s + 1) <= pi.
 
     Args:
         kappa_rate: of the crossing (1/s).
