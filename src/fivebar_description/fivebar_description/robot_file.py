@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from fivebar_description.file_format import NEWEST, Format, read_versioned
 from fivebar_description.forbidden import MOST, ForbiddenPosture
@@ -31,6 +31,19 @@ from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.tuning import NO_TUNING, Tuning
 
 Place = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
+
+UNKNOWN: Literal["unknown"] = "unknown"
+
+
+def _true_false_or_unknown(value: object) -> object:
+    # not by equality: 1 is True
+    if isinstance(value, bool) or value == UNKNOWN:
+        return value
+    raise ValueError("expected true, false or unknown")
+
+
+ElbowsPass = Annotated[Literal[True, False, "unknown"], BeforeValidator(_true_false_or_unknown)]
+"""Whether the elbows may pass each other, as they do where the distal links are folded onto each other."""
 
 HOME = (0.0, 0.15)
 """Where a robot rests by default (m), elbows outwards."""
@@ -171,6 +184,7 @@ class RobotFile(StrictModel):
     tuning: Section[Tuning] = NO_TUNING
     home_m: Place = HOME
     forbidden: Annotated[tuple[ForbiddenPosture, ...], Field(strict=False, max_length=MOST)] = ()
+    elbows_pass: ElbowsPass = UNKNOWN
 
     @model_validator(mode="after")
     def _moves_like_a_robot(self) -> RobotFile:

@@ -160,6 +160,8 @@ BAD_FILES = {
         lambda: replaced("width_rad_s: 0.02", "width_rad_s: 0.0"),
         ["friction.width_rad_s: 0.0:", "expected above 0"],
     ),
+    "a number for whether": (lambda: GOOD + "elbows_pass: 1\n", ["elbows_pass: 1: expected true, false or unknown"]),
+    "a word for whether": (lambda: GOOD + "elbows_pass: no\n", ["elbows_pass: 'no': expected true, false or unknown"]),
     "two mistakes": (
         lambda: replaced("m: 0.537", "m: heavy") + "colour: red\n",
         ["mass_kg.m: 'heavy'", "colour: unknown key"],

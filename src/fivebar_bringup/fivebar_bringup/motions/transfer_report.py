@@ -8,14 +8,18 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 
 from fivebar_bringup.motions.request import Request
+from fivebar_bringup.recorded.summary import planned_crossings
+from fivebar_control.model.singularity import FOLDED
 from fivebar_control.planning.postures import mode_name, sign_name
 from fivebar_control.planning.transfer import Transfer
-from fivebar_control.trajectory.refusal import place
+from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
+from fivebar_description.robot_file import UNKNOWN, read_robot
 
 
 def as_json(request: Request, transfer: Transfer, planning_s: float) -> dict[str, Any]:
     """Return a transfer as plain lists, numbers and texts; m, s, Nm, rad/s."""
     start, goal = transfer.waypoints[0], transfer.waypoints[-1]
+    crossings = planned_crossings(transfer.plan, read_robot(request.robot).elbows_pass)
     return {
         "robot": request.robot,
         "controller": request.controller,
@@ -29,14 +33,15 @@ def as_json(request: Request, transfer: Transfer, planning_s: float) -> dict[str
         "duration_s": sum(transfer.durations),
         "crossings": [
             {
-                "time_s": branch.crossing.time,
-                "x": branch.crossing.x,
-                "y": branch.crossing.y,
-                "distal_links": branch.shape,
+                "time_s": one.time_s,
+                "x": one.x,
+                "y": one.y,
+                "distal_links": one.distal_links,
+                "elbows_pass": one.elbows_pass,
                 "speed_m_s": branch.speed,
                 "direction": branch.crossing.authority,
             }
-            for branch in transfer.branches
+            for one, branch in zip(crossings, transfer.branches, strict=True)
         ],
         "figures": [
             {
@@ -59,6 +64,7 @@ def as_text(request: Request, transfer: Transfer, planning_s: float) -> Renderab
     """Return a transfer as lines and tables."""
     start, goal = transfer.waypoints[0], transfer.waypoints[-1]
     parts = transfer.course.between_rests()
+    unknown = read_robot(request.robot).elbows_pass == UNKNOWN
     lines = [
         f"from {place(*start)}, assembly mode {sign_name(transfer.assembly_start)}",
         f"to   {place(*goal)}, assembly mode {sign_name(transfer.assembly_goal)}",
@@ -72,7 +78,8 @@ def as_text(request: Request, transfer: Transfer, planning_s: float) -> Renderab
         lines.append(f"segment {index + 1}: {points}{rounded} in {segment.duration:.3f} s")
         lines += [
             f"  crosses the Type 2 locus at {place(branch.crossing.x, branch.crossing.y)} after"
-            f" {branch.crossing.time:.3f} s at {branch.speed:.3f} m/s, distal links {branch.shape}"
+            f" {branch.crossing.time:.3f} s at {branch.speed:.3f} m/s, distal links {branch.crossing.distal_links}"
+            + (f": {ELBOWS_UNKNOWN}" if unknown and branch.crossing.distal_links == FOLDED else "")
             for branch in transfer.branches
             if branch.crossing.segment == index
         ]

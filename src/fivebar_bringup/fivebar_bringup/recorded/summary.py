@@ -16,9 +16,11 @@ from fivebar_bringup.recorded.outcome import RunOutcome, fault_name, outcome_of
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.model.singularity import FOLDED, DistalLinks
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
 from fivebar_description.interface import FAULTS
+from fivebar_description.robot_file import UNKNOWN, ElbowsPass
 from fivebar_description.rounding import in_millimetres
 
 ERROR_LIMIT = 0.050
@@ -43,6 +45,25 @@ class CycleTime:
     p50: float
     p99: float
     max: float
+
+
+@dataclass(frozen=True)
+class PlannedCrossing:
+    """A planned crossing of the Type 2 locus.
+
+    Attributes:
+        time_s: when, from sample 0 on.
+        x, y: where (m).
+        distal_links: "stretched" or "folded".
+        elbows_pass: whether the elbows may pass each other, by the robot's file, where they do so; None where they do
+            not.
+    """
+
+    time_s: float
+    x: float
+    y: float
+    distal_links: DistalLinks
+    elbows_pass: ElbowsPass | None
 
 
 @dataclass(frozen=True)
@@ -91,6 +112,7 @@ class Summary:
         stray_messages: recorded messages with other names, lengths or stamps than those of their topic have.
         not_judged: what is not known because the module of the run's law is not imported by what only reads a run.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
+        planned_crossings: of the Type 2 locus, in order of time.
     """
 
     outcome: RunOutcome
@@ -132,6 +154,7 @@ class Summary:
     within_tolerance: bool
     stray_messages: int
     not_judged: list[str]
+    planned_crossings: list[PlannedCrossing]
 
     @property
     def completed(self) -> bool:
@@ -218,7 +241,16 @@ def summarize(
         within_tolerance=within,
         stray_messages=recording.strays,
         not_judged=_not_judged(recording, scenario, bridged),
+        planned_crossings=planned_crossings(plan, scenario.elbows_pass() if plan.crossings else UNKNOWN),
     )
+
+
+def planned_crossings(plan: Plan, elbows_pass: ElbowsPass) -> list[PlannedCrossing]:
+    """Return the crossings of a plan of a robot whose elbows may pass each other, or may not."""
+    return [
+        PlannedCrossing(one.time, one.x, one.y, one.distal_links, elbows_pass if one.distal_links == FOLDED else None)
+        for one in plan.crossings
+    ]
 
 
 def peak(values: FloatArray) -> float | None:

@@ -6,6 +6,8 @@ import math
 
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
+from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
+from fivebar_description.robot_file import UNKNOWN
 from fivebar_description.rounding import in_millimetres
 
 SENTENCES = {
@@ -70,7 +72,14 @@ def _warnings(summary: Summary) -> list[str]:
         "malformed": summary.stray_messages,
     }
     kinds = {"late": "samples", "missing": "samples", "not recorded": "messages", "malformed": "messages"}
-    return [*(f"{count} {kinds[word]} {word}" for word, count in counted.items() if count), *summary.not_judged]
+    elbows = [
+        f"{ELBOWS_UNKNOWN} at {place(one.x, one.y)}" for one in summary.planned_crossings if one.elbows_pass == UNKNOWN
+    ]
+    return [
+        *(f"{count} {kinds[word]} {word}" for word, count in counted.items() if count),
+        *elbows,
+        *summary.not_judged,
+    ]
 
 
 def _distance(summary: Summary) -> str:

@@ -6,7 +6,7 @@ at E_1 = O_1 + l_11 r_1. The loop is closed where
     F(q_11, q_21, theta_2) = |P - E_1| - l_12 = 0.
 
 F needs neither a working nor an assembly mode and is regular on both kinds of singularity: on the Type 2 locus, where
-u_1 and u_2 are parallel, it does not depend on theta_2 and is the error of the elbows' distance.
+u_1 and u_2 are parallel, it does not depend on theta_2 and is the error of the elbows' distance along the links.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
-"""The elbow gap from the motors' encoders alone: their turning points on the Type 2 locus.
+"""The elbow gap from the motors' encoders alone: the elbows' turning points on the Type 2 locus.
 
-Whenever the platform passes through the locus, both distal links are in line and the elbows as far apart as they get:
-by l_12 + l_22. What the readings and the geometry in the file give there instead is the elbow gap. It needs neither a
-gyroscope nor power, only a passage through the locus and beyond it by hand.
+Whenever the platform passes through the stretched branch of the locus, both distal links are in line and the elbows as
+far apart as they get: by l_12 + l_22. (On the folded branch they are nearest, with equal links in one place; such
+passages have no turning point and are left out.) What the readings and the geometry in the file give there instead is
+the elbow gap. It needs neither a gyroscope nor power, only a passage through the locus and beyond it by hand.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ LEAST_DEVIATION = 1e-6
 
 
 class TurningPoint(NamedTuple):
-    """A passage through the locus.
+    """A passage through the stretched branch of the locus.
 
     Attributes:
         sample: at which the elbows are the furthest apart.
@@ -50,7 +51,7 @@ class TurningPoint(NamedTuple):
 
 
 def turning_points(robot: FiveBar, record: CalibrationRecord) -> list[TurningPoint]:
-    """Return the passages through the locus of a recorded motion.
+    """Return the passages through the stretched branch of the locus of a recorded motion.
 
     Raises:
         ContradictsRobot: the robot's loop does not close at the recorded angles.

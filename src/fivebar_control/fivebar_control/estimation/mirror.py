@@ -1,7 +1,8 @@
 """Detection of an ambiguous assembly mode: whether the mirrored posture explains the encoders as well.
 
-Motor angles alone fit two postures, mirror images in the line through both elbows, which meet on the Type 2 locus.
-There the two histories of a robot, "it went through" and "it turned back", agree in every angle so far and differ in
+Motor angles alone fit two postures, mirror images in the line through both elbows. They meet on the Type 2 locus where
+the distal links are stretched; where they are folded, the images are on opposite sides of the elbows. Where they meet,
+the two histories of a robot, "it went through" and "it turned back", agree in every angle so far and differ in
 nothing but the sign of the velocity across that line. Only the platform's momentum distinguishes them, so the estimate
 is as reliable as its velocity is certain: after a slow crossing both remain possible.
 """

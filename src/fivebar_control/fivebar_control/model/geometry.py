@@ -45,7 +45,8 @@ def direct_geometry(robot: FiveBar, assembly: int, q11: float, q21: float) -> tu
     """Return the platform (x, y) m for motor angles in an assembly mode, the sign of det A.
 
     NaN where the distal links cannot meet. The platform is one of the two points where the circles of the distal
-    links around the elbows intersect; both meet in one point on the Type 2 locus.
+    links around the elbows intersect. On the Type 2 locus both are one point, or any point of one circle where the
+    elbows of equal distal links are in one place.
     """
     e1_x, e1_y = elbow_position(robot.leg1, q11)
     e2_x, e2_y = elbow_position(robot.leg2, q21)

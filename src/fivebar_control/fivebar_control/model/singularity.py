@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from enum import Enum
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.kinematics import det_a
@@ -21,6 +21,17 @@ SQRT_HALF = math.sqrt(0.5)
 
 NEAR_LOCUS = 0.05
 """Below this kappa = 1/cond(A) the platform counts as near the Type 2 locus."""
+
+
+DistalLinks = Literal["stretched", "folded"]
+"""How the distal links lie on one line: the two branches of the Type 2 locus.
+
+Stretched, they lie on either side of the platform, and the elbows are as far apart as they get, l_12 + l_22. Folded,
+they lie on top of each other, and the elbows are as near as they get, |l_12 - l_22|: with equal links in one place.
+"""
+
+STRETCHED: DistalLinks = "stretched"
+FOLDED: DistalLinks = "folded"
 
 
 class ParallelSvd(NamedTuple):
@@ -42,6 +53,17 @@ class ParallelSvd(NamedTuple):
     t_x: float
     t_y: float
     kappa: float
+
+
+def distal_links(state: State) -> DistalLinks:
+    """Return the branch of the Type 2 locus that a posture is on, or nearer to in the angle of its distal links."""
+    leg1, leg2 = state.leg1, state.leg2
+    return distal_links_of(leg1.u_x * leg2.u_x + leg1.u_y * leg2.u_y)
+
+
+def distal_links_of(cosine: float) -> DistalLinks:
+    """Return the same for the cosine u_1 . u_2 of the angle between the distal links."""
+    return STRETCHED if cosine < 0.0 else FOLDED
 
 
 def parallel_svd(state: State) -> ParallelSvd:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.model.singularity import NEAR_LOCUS
+from fivebar_control.model.singularity import FOLDED, NEAR_LOCUS
 from fivebar_control.planning.figures import (
     APPROACH,
     DIRECTION,
     DWELL,
+    ELBOWS,
     ERROR,
     LOADS,
     MODE_CHANGES,
@@ -63,6 +64,8 @@ def screen(
     figures += [scan.nearest_to(posture) for posture in limits.forbidden]
     if limits.workspace != EVERYWHERE:
         figures.append(scan.nearest_edge(limits.workspace))
+    if limits.elbows_pass is False:
+        figures += elbow_passes(plan)
     dwells = scan.dwells(NEAR_LOCUS)
     if dwells:
         figures.append(scan.longest(DWELL, dwells, limits.dwell))
@@ -83,6 +86,12 @@ def screen(
     if limits.risk.load > 0.0:
         declared = displaced(robot, plan, rate_hz, follower, limits, limits.loads)
     return Feasibility((*figures, judged), declared.value)
+
+
+def elbow_passes(plan: Plan) -> list[Figure]:
+    """Return how often the elbows of a plan pass each other, at the first time; nothing where they never do."""
+    folded = [crossing for crossing in plan.crossings if crossing.distal_links == FOLDED]
+    return [Figure(ELBOWS, float(len(folded)), 0.0, True, *folded[0][1:4])] if folded else []
 
 
 def quickest_approach(plan: Plan, limit: float) -> Figure:

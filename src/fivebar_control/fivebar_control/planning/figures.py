@@ -63,6 +63,7 @@ class Figure(NamedTuple):
     WITH_RESERVE,
     APPROACH,
     WORKSPACE,
+    ELBOWS,
 ) = (
     "reference torque",
     "motor speed",
@@ -81,6 +82,7 @@ class Figure(NamedTuple):
     "predicted distance from the reference without the reserve of torque",
     "time between a rest and the Type 2 locus",
     "distance of the reference from the edge of the workspace",
+    "number of crossings at which the elbows pass each other (elbows_pass: false)",
 )
 """Names of the figures."""
 

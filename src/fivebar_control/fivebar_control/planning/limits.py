@@ -13,6 +13,7 @@ from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_description.forbidden import NamedBounds
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.robot_file import UNKNOWN, ElbowsPass
 from fivebar_description.settings import Setting
 from fivebar_description.tolerances import Tolerances
 
@@ -128,6 +129,7 @@ class MotionLimits(NamedTuple):
         loads: which the robot has to bear at a crossing.
         forbidden: postures that it keeps clear of.
         workspace: in which the reference stays, beyond which the robot is stopped.
+        elbows_pass: whether the elbows may pass each other; what is unknown is allowed.
     """
 
     torque: float = 2.0
@@ -148,6 +150,7 @@ class MotionLimits(NamedTuple):
     loads: Loads = NO_LOADS
     forbidden: tuple[NamedBounds, ...] = ()
     workspace: Area = EVERYWHERE
+    elbows_pass: ElbowsPass = UNKNOWN
 
     @property
     def certain_loads(self) -> Loads:
@@ -163,6 +166,7 @@ class MotionLimits(NamedTuple):
         loads: Loads,
         forbidden: tuple[NamedBounds, ...],
         workspace: Area,
+        elbows_pass: ElbowsPass,
     ) -> MotionLimits:
         """Return the limits together with all that a run allows.
 
@@ -173,6 +177,7 @@ class MotionLimits(NamedTuple):
             loads: which the robot has to bear.
             forbidden: postures that it may not enter.
             workspace: beyond which it is stopped.
+            elbows_pass: whether its elbows may pass each other.
         """
         return self._replace(
             predicted_error=min(PREDICTED_SHARE * error_tolerance, tracking_error_limit),
@@ -181,14 +186,16 @@ class MotionLimits(NamedTuple):
             loads=loads,
             forbidden=forbidden,
             workspace=workspace,
+            elbows_pass=elbows_pass,
         )
 
 
 def exceeded_share(probability: float) -> float:
     """Return the share of one declared load that acts along a given direction with a probability, or more.
 
-    Two independent loads together exceed the same share of their sum less often (docs/motions.md). With the magnitude uniform from 0 to 1 and the direction uniform, a share f is exceeded with the probability
-    2 / pi (acos f - f arcosh(1 / f)).
+    Two independent loads together exceed the same share of their sum less often (docs/motions.md). With the magnitude
+    uniform from 0 to 1 and the direction uniform, a share f is exceeded with the probability 2 / pi (acos f - f
+    arcosh(1 / f)).
     """
     low, high = 0.0, 1.0
     for _ in range(BISECTIONS):

@@ -243,6 +243,7 @@ def _limits(
         conditions.loads,
         kept_clear_of(conditions.forbidden, file.forbidden),
         conditions.workspace,
+        file.elbows_pass,
     )
 
 

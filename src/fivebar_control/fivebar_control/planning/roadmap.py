@@ -17,11 +17,13 @@ import numpy as np
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.model.singularity import parallel_svd
+from fivebar_control.model.singularity import FOLDED, distal_links, parallel_svd
+from fivebar_control.model.state import State
 from fivebar_control.planning.postures import Place, place_at
 from fivebar_control.planning.sight import Point, look_along
 from fivebar_control.root_search import zero_between
 from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import UNKNOWN, ElbowsPass
 
 SPACING = 0.006
 """Distance (m) between neighbouring points of the grid."""
@@ -43,6 +45,9 @@ TURNS = (0.0, 0.5, -0.5, 1.0, -1.0)
 
 GATE_COST = 0.15
 """A crossing counts like this length (m) of way."""
+
+PASSING_COST = 0.05
+"""A crossing at which the elbows pass each other counts as so much more (m), where it is not known that they can."""
 
 JOIN_REACH = 0.03
 """Distance (m) within which a rest is joined to the grid."""
@@ -66,12 +71,23 @@ class Way(NamedTuple):
 
 
 class Roadmap:
-    """The map of one robot in one working mode, for given least |sin q_i2| and least kappa at rest."""
+    """The map of one robot in one working mode, for given least |sin q_i2| and least kappa at rest.
 
-    def __init__(self, robot: FiveBar, working_mode: tuple[int, int], serial_margin: float, rest: float) -> None:
+    It has no gates through the folded branch of the locus where the elbows must not pass each other, and prefers others
+    where that is not known.
+    """
+
+    def __init__(
+        self,
+        robot: FiveBar,
+        working_mode: tuple[int, int],
+        serial_margin: float,
+        rest: float,
+        elbows_pass: ElbowsPass = UNKNOWN,
+    ) -> None:
         """Draw the map."""
         self._robot, self._working_mode = robot, working_mode
-        self._serial_margin, self._rest = serial_margin, rest
+        self._serial_margin, self._rest, self._elbows_pass = serial_margin, rest, elbows_pass
         places = _grid(robot, working_mode, serial_margin)
         self._grid = {
             key: place
@@ -84,9 +100,10 @@ class Roadmap:
                 neighbour = self._grid.get((i + step[0], j + step[1]))
                 if neighbour is not None and neighbour.assembly == place.assembly:
                     self._join((place.x, place.y), (neighbour.x, neighbour.y))
-        self.gates = self._gates(places)
-        for gate in self.gates:
-            self._join(*gate, GATE_COST)
+        found = self._gates(places)
+        self.gates = list(found)
+        for gate, folded in found.items():
+            self._join(*gate, GATE_COST + (PASSING_COST if folded and elbows_pass == UNKNOWN else 0.0))
             for point in gate:
                 for other in self._neighbours(point):
                     self._join(point, other)
@@ -162,9 +179,9 @@ class Roadmap:
         sight = look_along(self._robot, self._working_mode, start, end, self._serial_margin, rest)
         return sight.clear and sight.crossings == crossings and sight.authority >= MIN_AUTHORITY
 
-    def _gates(self, places: dict[tuple[int, int], Place]) -> list[Gate]:
-        """Return gates along the whole locus, at most one every `GATE_DISTANCE`."""
-        gates: list[Gate] = []
+    def _gates(self, places: dict[tuple[int, int], Place]) -> dict[Gate, bool]:
+        """Return gates along the whole locus, at most one every `GATE_DISTANCE`, and whether the elbows pass there."""
+        gates: dict[Gate, bool] = {}
         taken: list[Point] = []
         for (i, j), place in places.items():
             for key in ((i + 1, j), (i, j + 1)):
@@ -173,10 +190,12 @@ class Roadmap:
                     continue
                 point = self._on_locus((place.x, place.y), (other.x, other.y))
                 if all(math.dist(point, near) >= GATE_DISTANCE for near in taken):
-                    gate = self._gate_at(point)
+                    state = state_from_platform(self._robot, *self._working_mode, *point, 0.0, 0.0)
+                    folded = distal_links(state) == FOLDED
+                    gate = None if folded and self._elbows_pass is False else self._gate_at(state)
                     if gate is not None:
                         taken.append(point)
-                        gates.append(gate)
+                        gates[gate] = folded
         return gates
 
     def _on_locus(self, start: Point, end: Point) -> Point:
@@ -188,10 +207,9 @@ class Roadmap:
 
         return at(zero_between(determinant, 0.0, 1.0))
 
-    def _gate_at(self, point: Point) -> Gate | None:
+    def _gate_at(self, state: State) -> Gate | None:
         """Return the longest gate through a point of the locus: along t_s, across the locus, or between the two."""
-        x, y = point
-        svd = parallel_svd(state_from_platform(self._robot, *self._working_mode, x, y, 0.0, 0.0))
+        x, y, svd = state.x, state.y, parallel_svd(state)
         for room, half, turn in product(GATE_ROOMS, HALF_LENGTHS, TURNS):
             c, s = math.cos(turn), math.sin(turn)
             dx, dy = half * (c * svd.t_x - s * svd.t_y), half * (s * svd.t_x + c * svd.t_y)
@@ -202,9 +220,15 @@ class Roadmap:
 
 
 @lru_cache(maxsize=8)
-def roadmap(robot: FiveBar, working_mode: tuple[int, int], serial_margin: float, rest: float) -> Roadmap:
+def roadmap(
+    robot: FiveBar,
+    working_mode: tuple[int, int],
+    serial_margin: float,
+    rest: float,
+    elbows_pass: ElbowsPass = UNKNOWN,
+) -> Roadmap:
     """Return the map of a robot in a working mode, drawn once."""
-    return Roadmap(robot, working_mode, serial_margin, rest)
+    return Roadmap(robot, working_mode, serial_margin, rest, elbows_pass)
 
 
 def _grid(robot: FiveBar, working_mode: tuple[int, int], serial_margin: float) -> dict[tuple[int, int], Place]:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from fivebar_control.estimation.ekf import error_deviations
 from fivebar_control.model.geometry import direct_geometry, elbow_position
+from fivebar_control.model.singularity import STRETCHED, distal_links_of
 from fivebar_description.friction import largest_friction
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import Tolerances
@@ -74,7 +75,8 @@ def standstill_at(robot: FiveBar, tolerances: Tolerances, q11: float, q21: float
         return None
     e_x, e_y = (x2 - x1) / distance, (y2 - y1) / distance
     longest, shortest = one.distal + two.distal, abs(one.distal - two.distal)
-    stretched = longest - distance <= distance - shortest
+    cosine = (one.distal**2 + two.distal**2 - distance * distance) / (2.0 * one.distal * two.distal)
+    stretched = distal_links_of(cosine) == STRETCHED
     gap = longest - distance if stretched else distance - shortest
     # d D / d q_i and d D / d l_i1
     c1, s1, c2, s2 = math.cos(q11), math.sin(q11), math.cos(q21), math.sin(q21)

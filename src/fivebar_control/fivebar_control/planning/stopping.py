@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.model.singularity import inverse_condition, inverse_condition_rate
+from fivebar_control.model.singularity import distal_links, inverse_condition, inverse_condition_rate
 from fivebar_control.model.state import State
 from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.limits import MotionLimits
@@ -99,5 +99,6 @@ def _plan_of(robot: FiveBar, request: StopRequest, stop: StoppedSegment, rate_hz
         if sides[number - 1] * sides[number] < 0.0:
             t = zero_between(side, times[number - 1], times[number], 1e-9)
             state = _state(robot, request, stop, t)
-            crossings.append(Crossing(0, t, state.x, state.y, 1.0, inverse_condition_rate(state), 0.0))
+            rate = inverse_condition_rate(state)
+            crossings.append(Crossing(0, t, state.x, state.y, 1.0, rate, 0.0, distal_links(state)))
     return Plan(stop.as_path(), tuple(crossings), *request.working_mode, ZoneRule().duration)

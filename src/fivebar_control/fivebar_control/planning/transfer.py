@@ -14,8 +14,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
-from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
@@ -46,16 +44,9 @@ class TransferRefused(PlanRefused):
 
 
 class Branch(NamedTuple):
-    """A crossing, with the branch of the locus that it crosses.
-
-    Attributes:
-        crossing: as planned.
-        shape: "stretched" or "folded": how the distal links lie on one line.
-        speed: of the platform (m/s).
-    """
+    """A crossing, with the platform's speed (m/s) there."""
 
     crossing: Crossing
-    shape: str
     speed: float
 
 
@@ -143,7 +134,7 @@ def plan_transfer(
     else:
         search = _Search(task, start, goal, duration)
         found = search.found(needed=0 if signs[0] == signs[1] else 1)
-    branches = tuple(_branch(task, found.plan, crossing) for crossing in found.plan.crossings)
+    branches = tuple(_branch(found.plan, crossing) for crossing in found.plan.crossings)
     return Transfer(found.plan, found.feasibility, found.course, found.durations, signs[0], signs[1], branches)
 
 
@@ -189,7 +180,8 @@ class _Search:
     def _by_map(self) -> Timed | str:
         """Try the ways on the map, the shortest first, until one is feasible."""
         limits = self._task.limits
-        chart = roadmap(self._task.robot, self._task.working_mode, limits.serial_margin, limits.rest)
+        robot, mode = self._task.robot, self._task.working_mode
+        chart = roadmap(robot, mode, limits.serial_margin, limits.rest, limits.elbows_pass)
         for name, point in (("start", self._start), ("goal", self._goal)):
             if not chart.reaches(point):
                 return f"the {name} cannot be left by a line of {JOIN_REACH * 1e3:.0f} mm that keeps the limits"
@@ -258,7 +250,6 @@ class _Search:
         return self._durations.timed(course, slowest)
 
 
-def _branch(task: Task, plan: Plan, crossing: Crossing) -> Branch:
+def _branch(plan: Plan, crossing: Crossing) -> Branch:
     motion = plan.path.at(crossing.time)
-    svd = parallel_svd(state_from_platform(task.robot, *task.working_mode, crossing.x, crossing.y, 0.0, 0.0))
-    return Branch(crossing, "stretched" if svd.fold < 0.0 else "folded", math.hypot(motion.vx, motion.vy))
+    return Branch(crossing, math.hypot(motion.vx, motion.vy))

@@ -66,6 +66,7 @@ def _within(scenario: ControlScenario, limits: MotionLimits) -> MotionLimits:
         scenario.to_bear(),
         scenario.kept_clear_of(),
         scenario.allowed_area(),
+        scenario.elbows_pass(),
     )
 
 

@@ -56,7 +56,14 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.physical_bounds import Duration
 from fivebar_description.readings import LONGEST_LATENCY
-from fivebar_description.robot_file import known_sensors_of, load_robot, loads_of, read_robot, tolerances_of
+from fivebar_description.robot_file import (
+    ElbowsPass,
+    known_sensors_of,
+    load_robot,
+    loads_of,
+    read_robot,
+    tolerances_of,
+)
 from fivebar_description.scenario_file import ESTIMATOR
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
@@ -441,6 +448,10 @@ class ControlScenario(StrictModel):
     def allowed_area(self) -> Area:
         """Return where the platform may be (m)."""
         return self.safety.area
+
+    def elbows_pass(self) -> ElbowsPass:
+        """Return whether the robot's elbows may pass each other, as its file says."""
+        return read_robot(self.robot).elbows_pass
 
     def kept_clear_of(self) -> tuple[NamedBounds, ...]:
         """Return the postures that the robot may not enter: by the section `safety`, by default as its file says."""

@@ -11,6 +11,8 @@ from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import (
+    DistalLinks,
+    distal_links,
     inverse_condition,
     inverse_condition_rate,
     parallel_svd,
@@ -109,6 +111,7 @@ class Crossing(NamedTuple):
         authority: |n . v1|, how well the path's normal can be controlled there.
         kappa_rate: |d kappa / dt| of the reference there (1/s).
         epsilon: half width of the blending zone in kappa.
+        distal_links: the branch of the locus. Where they are folded, the elbows pass each other.
     """
 
     segment: int
@@ -118,6 +121,7 @@ class Crossing(NamedTuple):
     authority: float
     kappa_rate: float
     epsilon: float
+    distal_links: DistalLinks
 
 
 class Plan(NamedTuple):
@@ -451,7 +455,7 @@ def _crossing(
     authority = abs(line.direction_y * svd.v_x - line.direction_x * svd.v_y)
     kappa_rate = inverse_condition_rate(state)
     epsilon = fixed_epsilon if fixed_epsilon is not None else 0.5 * zone_time * kappa_rate
-    return Crossing(index, time, reference.x, reference.y, authority, kappa_rate, epsilon)
+    return Crossing(index, time, reference.x, reference.y, authority, kappa_rate, epsilon, distal_links(state))
 
 
 def _refuse_rest_in_zone(

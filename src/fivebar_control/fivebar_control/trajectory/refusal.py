@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from fivebar_description.strict_yaml import InputError
 
+ELBOWS_UNKNOWN = "the elbows pass each other, and the robot's file does not say whether they can (elbows_pass: unknown)"
+"""How a motion through the folded branch of the locus is called attention to."""
+
 
 class PlanRefused(InputError):
     """The motion is not possible; the message gives place and reason."""

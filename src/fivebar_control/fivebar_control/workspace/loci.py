@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 
 from fivebar_control.model.geometry import leg_angles, leg_cosine, wrap
 from fivebar_control.model.kinematics import assembly_mode, det_a, elbow_side, state_from_joints
+from fivebar_control.model.singularity import DistalLinks
 from fivebar_control.model.state import JointAngles, State
 from fivebar_control.root_search import zero_between
 from fivebar_description.parameters import FiveBar, LegParameters
 
 FloatArray = NDArray[np.float64]
 Sign = Literal[-1, 1]
-Shape = Literal["stretched", "folded"]
+Shape = DistalLinks
 
 SAMPLES = 1440
 """Postures per closed curve."""

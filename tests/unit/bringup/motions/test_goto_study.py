@@ -16,10 +16,14 @@ from fivebar_bringup.motions.start import Start
 from fivebar_bringup.recorded.bag import serialize
 from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.run_directory import new_run_directory
+from fivebar_bringup.runs.admission import refuse_unfit
+from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.planning.motion_queue import Goal, read_goal
 from fivebar_control.planning.timing import Speed
+from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.interface import JOINT_STATES, JOINTS, PAYLOAD
+from fivebar_description.robot_file import robot_path
 
 
 def goto(*arguments: str) -> tuple[int, str, str]:
@@ -47,6 +51,33 @@ def test_it_prints_the_plan_before_moving() -> None:
     assert code == 0
     assert "crosses the Type 2 locus at (0.0000, 0.0845) m" in out
     assert "reference torque" in out
+
+
+@pytest.mark.parametrize("elbows_pass", [None, "true", "unknown"])
+def test_it_says_where_the_elbows_pass_each_other(elbows_pass: str | None, tmp_path: Path) -> None:
+    robot = tmp_path / "robot.yaml"
+    key = "" if elbows_pass is None else f"elbows_pass: {elbows_pass}\n"
+    robot.write_text(robot_path("dextar").read_text(encoding="utf-8") + key, encoding="utf-8")
+    way = ("0.018", "0.017", "--from", "0.063", "-0.051", "--from-mode", "1", "-1", "--robot", str(robot))
+    (crossing,) = plan(*way)["crossings"]
+    assert (crossing["distal_links"], crossing["elbows_pass"]) == ("folded", elbows_pass == "true" or "unknown")
+    told = "distal links folded: the elbows pass each other, and the robot's file does not say whether they can"
+    out = " ".join(goto(*way, "--plan-only")[1].split())
+    assert (told in out) == (elbows_pass != "true")
+
+
+def test_a_scenario_whose_elbows_must_not_pass_is_refused(tmp_path: Path) -> None:
+    robot = tmp_path / "robot.yaml"
+    robot.write_text(robot_path("dextar").read_text(encoding="utf-8") + "elbows_pass: false\n", encoding="utf-8")
+    folded = {"name": "folded", "robot": str(robot), "controller": "unified", "working_mode": (1, -1)}
+    scenario = Scenario.model_validate(
+        {**folded, "waypoints": ((0.063, -0.051), (0.018, 0.017)), "segment_duration": 1.1}
+    )
+    with pytest.raises(
+        PlanRefused, match=r"elbows pass each other \(elbows_pass: false\) is 1 at \(0\.\d+, -0\.\d+\) m"
+    ):
+        refuse_unfit(scenario)
+    refuse_unfit(scenario.model_copy(update={"robot": "dextar"}))
 
 
 def test_negative_coordinates_are_no_options() -> None:

@@ -18,7 +18,7 @@ from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.series import RunSeries, read_series
-from fivebar_bringup.recorded.summary import CycleTime, Summary, peak, rms, sign_changes, summarize
+from fivebar_bringup.recorded.summary import CycleTime, PlannedCrossing, Summary, peak, rms, sign_changes, summarize
 from fivebar_bringup.recorded.timing import RunTiming, read_timing
 from fivebar_bringup.report.outcome_words import outcome_details, outcome_rows
 from fivebar_bringup.report.page import html_page
@@ -165,6 +165,11 @@ def test_a_few_rows_tell_a_run_with_units(record: Record) -> None:
         overruns=2,
         dropped_messages=3,
         not_judged=["the torque"],
+        planned_crossings=[
+            PlannedCrossing(0.1, 0.0, 0.0845, "stretched", None),
+            PlannedCrossing(0.2, 0.03, 0.14, "folded", "unknown"),
+            PlannedCrossing(0.3, 0.03, 0.14, "folded", True),
+        ],
     )
     assert dict(outcome_rows(summary)) == {
         "motion": "0.20 s, 11 of 11 samples, 1 change of assembly mode",
@@ -172,7 +177,8 @@ def test_a_few_rows_tell_a_run_with_units(record: Record) -> None:
         "torque": "at most 0.55 and – Nm of motors 1 and 2;"
         " 7 samples asked for more than the limit, up to 2.50 and 3.00 Nm",
         "faults": "torque_excessive",
-        "warnings": "2 samples late; 3 messages not recorded; the torque",
+        "warnings": "2 samples late; 3 messages not recorded; the elbows pass each other, and the robot's file does not"
+        " say whether they can (elbows_pass: unknown) at (0.0300, 0.1400) m; the torque",
     }
     unknown = dict(outcome_rows(replace(summary, tracking_error_peak_m=None, estimate_error_max_m=2.1e-4)))
     assert (unknown["error"], unknown["estimate"]) == ("not known", "at most 0.21 mm from the platform")
@@ -506,6 +512,7 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "within_tolerance",
         "stray_messages",
         "not_judged",
+        "planned_crossings",
     ]
 
 

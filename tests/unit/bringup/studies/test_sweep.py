@@ -28,7 +28,13 @@ from fivebar_bringup.studies.sweep.program import deciding_files, matching
 from fivebar_bringup.studies.sweep.rigs import required_share
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, SweepRow, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case, shortcomings, use_of
-from fivebar_bringup.studies.sweep.statistics import error_table, overview_table, planner_reason, refusals_table
+from fivebar_bringup.studies.sweep.statistics import (
+    branch_table,
+    error_table,
+    overview_table,
+    planner_reason,
+    refusals_table,
+)
 from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
@@ -410,6 +416,12 @@ def test_tables_count_what_the_rows_say() -> None:
         "motor speed": 1,
         "reference torque": 1,
     }
+    by_branch = [
+        *(run._replace(distal_links="folded" if run.case % 4 else "stretched") for run in runs),
+        out._replace(distal_links="folded"),
+    ]
+    counts = {row[1].text: [row[number].value for number in (2, 3, 6, 7)] for row in branch_table(by_branch).rows}
+    assert counts == {"stretched": [250, 249, 250, 249], "folded": [750, 750, 751, 750]}
     missed = overview_table([run._replace(success=run.case > 1) for run in runs], 0.999).rows
     assert {row[0].text: row for row in missed}["unified"][3].good is False
 

@@ -10,10 +10,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from fivebar_control.model.geometry import elbow_position
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import (
+    FOLDED,
+    STRETCHED,
     SingularityType,
     classify,
+    distal_links,
     inverse_condition,
     inverse_condition_rate,
     parallel_svd,
@@ -22,6 +26,7 @@ from fivebar_control.model.singularity import (
     type2_distance,
 )
 from fivebar_control.model.state import State
+from fivebar_control.workspace.loci import type2_curves
 from fivebar_description.parameters import FiveBar, LegParameters
 
 Vector = NDArray[np.float64]
@@ -49,6 +54,62 @@ def test_closed_form_equals_the_numerical_decomposition(regular_states: States, 
             assert abs(v[0] @ (svd.v_x, svd.v_y)) == pytest.approx(1.0, abs=1e-12)
             assert abs(v[1] @ (svd.t_x, svd.t_y)) == pytest.approx(1.0, abs=1e-12)
             assert abs(u[:, 0] @ (math.sqrt(0.5), svd.fold * math.sqrt(0.5))) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("distals", [(0.09, 0.09), (0.08, 0.1), (0.1, 0.08)])
+def test_the_branches_are_those_with_the_elbows_farthest_apart_and_nearest(
+    dextar: FiveBar, distals: tuple[float, float]
+) -> None:
+    """Along t_s kappa grows by |1 / l_12 - e / l_22| / 2: t_s is tangent to the locus for equal folded links only."""
+    l_12, l_22 = distals
+    robot = dextar._replace(leg1=dextar.leg1._replace(distal=l_12), leg2=dextar.leg2._replace(distal=l_22))
+    for shape, apart, slope in (
+        (STRETCHED, l_12 + l_22, 0.5 * (1.0 / l_12 + 1.0 / l_22)),
+        (FOLDED, abs(l_12 - l_22), 0.5 * abs(1.0 / l_12 - 1.0 / l_22)),
+    ):
+        curves = type2_curves(robot, shape)
+        assert curves
+        for joints in (closed(s) for closed in curves for s in (0.4, 1.9, 3.3, 5.2)):
+            here = state_from_joints(robot, *joints, 0.0, 0.0, 0.0, 0.0)
+            if type1_margin(here) < 0.2:
+                continue
+            svd = parallel_svd(here)
+            assert distal_links(here) == shape
+            (x1, y1), (x2, y2) = elbow_position(robot.leg1, joints[0]), elbow_position(robot.leg2, joints[2])
+            assert math.hypot(x2 - x1, y2 - y1) == pytest.approx(apart, abs=1e-12)
+            # with the motors held the elbows stay, and the platform keeps its distance from both to first order
+            step = 1e-5
+            beside = (moved(robot, here, sign * step * svd.t_x, sign * step * svd.t_y) for sign in (1.0, -1.0))
+            found = [det_a(one) for one in beside]
+            assert abs(found[0] - found[1]) / (4.0 * step) == pytest.approx(slope, abs=2e-3)
+
+
+def test_elbows_of_equal_links_pass_each_other_by_the_motors_alone(dextar: FiveBar) -> None:
+    """On the folded branch the platform swings about both elbows with the motors at rest; only v1 leads across."""
+    (upper, *_) = type2_curves(dextar, FOLDED)
+    for s in (0.7, 1.1, 2.2):
+        joints = upper(s)
+        here = state_from_joints(dextar, *joints, 0.0, 0.0, 0.0, 0.0)
+        if type1_margin(here) < 0.2:
+            continue
+        elbow = elbow_position(dextar.leg1, joints[0])
+        turned = state_from_platform(
+            dextar, *modes(here), elbow[0] + 0.09 * math.cos(s + 0.3), elbow[1] + 0.09 * math.sin(s + 0.3), 0.0, 0.0
+        )
+        assert (turned.leg1.q1, turned.leg2.q1) == pytest.approx((joints[0], joints[2]), abs=1e-7)
+        svd = parallel_svd(here)
+        speed, step = 0.3, 1e-6
+        for across, along in ((1.0, 0.0), (0.6, 0.8), (0.0, 1.0)):
+            velocity = speed * across * np.array([svd.v_x, svd.v_y]) + speed * along * np.array([svd.t_x, svd.t_y])
+            ends = [
+                np.subtract(elbow_position(dextar.leg2, one.leg2.q1), elbow_position(dextar.leg1, one.leg1.q1))
+                for one in (moved(dextar, here, *(sign * step * velocity)) for sign in (1.0, -1.0))
+            ]
+            passing = float(np.hypot(*(ends[0] - ends[1]))) / (2.0 * step)
+            cotangents = here.leg1.cos_q2 / here.leg1.sin_q2 - here.leg2.cos_q2 / here.leg2.sin_q2
+            assert passing == pytest.approx(speed * across * abs(cotangents), abs=1e-4)
+            with_speed = state_from_platform(dextar, *modes(here), here.x, here.y, *velocity.tolist())
+            assert inverse_condition_rate(with_speed) == pytest.approx(passing / 0.18, abs=1e-3)
 
 
 def test_left_and_right_vectors_belong_together(regular_states: States, matrices: Matrices) -> None:

@@ -13,17 +13,18 @@ from hypothesis import strategies as st
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.singularity import distal_links, inverse_condition
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.pacing import NoPace, Task, pace_of, retimed, slowest_pace
 from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
+from fivebar_control.planning.roadmap import roadmap
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, ZoneRule, plan_motion
 from fivebar_description.friction import friction_torque
 from fivebar_description.parameters import FiveBar
-from fivebar_description.robot_file import load_robot
+from fivebar_description.robot_file import ElbowsPass, load_robot
 
 RATE_HZ = 500
 ROBOTS = {name: load_robot(name) for name in ("dextar", "unequal")}
@@ -115,8 +116,33 @@ def test_a_straight_line_where_that_will_do(dextar: FiveBar) -> None:
     assert transfer.waypoints == ((0.0, 0.15), (0.0, 0.02))
     (branch,) = transfer.branches
     assert (branch.crossing.x, branch.crossing.y) == pytest.approx((0.0, math.sqrt(0.0081 - 0.000961)))
-    assert branch.shape == "stretched"
+    assert branch.crossing.distal_links == "stretched"
     assert (transfer.assembly_start, transfer.assembly_goal) == (1, -1)
+
+
+def test_elbows_that_must_not_pass_are_led_around(dextar: FiveBar) -> None:
+    start, goal = (0.063, -0.051), (0.018, 0.017)
+    for allowed in ("unknown", True):
+        straight = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=allowed))
+        assert [branch.crossing.distal_links for branch in straight.branches] == ["folded"]
+        assert straight.waypoints == (start, goal)
+    around = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=False))
+    assert [branch.crossing.distal_links for branch in around.branches] == ["stretched"]
+    with pytest.raises(TransferRefused) as refusal:
+        via = (0.04, -0.018)
+        plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=False), via=[via])
+    assert "elbows pass each other (elbows_pass: false) is 1 at (" in str(refusal.value)
+
+
+@pytest.mark.parametrize(("allowed", "crossed"), [(True, "folded"), ("unknown", "stretched"), (False, "stretched")])
+def test_the_map_prefers_gates_at_which_elbows_stay_apart(dextar: FiveBar, allowed: ElbowsPass, crossed: str) -> None:
+    limits = MotionLimits()
+    chart = roadmap(dextar, (1, 1), limits.serial_margin, limits.rest, allowed)
+    way = chart.way((0.035, 0.144), (0.077, -0.072))
+    assert way is not None
+    (gate,) = way.gates
+    middle = np.mean(gate, axis=0).tolist()
+    assert distal_links(state_from_platform(dextar, 1, 1, *middle, 0.0, 0.0)) == crossed
 
 
 def test_only_laws_that_hold_the_path_by_its_normal_go_around_where_that_cannot_be_controlled(dextar: FiveBar) -> None:

@@ -83,6 +83,7 @@ class IdentificationResult(NamedTuple):
             tuning=self.start.tuning,
             home_m=self.start.home_m,
             forbidden=self.start.forbidden,
+            elbows_pass=self.start.elbows_pass,
         )
 
     def encoder(self) -> str:

@@ -99,7 +99,8 @@ def report(name: str, count: int, seed: int) -> None:
     """Print what crossing buys a robot."""
     file = read_robot(name)
     limits = motion_limits_of(default_tuning(CONTROLLERS["unified"], file), *within_drives(name, None, None))
-    charts = {mode: roadmap(file.five_bar(), mode, limits.serial_margin, limits.rest) for mode in MODES}
+    robot = file.five_bar()
+    charts = {mode: roadmap(robot, mode, limits.serial_margin, limits.rest, file.elbows_pass) for mode in MODES}
     parts = {crossing: [charts[mode].regions(crossing) for mode in MODES] for crossing in (False, True)}
     print(f"\n{name}: area in cm^2 (all rests, largest part without and with crossing), pairs without and with")
     for mode, without, across in zip(MODES, parts[False], parts[True], strict=True):

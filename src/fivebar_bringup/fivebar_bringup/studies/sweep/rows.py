@@ -47,6 +47,7 @@ class SweepRow(NamedTuple):
         estimate_error: largest error of the estimated platform (m).
         type1_distance: least distance from Type 1 (m).
         work: spent by the motors (J).
+        distal_links: how they lie at the planned crossings, "stretched", "folded" or "stretched and folded".
     """
 
     case: int
@@ -93,6 +94,7 @@ class SweepRow(NamedTuple):
     estimate_error: float | None = None
     type1_distance: float | None = None
     work: float | None = None
+    distal_links: str = ""
 
     @property
     def silent(self) -> bool:

@@ -237,6 +237,7 @@ def _row(case: Draw, controller: str, plan: Plan) -> SweepRow:
         estimate_error=outcome.estimate_error,
         type1_distance=outcome.type1_distance,
         work=outcome.work,
+        distal_links=" and ".join(sorted({crossing.distal_links for crossing in plan.crossings}, reverse=True)),
     )
 
 

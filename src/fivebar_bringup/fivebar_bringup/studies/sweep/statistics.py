@@ -77,6 +77,50 @@ def overview_table(rows: Sequence[SweepRow], required: float) -> Table:
     )
 
 
+def branch_table(rows: Sequence[SweepRow]) -> Table:
+    """Return success by the branch of the Type 2 locus that is crossed."""
+    lines = []
+    for controller in controllers_of(rows):
+        planned = runs_of(rows, controller, FEASIBLE, SCREENED_OUT)
+        for branch in sorted({row.distal_links for row in planned}, reverse=True):
+            across = [row for row in planned if row.distal_links == branch]
+            good, feasible = rate_of(runs_of(across, controller, FEASIBLE))
+            made, count = rate_of(across)
+            lines.append(
+                (
+                    Cell(controller, controller),
+                    Cell(branch, branch),
+                    Cell(str(feasible), feasible),
+                    Cell(str(good), good),
+                    _share(good, feasible),
+                    _interval(good, feasible),
+                    Cell(str(count), count),
+                    Cell(str(made), made),
+                    _share(made, count),
+                    _interval(made, count),
+                )
+            )
+    return Table(
+        "branches",
+        "By the branch of the locus",
+        "Whether the distal links are stretched where the path crosses the locus, with the platform between the elbows,"
+        " or folded onto each other, where the elbows pass each other. A path may cross both.",
+        (
+            "controller",
+            "distal links",
+            "called feasible",
+            "of them made",
+            "share",
+            "95 %",
+            "planned at all",
+            "of these made",
+            "share without the screen",
+            "95 %",
+        ),
+        tuple(lines),
+    )
+
+
 def within_table(rows: Sequence[SweepRow]) -> Table:
     """Return how many feasible crossings stayed close to their reference, wherever they ended."""
     lines = []

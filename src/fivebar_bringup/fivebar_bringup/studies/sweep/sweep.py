@@ -21,6 +21,7 @@ from fivebar_bringup.studies.sweep.rigs import required_share, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
 from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, SWEPT, Batch, counted, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
+    branch_table,
     equipment_table,
     error_table,
     explanations_table,
@@ -155,7 +156,14 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
     explanations = [explained(row) for row in runs_of(rows, counted(settings.controllers), FEASIBLE) if not row.success]
     required = required_share(settings.rig)
     overview = overview_table(rows, required)
-    tables = [overview, within_table(rows), silence_table(rows), error_table(rows), equipment_table(rows)]
+    tables = [
+        overview,
+        branch_table(rows),
+        within_table(rows),
+        silence_table(rows),
+        error_table(rows),
+        equipment_table(rows),
+    ]
     on_rig, of_rig = (f" --rig {settings.rig}", f"rig {settings.rig} · ") if settings.rig else ("", "")
     with_these = "" if settings.controllers == SWEPT else f" --controller {','.join(settings.controllers)}"
     command = f"fivebar sweep --seed {settings.seed}{on_rig}{with_these}"
