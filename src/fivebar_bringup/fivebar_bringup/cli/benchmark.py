@@ -20,7 +20,10 @@ from fivebar_description.rounding import in_millimetres
 @command(Group.STUDY)
 def benchmark(
     rigs: Annotated[
-        str, typer.Option("--rigs", help="Whose robots: some of {benchmark_rigs} (docs/sweeps.md).")
+        str,
+        typer.Option(
+            "--rigs", help="Whose robots: some of {rigs}, of robot dextar, or paths of rig files (docs/sweeps.md)."
+        ),
     ] = "ideal",
     controllers: Annotated[
         str | None, typer.Option("--controllers", "--controller", help="Some of {controllers} [default: all]")
@@ -49,13 +52,13 @@ def benchmark(
     """
     from fivebar_bringup.recorded.results import finite
     from fivebar_bringup.studies.benchmark.crossings import benchmark as crossings_of
+    from fivebar_bringup.studies.benchmark.crossings import checked_rigs
     from fivebar_bringup.studies.benchmark.running import run_benchmark
     from fivebar_bringup.studies.benchmark.scoring import RULES, read_results, scores
-    from fivebar_bringup.studies.sweep.rigs import DEXTAR, RIGS
+    from fivebar_bringup.studies.rigs.rig import named_rigs
     from fivebar_control.laws.registry import CONTROLLERS
     from fivebar_description.text_file import LARGEST_TABLE, read_text
 
-    its_rigs = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
     with input_errors(), keyboard_interrupts():
         every = crossings_of()
         wanted = every[: len(every) if crossings is None else crossings]
@@ -66,7 +69,7 @@ def benchmark(
             with progress_bar("benchmark", as_json) as progress:
                 results = run_benchmark(
                     out if out is not None else Path("benchmark.csv"),
-                    chosen("--rigs", rigs, its_rigs),
+                    checked_rigs(named_rigs("--rigs", rigs)),
                     names,
                     len(wanted),
                     processes_of(jobs),

@@ -49,8 +49,8 @@ def compare(
         str | None,
         typer.Option(
             "--rigs",
-            help="Some of ideal,wrong,encoders,realistic,as_given [default: the first four, and as_given where a"
-            " scenario's plant is none of them]",
+            help="Some of {rigs}, paths of rig files, or as_given; without the errors that a sweep draws [default:"
+            " ideal,wrong,encoders,realistic, and as_given where a scenario's plant is none of them]",
         ),
     ] = None,
     jobs: JobsOption = None,
@@ -72,7 +72,6 @@ def compare(
     from fivebar_bringup.scenarios.scenario_files import load_scenario
     from fivebar_bringup.studies.compare.cases import ComparisonExtent
     from fivebar_bringup.studies.compare.compare import compare as make
-    from fivebar_bringup.studies.compare.rigs import RIG_NAMES
     from fivebar_control.laws.registry import CONTROLLERS
 
     with input_errors(), keyboard_interrupts():
@@ -81,7 +80,7 @@ def compare(
             given=tuple(load_scenario(name) for name in names),
             controllers=tuple(CONTROLLERS) if controllers is None else _controllers(controllers),
             durations=_durations(durations if durations is not None else "1" if quick else "0.5,1,2,3"),
-            rigs=chosen("--rigs", rigs, RIG_NAMES) if rigs is not None else ("ideal", "realistic") if quick else None,
+            rigs=_rigs(rigs, quick),
         )
         _refuse_namesakes([given.name for given in extent.given])
         command = _command(names, extent.controllers, extent.durations, rigs, quick)
@@ -129,6 +128,20 @@ def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
             words = expected_one_of(name, known, ", separated by commas", "some of")
             raise InputError(f"{option}: {name!r}: {words}")
     return names
+
+
+def _rigs(text: str | None, quick: bool) -> tuple[str, ...] | None:
+    """Return the rigs, None for the default ones.
+
+    Raises:
+        InputError: one of them is not known, or its file does not describe one.
+    """
+    from fivebar_bringup.studies.compare.cases import AS_GIVEN
+    from fivebar_bringup.studies.rigs.rig import named_rigs
+
+    if text is None:
+        return ("ideal", "realistic") if quick else None
+    return named_rigs("--rigs", text, (AS_GIVEN,))
 
 
 def _durations(text: str) -> tuple[float, ...]:

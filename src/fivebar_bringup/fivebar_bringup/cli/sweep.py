@@ -16,7 +16,6 @@ from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.suggestion import expected_one_of
 
 QUICK_CASES = 60
 
@@ -59,7 +58,8 @@ def sweep(
         str | None,
         typer.Option(
             "--rig",
-            help="Whose robots to draw: {rigs}; docs/sweeps.md says what each has and what it leaves out."
+            help="Whose robots to draw: {rigs}, or the path of a rig file; docs/sweeps.md says what each has and what"
+            " it leaves out."
             " Without a rig the robots differ in mass, inertia and friction by 15 %, and all else is exact but the"
             " encoders' rounding. [default: none, or that of the sweep in --out]",
         ),
@@ -98,14 +98,13 @@ def sweep(
 
     Example: `fivebar sweep --case 137 --controller unified --out runs/case-137`
     """
-    from fivebar_bringup.studies.sweep.rigs import RIGS
+    from fivebar_bringup.studies.rigs.rig import named_rig
     from fivebar_control.laws.registry import CONTROLLERS
 
     with input_errors(), keyboard_interrupts():
         if quick and cases is not None:
             raise InputError("--quick: has its own number of cases: expected either --quick or --cases")
-        if rig is not None and rig not in RIGS:
-            raise InputError(f"--rig: {rig!r}: {expected_one_of(rig, RIGS)}")
+        rig = rig if rig is None else named_rig("--rig", rig)
         controllers = None if controller is None else chosen("--controller", controller, CONTROLLERS)
         if case is not None:
             _one_case(case, seed, controllers, out, as_json, rig or "")

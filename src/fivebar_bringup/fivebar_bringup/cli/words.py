@@ -38,15 +38,9 @@ def _crossing_controllers() -> str:
 
 
 def _rigs() -> str:
-    from fivebar_bringup.studies.sweep.rigs import RIGS
+    from fivebar_bringup.studies.rigs.rig import shipped_rigs
 
-    return ", ".join(RIGS)
-
-
-def _benchmark_rigs() -> str:
-    from fivebar_bringup.studies.sweep.rigs import DEXTAR, RIGS
-
-    return ", ".join(rig.name for rig in RIGS.values() if rig.robot == DEXTAR)
+    return ", ".join(shipped_rigs())
 
 
 def _home_mode() -> str:
@@ -97,7 +91,6 @@ WORDS = {
     "controllers": _controllers,
     "crossing_controllers": _crossing_controllers,
     "rigs": _rigs,
-    "benchmark_rigs": _benchmark_rigs,
     "home_mode": _home_mode,
     "torque_limit": _torque_limit,
     "speed_limit": _speed_limit,

@@ -10,6 +10,7 @@ from typing import Any
 from fivebar_bringup.scenario import SEEN, Scenario
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.scenario.keys import parameters_in
+from fivebar_control.scenario.sensors import check_sensors
 from fivebar_description.file_format import read_versioned
 from fivebar_description.file_keys import with_keys
 from fivebar_description.scenario_file import scenario_path, with_files_beside
@@ -67,10 +68,7 @@ def load_scenario(name_or_path: str, parameters: Mapping[str, Any] = NONE) -> Sc
         scenario.plan()
         if scenario.estimated:
             check_declared(scenario.five_bar(), scenario.homing())
-            if (scenario.ekf.camera or scenario.ekf.seen_start) and not scenario.camera.on:
-                raise InputError("ekf.camera: there is no camera: expected camera: {on: true}")
-        elif scenario.passive.leg:
-            raise InputError("sensors.passive_encoder: only the estimator reads it: expected estimator ekf")
+        check_sensors(scenario)
         check_plant(scenario.five_bar(), scenario.plant, scenario.rate_hz, scenario.initial_joints())
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

@@ -15,7 +15,7 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_bringup.studies.compare.rigs import RIG_NAMES, on_rig
+from fivebar_bringup.studies.compare.cases import AS_GIVEN, COMPARED_RIGS, on_rig
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.settings import MUJOCO, PINOCCHIO
@@ -123,7 +123,7 @@ def test_the_compiled_engine_refuses_it() -> None:
 
 def test_a_comparison_keeps_it_on_every_rig() -> None:
     scenario = changed("middle", {"engine": MUJOCO})
-    assert {on_rig(scenario, name, "unified")["plant"]["engine"] for name in RIG_NAMES} == {MUJOCO}
+    assert {on_rig(scenario, name, "unified")["plant"]["engine"] for name in (*COMPARED_RIGS, AS_GIVEN)} == {MUJOCO}
 
 
 def test_a_scenario_with_what_it_lacks_is_refused_in_one_line(tmp_path: Path) -> None:

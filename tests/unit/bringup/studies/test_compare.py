@@ -19,10 +19,16 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonCase, ComparisonExtent
+from fivebar_bringup.studies.compare.cases import (
+    AS_GIVEN,
+    COMPARED_RIGS,
+    TIGHT_LIMIT,
+    ComparisonCase,
+    ComparisonExtent,
+    default_rigs,
+)
 from fivebar_bringup.studies.compare.compare import compare, html_page
 from fivebar_bringup.studies.compare.results import ComparisonResult, run_case
-from fivebar_bringup.studies.compare.rigs import AS_GIVEN, COMPARED_RIGS, default_rigs
 from fivebar_bringup.studies.compare.screening import quickest_durations
 from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import findings, lost
@@ -64,8 +70,8 @@ def test_a_rig_replaces_the_plant_of_the_scenario_but_not_its_limits() -> None:
 
 
 def test_a_scenario_with_a_plant_of_its_own_is_one_more_rig() -> None:
-    assert default_rigs(MIDDLE) == tuple(COMPARED_RIGS)
-    assert default_rigs(load_scenario("middle_encoders")) == tuple(COMPARED_RIGS)
+    assert default_rigs(MIDDLE) == COMPARED_RIGS
+    assert default_rigs(load_scenario("middle_encoders")) == COMPARED_RIGS
     assert default_rigs(changed(plant={"mass_scale": 1.3})) == (*COMPARED_RIGS, AS_GIVEN)
     # the same plant, watched by nobody
     encoders = load_scenario("middle_encoders")
@@ -288,8 +294,8 @@ def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
     [
         (["--controllers", "unified,pid"], "--controllers: 'pid': expected one of ctc, multi_joint"),
         (["--controllers", ""], "--controllers: '': expected one of ctc"),
-        (["--rigs", "ideal,worn"], "--rigs: 'worn': expected some of ideal, wrong, encoders, realistic, as_given"),
-        (["--rigs", ""], "--rigs: '': expected some of ideal"),
+        (["--rigs", "ideal,worn"], "--rigs: 'worn': expected one of calibrated, encoders, good, ideal"),
+        (["--rigs", ""], "--rigs: '': expected one of calibrated"),
         (["--durations", "1,fast"], "--durations: 'fast': expected seconds above 0"),
         (["--durations", "0"], "--durations: '0': expected seconds above 0"),
         (["--durations", "nan"], "--durations: 'nan': expected seconds above 0"),

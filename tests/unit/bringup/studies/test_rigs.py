@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +14,9 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.sweep.drawing import Draw, draw, on_robot, plan_of
-from fivebar_bringup.studies.sweep.rigs import DEGREE, DEXTAR, RIGS, rig_words
+from fivebar_bringup.studies.compare.cases import COMPARED_RIGS
+from fivebar_bringup.studies.rigs.rig import find_rig, merged, rig_directory, shipped_rigs
+from fivebar_bringup.studies.sweep.drawing import VARIED, Draw, draw, on_robot, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import made, screened, timed_for_loads
 from fivebar_bringup.studies.sweep.statistics import silence_table, within_table
@@ -22,7 +24,7 @@ from fivebar_control.laws.lqr import LqrSettings, linearised, lqr_gains
 from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC
-from fivebar_description.robot_file import load_robot, read_robot
+from fivebar_description.robot_file import load_robot, read_robot, robot_path
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.links import LinkErrors
@@ -30,6 +32,9 @@ from fivebar_sim.effects.settings import PlantSettings, has_effects
 
 SEED = 11
 DOCUMENT = Path(__file__).parents[4] / "docs/sweeps.md"
+DEGREE = math.pi / 180.0
+OF_DEXTAR = ("ideal", "encoders", "calibrated", "good", "middling", "poor")
+OF_THE_BENCH = ("printed", "printed_calibrated", "printed_encoders")
 
 
 def planned(count: int) -> list[int]:
@@ -62,12 +67,18 @@ def spread(values: list[float]) -> tuple[float, float]:
 
 def test_the_rigs_are_those_of_the_page() -> None:
     page = DOCUMENT.read_text(encoding="utf-8")
-    of_dextar = ("ideal", "encoders", "calibrated", "good", "middling", "poor")
-    assert tuple(RIGS) == (*of_dextar, "printed", "printed_calibrated", "printed_encoders")
-    assert tuple(rig.name for rig in RIGS.values() if rig.robot == DEXTAR) == of_dextar
-    for name in RIGS:
+    assert set(shipped_rigs()) == {*OF_DEXTAR, *OF_THE_BENCH, *COMPARED_RIGS}
+    for name in shipped_rigs():
         assert f"`{name}`" in page
-        assert "Left out: " in rig_words(name)
+        assert find_rig(name).robot == ("motkin" if name in OF_THE_BENCH else "dextar")
+
+
+def test_a_rig_says_what_it_is_and_how_many_crossings_are_required() -> None:
+    required = {name: find_rig(name).required for name in ("ideal", "calibrated", "good", "middling", "printed")}
+    assert list(required.values()) == [0.999, 0.999, 0.99, 0.95, 0.999]
+    described = find_rig("middling").described
+    assert "drawn: mass_and_inertia 0.05, coulomb_friction 0.15, length 0.0002" in described
+    assert "transmission.frequency 60" in described and "Left out: eccentric encoders" in described
 
 
 @pytest.mark.parametrize(
@@ -134,8 +145,7 @@ def test_robots_have_the_stated_mechanics_and_drives(
 
 
 def test_robots_with_a_gyroscope_are_stopped_before_they_leave_5_mm(numbers: tuple[int, ...]) -> None:
-    of_dextar = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
-    limits = {rig: draw(SEED, numbers[0], rig).scenario("unified").tracking_error_limit for rig in of_dextar}
+    limits = {rig: draw(SEED, numbers[0], rig).scenario("unified").tracking_error_limit for rig in OF_DEXTAR}
     assert {rig for rig, limit in limits.items() if limit < 5e-3} == {"calibrated", "good", "middling", "poor"}
 
 
@@ -148,9 +158,8 @@ def test_ideal_and_encoders_are_free_of_effects(numbers: tuple[int, ...]) -> Non
 
 
 def test_all_rigs_have_the_same_motions_and_robots_in_proportion(numbers: tuple[int, ...]) -> None:
-    of_dextar = [rig.name for rig in RIGS.values() if rig.robot == DEXTAR]
-    motions = {rig: [draw(SEED, number, rig)[:8] for number in numbers] for rig in ("", *of_dextar)}
-    assert all(motion == motions[""] for motion in motions.values())
+    motions = {rig: [draw(SEED, number, rig)[:8] for number in numbers] for rig in (VARIED, *OF_DEXTAR)}
+    assert all(motion == motions[VARIED] for motion in motions.values())
     good, poor = plants("good", numbers[:3]), plants("poor", numbers[:3])
     for one, other in zip(good, poor, strict=True):
         assert np.array(other.links[:6]) == pytest.approx(15.0 * np.array(one.links[:6]))
@@ -261,7 +270,7 @@ def test_only_the_blended_controllers_let_the_estimator_find_disturbances_quickl
 @pytest.mark.parametrize("controller", ["mpc", "lqr"])
 def test_what_stands_in_for_mpc_and_lqr_has_the_gains_that_the_rig_bears(rig: str, controller: str) -> None:
     case = draw(75, 4, rig)
-    given = RIGS[rig].sections["unified"]
+    given = find_rig(rig).scenario["unified"]
     used = case.with_effects(controller, {}).tuned().nominal.feedback
     assert (used.kp, used.kd, used.weight) == (given["kp"], given["kd"], given["weight"])
 
@@ -323,7 +332,70 @@ def test_what_stays_within_2_and_5_mm_has_no_fault_and_the_planned_mode(run: Swe
     assert tuple(line[3].value for line in lines) == within
 
 
-def test_an_unknown_rig_is_refused() -> None:
-    done = CliRunner().invoke(app, ["sweep", "--rig", "worn"])
+def test_a_fixed_robot_is_the_same_in_every_case(numbers: tuple[int, ...]) -> None:
+    (wrong,) = set(plants("wrong", numbers[:3]))
+    assert wrong == PlantSettings(torque_limit=2.0, mass_scale=1.1, inertia_scale=0.9, friction_scale=0.8)
+    assert draw(SEED, numbers[0], "wrong").mass_scale == 1.1
+
+
+def own_rig(folder: Path, **changes: Any) -> Path:
+    """A copy of the shipped rig `good`, with some of its keys changed."""
+    content = yaml.safe_load((rig_directory() / "good.yaml").read_text(encoding="utf-8"))
+    file = folder / "mine.yaml"
+    file.write_text(yaml.safe_dump(merged(content, changes)), encoding="utf-8")
+    return file
+
+
+def test_a_rig_of_ones_own_is_drawn_from(tmp_path: Path, numbers: tuple[int, ...]) -> None:
+    """Equal random numbers make the same robot, but for what the file says otherwise."""
+    softer = {"scenario": {"plant": {"transmission": {"frequency": 100.0}}}}
+    own = str(own_rig(tmp_path, robot="other.yaml", errors={"length": 4e-5}, **softer))
+    (tmp_path / "other.yaml").write_text(robot_path("dextar").read_text(encoding="utf-8"), encoding="utf-8")
+    shipped, mine = (draw(SEED, numbers[0], rig).scenario("unified") for rig in ("good", own))
+    assert mine.robot == str(tmp_path / "other.yaml")
+    assert np.array(mine.plant.links[:6]) == pytest.approx(2.0 * np.array(shipped.plant.links[:6]))
+    assert mine.plant.transmission == shipped.plant.transmission._replace(frequency=100.0)
+    assert (mine.ekf, mine.imu, mine.plant.push) == (shipped.ekf, shipped.imu, shipped.plant.push)
+
+
+@pytest.mark.parametrize(
+    ("changes", "named"),
+    [
+        ({"rotor": 1}, ["rotor", "unknown key"]),
+        ({"required": 1.5}, ["required", "1.5", "at most 1"]),
+        ({"errors": {"lengths": 1e-4}}, ["errors.lengths", "length"]),
+        ({"errors": {"zero": -0.1}}, ["errors.zero", "-0.1"]),
+        ({"errors": {"rotor_share": [0.8, 0.5]}}, ["errors.rotor_share", "smaller one first"]),
+        ({"robot": "dextra"}, ["robot", "'dextra'", "dextar"]),
+        ({"scenario": {"waypoints": [[0.0, 0.1]]}}, ["scenario", "waypoints", "expected one of"]),
+        ({"scenario": {"ekf": {"gyrro": True}}}, ["scenario", "ekf.gyrro"]),
+        ({"scenario": {"plant": {"friction": {"viscous": "much"}}}}, ["scenario", "plant.friction.viscous", "much"]),
+        ({"scenario": {"plant": {"torque_limit": 3.0}}}, ["scenario", "plant.torque_limit", "3.0"]),
+        ({"scenario": {"plant": []}}, ["scenario", "plant"]),
+        ({"scenario": {"ekf": {"camera": True}}}, ["scenario", "ekf.camera", "there is no camera"]),
+        ({"blended": {"ekf": {"disturbance_rate": -1.0}}}, ["blended", "ekf.disturbance_rate", "-1.0"]),
+        ({"laws": {"mpcc": {}}}, ["laws", "mpcc", "mpc"]),
+        ({"laws": {"lqr": {"wait": 1.0}}}, ["laws.lqr", "law.wait"]),
+        ({"scenario": {"plant": {"transmission": {"frequency": 0.0}}}}, ["transmission"]),
+    ],
+)
+def test_a_mistake_in_a_rig_is_named(changes: dict[str, Any], named: list[str], tmp_path: Path) -> None:
+    file = own_rig(tmp_path, **changes)
+    done = CliRunner().invoke(app, ["sweep", "--rig", str(file), "--case", "1"])
     assert done.exit_code == 2
-    assert "--rig: 'worn': expected one of ideal, encoders, calibrated, good, middling, poor, printed" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert not [words for words in (str(file), *named) if words not in done.stderr], done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["sweep", "--rig", "worn"], ["--rig", "'worn'", "calibrated", "encoders", "good", "path to a .yaml file"]),
+        (["sweep", "--rig", "gone.yaml"], ["gone.yaml"]),
+        (["benchmark", "--rigs", "printed"], ["--rigs", "'printed'", "motkin", "dextar"]),
+    ],
+)
+def test_an_unknown_rig_is_refused(words: list[str], named: list[str]) -> None:
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 2
+    assert not [one for one in named if one not in done.stderr], done.stderr

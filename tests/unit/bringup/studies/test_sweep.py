@@ -25,7 +25,6 @@ from fivebar_bringup.studies.sweep.directory import SweepDirectory, opened
 from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
 from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
 from fivebar_bringup.studies.sweep.program import deciding_files, matching
-from fivebar_bringup.studies.sweep.rigs import required_share
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, SweepRow, as_lines, from_lines
 from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case, shortcomings, use_of
 from fivebar_bringup.studies.sweep.statistics import (
@@ -63,11 +62,6 @@ def rows(made: Path) -> list[SweepRow]:
 
 def side(case: Draw, x: float, y: float) -> float:
     return math.copysign(1.0, det_a(state_from_platform(ROBOT, case.mode1, case.mode2, x, y, 0.0, 0.0)))
-
-
-def test_a_rig_says_how_many_crossings_are_required() -> None:
-    asked = {rig: required_share(rig) for rig in ("", "ideal", "calibrated", "good", "middling", "printed_calibrated")}
-    assert list(asked.values()) == [0.999, 0.999, 0.999, 0.99, 0.95, 0.99]
 
 
 def test_cases_are_what_is_promised() -> None:
@@ -354,7 +348,7 @@ def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pyt
         opened(tmp_path, SEED, CASES)
     with SweepDirectory(made).alone(), pytest.raises(InputError, match="another sweep"):
         sweep(made)
-    monkeypatch.setattr(sweep_directory, "program_digest", lambda: "new")
+    monkeypatch.setattr(sweep_directory, "program_digest", lambda rig: "new")
     with pytest.raises(InputError, match="not new"):
         opened(made, None, None)
 

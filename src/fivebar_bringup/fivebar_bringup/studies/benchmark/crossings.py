@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import count, islice
 from pathlib import Path
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw, on_robot
+from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, ROBOT, Draw, draw, on_robot
 from fivebar_bringup.studies.sweep.running import limits_for
 from fivebar_control.planning.feasibility import screen
 from fivebar_description.share import share_file
@@ -72,6 +73,19 @@ def read_crossings(text: str) -> list[BenchmarkCrossing]:
         BenchmarkCrossing(*(reader(entry) for reader, entry in zip(readers, line, strict=True)))
         for line in islice(csv.reader(io.StringIO(text)), 1, None)
     ]
+
+
+def checked_rigs(names: Sequence[str]) -> Sequence[str]:
+    """Return names or paths of rigs whose robots can make the crossings.
+
+    Raises:
+        InputError: one of them has another robot.
+    """
+    for name in names:
+        robot = find_rig(name).robot
+        if robot != ROBOT:
+            raise InputError(f"--rigs: {name!r}: has the robot {robot}: expected rigs of {ROBOT}, as the crossings are")
+    return names
 
 
 def drawn_crossings() -> Iterator[BenchmarkCrossing]:

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.compare.rigs import can_be_on, default_rigs, on_rig
 from fivebar_bringup.studies.compare.screening import has_quickest, quickest_durations
+from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_description.strict_yaml import validate
+from fivebar_sim.effects.settings import PlantSettings
+
+COMPARED_RIGS = "ideal", "wrong", "encoders", "realistic"
+"""Rigs of a comparison where none are named, each with the robot that has none of its drawn errors."""
+
+AS_GIVEN = "as_given"
+"""In place of a rig: plant, estimator and gains of the scenario itself."""
 
 TIGHT_LIMIT = 0.6
 """Torque limit (Nm) for the test whether the planner's screen refuses what the controllers cannot do."""
@@ -21,7 +30,7 @@ class ComparisonCase(NamedTuple):
         given: the scenario with the motion.
         controller: name of the controller.
         duration: of each segment (s); None for the quickest that the planner's screen allows.
-        rig: one of `RIG_NAMES`.
+        rig: name or path of a rig, or `AS_GIVEN`.
         torque_limit: of the drives (Nm); None for the scenario's.
     """
 
@@ -54,7 +63,8 @@ class ComparisonCase(NamedTuple):
         """
         content = on_rig(self.given, self.rig, self.controller)
         # the name of a run takes no colon, which a law from elsewhere has
-        name = f"{self.motion}-{self.controller.replace(':', '.')}-{self.rig}"
+        rig = re.sub(r"[^\w.-]", "_", Path(self.rig).stem, flags=re.ASCII)
+        name = f"{self.motion}-{self.controller.replace(':', '.')}-{rig}"
         content["name"] = name
         if self.torque_limit is not None:
             own = content["plant"]["torque_limit"]
@@ -104,6 +114,28 @@ class ComparisonExtent(NamedTuple):
             for duration in ((*self.durations, None) if number == 0 else (None,))
             if has_quickest(given) and (given.torque_limit is None or given.torque_limit > TIGHT_LIMIT)
         ]
+
+
+def on_rig(scenario: Scenario, name: str, controller: str) -> dict[str, Any]:
+    """Return the content of a scenario with its robot put on a rig, without drawn errors, and a controller."""
+    if name == AS_GIVEN:
+        return scenario.model_dump() | {"controller": controller}
+    return find_rig(name).content(scenario, controller)
+
+
+def can_be_on(scenario: Scenario, name: str) -> bool:
+    """Return whether a scenario's motion can be made on a rig: an estimator follows it in one working mode only."""
+    return scenario.working_modes is None or name == AS_GIVEN or not find_rig(name).estimated
+
+
+def default_rigs(scenario: Scenario) -> tuple[str, ...]:
+    """Return the rigs for a scenario where none are named: all, and its own plant where that is none of them."""
+    possible = tuple(name for name in COMPARED_RIGS if can_be_on(scenario, name))
+    for name in possible:
+        content = on_rig(scenario, name, scenario.controller)
+        if PlantSettings(**content["plant"]) == scenario.plant and content["estimator"] == scenario.estimator:
+            return possible
+    return (*possible, AS_GIVEN)
 
 
 def longest_first(cases: Sequence[ComparisonCase]) -> list[int]:

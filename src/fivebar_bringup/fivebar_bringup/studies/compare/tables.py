@@ -7,12 +7,13 @@ from itertools import groupby
 
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.recorded.outcome import RunOutcome
-from fivebar_bringup.studies.compare.cases import TIGHT_LIMIT, ComparisonExtent
+from fivebar_bringup.studies.compare.cases import AS_GIVEN, TIGHT_LIMIT, ComparisonExtent, on_rig
 from fivebar_bringup.studies.compare.results import ComparisonResult
-from fivebar_bringup.studies.compare.rigs import gains_used, rig_words
 from fivebar_bringup.studies.compare.verdicts import lost
 from fivebar_bringup.studies.reproduce.rows import largest
+from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.units import error_of, plain
+from fivebar_control.laws.gains import Gains
 
 METRICS = (
     "error",
@@ -32,15 +33,19 @@ def rigs_table(extent: ComparisonExtent) -> Table:
     rows = []
     for given in extent.given:
         for rig in extent.rigs_of(given):
-            gains, (kp, kd) = gains_used(given, rig)
+            content = on_rig(given, rig, given.controller)
+            gains, unified = Gains(**content["gains"]), {name: content["unified"][name] for name in ("kp", "kd")}
+            described = "plant, estimator and gains as the scenario gives them"
+            if rig != AS_GIVEN:
+                described = find_rig(rig).described
             words = f"{gains.kp:g}, {gains.kd:g}; on the locus {gains.kp_vhc:g}, {gains.kd_vhc:g}"
             rows.append(
                 (
                     Cell(given.name, given.name),
                     Cell(rig, rig),
-                    Cell(rig_words(rig), rig_words(rig)),
+                    Cell(described, described),
                     Cell(words, gains._asdict()),
-                    Cell(f"{kp:g}, {kd:g}", {"kp": kp, "kd": kd}),
+                    Cell(f"{unified['kp']:g}, {unified['kd']:g}", unified),
                 )
             )
     return Table(

@@ -11,10 +11,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
-from fivebar_bringup.studies.compare.rigs import on_rig
+from fivebar_bringup.studies.rigs.rig import find_rig, merged
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, TORQUE_LIMIT, UNIFIED_WEIGHT
-from fivebar_bringup.studies.sweep.rigs import GYRO_BIAS, RIGS, sections_for
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import InputError, validate
 
@@ -31,6 +30,10 @@ WRONG_MODE, FAR, REFUSED = "wrong assembly mode", "2 mm off", "impossible robot"
 """Failures besides the faults' names."""
 
 
+ENCODERS = "encoders"
+"""Rig of the equipment that has no gyroscope."""
+
+
 class Equipment(NamedTuple):
     """A controller with sensors and settings.
 
@@ -38,18 +41,24 @@ class Equipment(NamedTuple):
         name: as in the results.
         controller: its name.
         words: sensors and settings.
-        sections: of the scenario, that replace others key by key.
+        rig: whose sensors, estimator and gains it has, without its robot and its tracking limit.
     """
 
     name: str
     controller: str
     words: str
-    sections: Mapping[str, Mapping[str, Any]] = {}
+    rig: str = ENCODERS
 
     @property
     def gyro(self) -> bool:
         """Whether it has a gyroscope and declared tolerances."""
-        return bool(self.sections)
+        return self.rig != ENCODERS
+
+    @property
+    def sections(self) -> dict[str, Any]:
+        """Sections of the scenario, that replace others key by key."""
+        found = find_rig(self.rig).settings_for(self.controller)
+        return {name: keys for name, keys in found.items() if isinstance(keys, Mapping)}
 
 
 ENCODERS_ALONE = "motor encoders alone, no declared tolerances"
@@ -60,12 +69,12 @@ EQUIPMENT = {
     one.name: one
     for one in (
         Equipment("unified, encoders", "unified", ENCODERS_ALONE),
-        Equipment("unified, gyro", "unified", WITH_GYRO, RIGS["good"].sections),
-        Equipment("unified, gyro, elastic", "unified", FOR_ELASTIC, RIGS["middling"].sections),
+        Equipment("unified, gyro", "unified", WITH_GYRO, "good"),
+        Equipment("unified, gyro, elastic", "unified", FOR_ELASTIC, "middling"),
         Equipment("multi_cartesian, encoders", "multi_cartesian", ENCODERS_ALONE),
-        Equipment("multi_cartesian, gyro", "multi_cartesian", WITH_GYRO, sections_for(RIGS["good"], "multi_cartesian")),
+        Equipment("multi_cartesian, gyro", "multi_cartesian", WITH_GYRO, "good"),
         Equipment("multi_joint, encoders", "multi_joint", ENCODERS_ALONE),
-        Equipment("multi_joint, gyro", "multi_joint", WITH_GYRO, sections_for(RIGS["good"], "multi_joint")),
+        Equipment("multi_joint, gyro", "multi_joint", WITH_GYRO, "good"),
     )
 }
 """By name. `good` stands for its settings of estimator and gains; the robots are those of this study."""
@@ -150,7 +159,7 @@ def failure_of(equipment: str, effect: Effect | None, size: float, duration: flo
     at = Condition(draw, plan.crossings[0].time)
     # the offset of a gyroscope is never zero
     robot = FaultyRobot(
-        given.plant._replace(seed=draw), given.imu._replace(gyro_bias=at.sign * GYRO_BIAS), given.tolerances
+        given.plant._replace(seed=draw), given.imu._replace(gyro_bias=at.sign * _gyro_bias()), given.tolerances
     )
     if effect is not None:
         robot = effect.on(robot, size, at)
@@ -173,6 +182,11 @@ def cause_of(outcome: Outcome, crossings: int) -> str | None:
     return None if outcome.error_peak < LIMIT else FAR
 
 
+def _gyro_bias() -> float:
+    """Return the bound (rad/s) of the gyroscope's bias on the rigs that have one."""
+    return find_rig("good").errors.gyro_bias
+
+
 @cache
 def prepared(name: str, duration: float) -> tuple[Scenario, Sampled]:
     """Return the scenario of an equipment on an exact robot, and its sampled plan."""
@@ -185,10 +199,8 @@ def prepared(name: str, duration: float) -> tuple[Scenario, Sampled]:
         "waypoints": (start, end),
         "segment_duration": duration,
         "plant": {"torque_limit": TORQUE_LIMIT},
+        "unified": {"weight": UNIFIED_WEIGHT},
     }
-    content = on_rig(validate(common, Scenario, "robustness"), "encoders", equipment.controller)
-    content["unified"]["weight"] = UNIFIED_WEIGHT
-    for section, keys in equipment.sections.items():
-        content[section] |= keys
-    scenario = validate(content, Scenario, "robustness")
+    content = find_rig(ENCODERS).content(validate(common, Scenario, "robustness"), equipment.controller)
+    scenario = validate(merged(content, equipment.sections), Scenario, "robustness")
     return scenario, sampled(scenario.five_bar(), scenario.plan(), RATE_HZ, scenario.lead_samples)

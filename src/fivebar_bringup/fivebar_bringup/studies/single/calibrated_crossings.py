@@ -24,16 +24,9 @@ from fivebar_bringup.simulation.guided import GuidedSample, guide, write_guided_
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
 from fivebar_bringup.studies.common.intervals import clopper_pearson
-from fivebar_bringup.studies.sweep.drawing import EFFECTS, GYROSCOPE, SCALES, drives_of
-from fivebar_bringup.studies.sweep.rigs import (
-    DEXTAR,
-    GYRO_BIAS,
-    MOTKIN,
-    RIGS,
-    SweepRig,
-    drawn_effects,
-    drawn_scales,
-)
+from fivebar_bringup.studies.rigs.rig import Rig, find_rig, merged, shipped_rigs
+from fivebar_bringup.studies.rigs.robot_errors import drawn_effects, drawn_scales
+from fivebar_bringup.studies.sweep.drawing import EFFECTS, GYROSCOPE, SCALES
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
 from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows
@@ -42,16 +35,13 @@ from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import validate, yaml_text
 
 MOTIONS = {
-    DEXTAR: ("calibration", "calibration_below"),
-    MOTKIN: ("motkin_calibration", "motkin_calibration_below"),
+    "dextar": ("calibration", "calibration_below"),
+    "motkin": ("motkin_calibration", "motkin_calibration_below"),
 }
 """By robot: above and below the motors' line. What one of them leaves open of the elbow gap is found from the other."""
 
 TOUCHED = 3
 """Of the random numbers that are the errors of touched points."""
-
-BEFORE, AFTER = "robot before", "robot after"
-"""Rigs of one robot each, known to the sweep while it crosses."""
 
 
 class LeftError(NamedTuple):
@@ -82,21 +72,22 @@ class BeforeAndAfter(NamedTuple):
     after: SweepRow
 
 
-def robot_of_rig(rig: SweepRig, seed: int, number: int) -> dict[str, Any]:
+def robot_of_rig(rig: Rig, seed: int, number: int) -> dict[str, Any]:
     """Return the section `plant` of a robot of a rig, without push and lost commands."""
-    scales = drawn_scales(rig.spread, np.random.default_rng((seed, number, SCALES)))
-    effects = drawn_effects(rig.spread, np.random.default_rng((seed, number, EFFECTS)), 0.0)
+    scales = drawn_scales(rig.errors, np.random.default_rng((seed, number, SCALES)))
+    effects = drawn_effects(rig.errors, np.random.default_rng((seed, number, EFFECTS)), 0.0)
     lasting = {name: keys for name, keys in effects.items() if name not in ("push", "bus")}
     names = ("mass_scale", "inertia_scale", "friction_scale")
-    return dict(zip(names, scales, strict=True)) | lasting
+    return merged(dict(zip(names, scales, strict=True)) | lasting, rig.plant)
 
 
-def gyro_bias(seed: int, number: int) -> float:
+def gyro_bias(rig: Rig, seed: int, number: int) -> float:
     """Return the bias (rad/s) of a robot's gyroscope while it is calibrated."""
-    return float(np.random.default_rng((seed, number, GYROSCOPE)).uniform(-GYRO_BIAS, GYRO_BIAS))
+    bound = rig.errors.gyro_bias
+    return float(np.random.default_rng((seed, number, GYROSCOPE)).uniform(-bound, bound))
 
 
-def calibrated(rig: SweepRig, plant: dict[str, Any], bias: float, touched: float = 0.0) -> CalibrationResult:
+def calibrated(rig: Rig, plant: dict[str, Any], bias: float, touched: float = 0.0) -> CalibrationResult:
     """Return the calibration of a robot with a gyroscope of this bias (rad/s) from both motions by hand.
 
     With `touched`, the standard deviation (m) of touched points, the first motion's waypoints are such points.
@@ -104,8 +95,9 @@ def calibrated(rig: SweepRig, plant: dict[str, Any], bias: float, touched: float
     result: CalibrationResult | None = None
     for name in MOTIONS[rig.robot]:
         content = load_scenario(name).model_dump()
-        content["plant"] |= {"encoder_counts": drives_of(rig.robot).encoder_counts, **plant}
-        content["imu"] |= {**rig.sections["imu"], "gyro_bias": bias}
+        lasting = {key: value for key, value in plant.items() if key not in ("torque_quantum", "delay_samples")}
+        content["plant"] |= lasting
+        content["imu"] |= {**rig.scenario["imu"], "gyro_bias": bias}
         scenario = validate(content, Scenario, name)
         with tempfile.TemporaryDirectory() as folder:
             run = new_run_directory(Path(folder) / "led", scenario)
@@ -149,24 +141,35 @@ def left_error(result: CalibrationResult) -> LeftError:
     )
 
 
-def rigs_of(rig: SweepRig, plant: dict[str, Any], result: CalibrationResult, file: Path) -> tuple[SweepRig, SweepRig]:
-    """Return the rigs that have one robot only, with its file as drawn, and with the calibrated one, which is written.
+class RigFiles(NamedTuple):
+    """The files of two rigs that have one robot only: with its file as drawn, and with the calibrated one."""
+
+    before: Path
+    after: Path
+
+
+def rigs_of(rig: Rig, plant: dict[str, Any], result: CalibrationResult, folder: Path) -> RigFiles:
+    """Write the calibrated robot's file and both rigs.
 
     Encoder zeros that the calibration finds are those of the drives from then on.
     """
+    file = folder / "calibrated.yaml"
     file.write_text(yaml_text(result.robot_file().model_dump(mode="json", exclude_none=True)), encoding="utf-8")
     scenario = result.calibrated_scenario(str(file))
     assert scenario is not None
-    sections = {name: keys for name, keys in rig.sections.items() if name != "tolerances"}
-    left = {"links": scenario.plant.links, "encoders": scenario.plant.encoders}
-    return (
-        rig._replace(name=BEFORE, plant=plant),
-        rig._replace(name=AFTER, plant=plant | left, robot=str(file), sections=sections),
-    )
+    content = rig.model_dump()
+    before = merged(content, {"scenario": {"plant": plant}})
+    left = {"links": scenario.plant.links._asdict(), "encoders": scenario.plant.encoders._asdict()}
+    after = merged(before, {"robot": str(file), "scenario": {"plant": left}})
+    del after["scenario"]["tolerances"]
+    files = RigFiles(folder / "before.yaml", folder / "after.yaml")
+    for path, text in zip(files, (before, after), strict=True):
+        path.write_text(yaml_text(text), encoding="utf-8")
+    return files
 
 
 def crossed(
-    rig: SweepRig, seed: int, robot: int, plant: dict[str, Any], result: CalibrationResult, crossings: int
+    rig: Rig, seed: int, robot: int, plant: dict[str, Any], result: CalibrationResult, crossings: int
 ) -> list[BeforeAndAfter]:
     """Return the first so many crossings of a robot that are accepted once it is calibrated.
 
@@ -179,19 +182,14 @@ def crossed(
     """
     done: list[BeforeAndAfter] = []
     with tempfile.TemporaryDirectory() as folder:
-        rigs = {rig.name: rig for rig in rigs_of(rig, plant, result, Path(folder) / "calibrated.yaml")}
-        RIGS.update(rigs)
-        try:
-            for number in itertools.count(1000 * (robot + 1)):
-                if len(done) == crossings:
-                    break
-                (after,) = run_case(seed, number, AFTER, ("unified",))
-                if after.status == FEASIBLE:
-                    (before,) = run_case(seed, number, BEFORE, ("unified",))
-                    done.append(BeforeAndAfter(before, after))
-        finally:
-            for name in rigs:
-                del RIGS[name]
+        files = rigs_of(rig, plant, result, Path(folder))
+        for number in itertools.count(1000 * (robot + 1)):
+            if len(done) == crossings:
+                break
+            (after,) = run_case(seed, number, str(files.after), ("unified",))
+            if after.status == FEASIBLE:
+                (before,) = run_case(seed, number, str(files.before), ("unified",))
+                done.append(BeforeAndAfter(before, after))
     return done
 
 
@@ -233,7 +231,7 @@ def main() -> None:
     parser.add_argument(
         "--rig",
         default="printed",
-        choices=[name for name, rig in RIGS.items() if rig.spread.length > 0.0 and "imu" in rig.sections],
+        choices=[name for name in shipped_rigs() if find_rig(name).errors.gyro_bias > 0.0],
         help="whose robots (printed)",
     )
     parser.add_argument("--seed", type=int, default=1, help="of robots and motions")
@@ -241,12 +239,12 @@ def main() -> None:
     parser.add_argument("--touched", type=float, default=0.0, metavar="MM", help="deviation of touched points (none)")
     parser.add_argument("--crossings", type=int, default=10, help="of each robot, that are accepted after calibration")
     given = parser.parse_args()
-    rig = RIGS[given.rig]
+    rig = find_rig(given.rig)
     left: list[LeftError] = []
     done: list[BeforeAndAfter] = []
     for robot in range(given.robots):
         plant = robot_of_rig(rig, given.seed, robot)
-        result = calibrated(rig, plant, gyro_bias(given.seed, robot), 1e-3 * given.touched)
+        result = calibrated(rig, plant, gyro_bias(rig, given.seed, robot), 1e-3 * given.touched)
         crossings = crossed(rig, given.seed, robot, plant, result, given.crossings)
         left.append(left_error(result))
         done += crossings

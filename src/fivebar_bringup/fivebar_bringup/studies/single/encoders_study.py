@@ -19,7 +19,7 @@ import numpy as np
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.common.shared_work import share
-from fivebar_bringup.studies.compare.rigs import COMPARED_RIGS, on_rig
+from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.studies.single.mpc_study import run_once
 from fivebar_control.laws.mpc import MpcSettings
 
@@ -90,7 +90,7 @@ def run(task: EncoderTask) -> EncoderRun:
     given = Scenario.model_validate(
         {"name": "study", "waypoints": motion.waypoints, "segment_duration": motion.duration}
     )
-    scenario = Scenario.model_validate(on_rig(given, rig, controller) | sections)
+    scenario = Scenario.model_validate(find_rig(rig).content(given, controller) | sections)
     outcome = run_once(scenario)
     torque = max(outcome.requested1, outcome.requested2)
     return EncoderRun(outcome.error_peak, outcome.estimate_error, torque, bool(outcome.fault))
@@ -119,9 +119,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1, help="of the motions")
     parser.add_argument("--runs", type=int, default=60, help="motions, each with every law")
-    parser.add_argument(
-        "--rig", default="encoders", choices=[name for name, rig in COMPARED_RIGS.items() if rig.estimator == "ekf"]
-    )
+    parser.add_argument("--rig", default="encoders", choices=("encoders", "realistic"))
     given = parser.parse_args()
     motions = drawn(given.seed, given.runs)
     tasks = [EncoderTask(given.rig, words, motion) for words in LAWS for motion in motions]

@@ -18,8 +18,8 @@ from fivebar_bringup.pages.style import BLUE, GREY, PURPLE, VERMILION, house_sty
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import Sample, simulate
-from fivebar_bringup.studies.compare.rigs import COMPARED_RIGS
 from fivebar_bringup.studies.compare.verdicts import BOUNDS
+from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar
@@ -27,15 +27,13 @@ from fivebar_description.rounding import in_millimetres
 
 DURATIONS = (0.5, 1.0, 2.0, 3.0)
 
-REALISTIC = COMPARED_RIGS["realistic"]
-
 PLANTS: dict[str, tuple[dict[str, Any], ...]] = {
     "as believed": ({},),
     "mass and friction wrong": (
         {"plant": {"mass_scale": 0.8, "friction_scale": 1.3}},
         {"plant": {"mass_scale": 1.2, "friction_scale": 0.7}},
     ),
-    "rig, from its encoders": ({"estimator": REALISTIC.estimator, "plant": REALISTIC.plant},),
+    "rig, from its encoders": ({"estimator": "ekf", "plant": find_rig("realistic").plant},),
 }
 COLORS = dict(zip(PLANTS, (BLUE, VERMILION, PURPLE), strict=True))
 

@@ -29,7 +29,7 @@ class SweepSettings(NamedTuple):
         seed: of all cases.
         cases: crossings judged feasible for the controller that counts (:func:`counted`) after which the sweep is done.
         program: digest of the code that decides the rows.
-        rig: whose robots are drawn, "" for none.
+        rig: whose robots are drawn, by name or by the path of its file, "" for none.
         controllers: that make each crossing.
     """
 
@@ -133,11 +133,16 @@ def opened(
     Raises:
         InputError: the directory cannot be used, or holds a sweep with other settings.
     """
-    program = program_digest()
     if out is not None and SweepDirectory(out).content.is_file():
         begun = SweepDirectory(out)
         settings = begun.read_settings()
-        wanted = {"seed": seed, "cases": cases, "program": program, "rig": rig, "controllers": controllers}
+        wanted = {
+            "seed": seed,
+            "cases": cases,
+            "rig": rig,
+            "program": program_digest(settings.rig),
+            "controllers": controllers,
+        }
         for name, value in wanted.items():
             found = getattr(settings, name)
             if value is not None and value != found:
@@ -150,7 +155,7 @@ def opened(
     settings = SweepSettings(
         DEFAULT_SEED if seed is None else seed,
         DEFAULT_CASES if cases is None else cases,
-        program,
+        program_digest(VARIED if rig is None else rig),
         VARIED if rig is None else rig,
         SWEPT if controllers is None else controllers,
     )

@@ -10,20 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.compare.rigs import ENCODERS as ENCODERS_RIG
-from fivebar_bringup.studies.compare.rigs import on_rig
-from fivebar_bringup.studies.sweep.rigs import (
-    DELAY_SAMPLES,
-    DEXTAR,
-    ENCODER_COUNTS,
-    GYRO_BIAS,
-    RIGS,
-    drawn_effects,
-    drawn_scales,
-    sections_for,
-)
+from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.robot_errors import NO_ERRORS, drawn_effects, drawn_scales
 from fivebar_control.laws.registry import find_controller
-from fivebar_control.laws.robot_sizes import torque_ratio
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan
@@ -31,7 +20,7 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import validate
 
-ROBOT = DEXTAR
+ROBOT = "dextar"
 """Whose crossings are drawn without a rig."""
 
 RATE_HZ = 500
@@ -67,39 +56,20 @@ direction across the path nor rests outside of blending zones: what others need 
 XY = tuple[float, float]
 
 
-class SweptDrives(NamedTuple):
-    """What a robot's file says of its drives, or that of DexTAR is taken to say.
-
-    Attributes:
-        torque_limit, torque_step: largest torque, and the steps in which it is commanded (Nm).
-        encoder_counts: per revolution of a motor joint.
-    """
-
-    torque_limit: float
-    torque_step: float
-    encoder_counts: int
-
-
 @cache
-def drives_of(robot: str) -> SweptDrives:
-    """Return them for a robot, by the name of its file."""
-    file = read_robot(robot)
-    drives = file.drives
-    return SweptDrives(
-        drives.torque_limit or TORQUE_LIMIT,
-        ENCODERS_RIG["torque_quantum"] * torque_ratio(file),
-        drives.encoder_counts or ENCODER_COUNTS,
-    )
+def torque_limit_of(robot: str) -> float:
+    """Return the torque limit (Nm) of a robot's drives, by the name of its file."""
+    return read_robot(robot).drives.torque_limit or TORQUE_LIMIT
 
 
 def robot_of(rig: str) -> str:
     """Return the robot of a rig, that of the cases without one where `rig` is `VARIED`."""
-    return ROBOT if rig == VARIED else RIGS[rig].robot
+    return ROBOT if rig == VARIED else find_rig(rig).robot
 
 
 def weight_of(rig: str) -> float:
     """Return the torque weight of unified on a rig ((m/s^2 / Nm)^2)."""
-    sections = {} if rig == VARIED else RIGS[rig].sections
+    sections = {} if rig == VARIED else find_rig(rig).scenario
     return float(sections.get("unified", {}).get("weight", UNIFIED_WEIGHT))
 
 
@@ -130,7 +100,7 @@ class Draw(NamedTuple):
         mass_scale, inertia_scale, friction_scale: actual over modelled.
         encoder_counts: per revolution, None for exact sensors.
         delay_samples: of the drives.
-        rig: whose robots are drawn from, "" for those whose encoders and delay vary.
+        rig: whose robots are drawn from, by name or path, "" for those whose encoders and delay vary.
         seed: of the sweep; with number and rig it determines the robot.
         drawn_duration: what was drawn, where the planner has taken another for the rig's loads (s).
         time_law: how the reference passes along the segment.
@@ -165,7 +135,7 @@ class Draw(NamedTuple):
     @property
     def torque_limit(self) -> float:
         """Of the drives (Nm)."""
-        return drives_of(robot_of(self.rig)).torque_limit
+        return torque_limit_of(robot_of(self.rig))
 
     def motion(self) -> DrawnScenario:
         """Return a scenario with the case's motion, without the effects of its robot, which follow from the motion."""
@@ -173,29 +143,8 @@ class Draw(NamedTuple):
 
     def with_effects(self, controller: str, effects: Mapping[str, Any]) -> DrawnScenario:
         """Return the scenario for a controller and a robot with effects, which are keys of the section `plant`."""
-        drives = drives_of(robot_of(self.rig))
-        # without the law of that rig's controller: `sections_for` has those of the sweep's own rigs
-        rig = on_rig(_given(robot_of(self.rig)), "ideal" if self.encoder_counts is None else "encoders", PLANNED_FOR)
-        rig["plant"] |= {
-            "mass_scale": self.mass_scale,
-            "inertia_scale": self.inertia_scale,
-            "friction_scale": self.friction_scale,
-            "encoder_counts": self.encoder_counts,
-            "delay_samples": self.delay_samples,
-            **({} if self.encoder_counts is None else {"torque_quantum": drives.torque_step}),
-            **effects,
-        }
-        rig["unified"]["weight"] = UNIFIED_WEIGHT
-        if self.rig != VARIED:
-            for section, keys in sections_for(RIGS[self.rig], controller).items():
-                rig[section] |= keys
-            limit = RIGS[self.rig].tracking_limit
-            if limit is not None:
-                rig["tracking_error_limit"] = limit
-            if rig["ekf"]["gyro"]:
-                random = np.random.default_rng((self.seed, self.number, GYROSCOPE))
-                rig["imu"]["gyro_bias"] = random.uniform(-GYRO_BIAS, GYRO_BIAS)
-        rig |= {
+        content = self._varied(controller) if self.rig == VARIED else self._on_its_rig(controller, effects)
+        content |= {
             "name": f"case-{self.number}-{controller}",
             "controller": controller,
             "working_mode": (self.mode1, self.mode2),
@@ -203,7 +152,35 @@ class Draw(NamedTuple):
             "segment_duration": self.duration,
             "time_law": self.time_law,
         }
-        return validate(rig, DrawnScenario, f"case {self.number}")
+        return validate(content, DrawnScenario, f"case {self.number}")
+
+    def _varied(self, controller: str) -> dict[str, Any]:
+        """Return the content of a scenario with a robot whose encoders and delay vary."""
+        base = find_rig("ideal" if self.encoder_counts is None else "encoders")
+        content = base.content(_given(ROBOT), controller, {})
+        content["plant"] |= {
+            **self._scales(),
+            "encoder_counts": self.encoder_counts,
+            "delay_samples": self.delay_samples,
+        }
+        return content
+
+    def _on_its_rig(self, controller: str, effects: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the content of a scenario with a robot of the case's rig."""
+        rig = find_rig(self.rig)
+        drawn = None if rig.errors == NO_ERRORS else {**self._scales(), **effects}
+        content = rig.content(_given(rig.robot), controller, drawn)
+        if rig.errors.gyro_bias > 0.0 and content["ekf"]["gyro"]:
+            bound, random = rig.errors.gyro_bias, np.random.default_rng((self.seed, self.number, GYROSCOPE))
+            content["imu"]["gyro_bias"] = random.uniform(-bound, bound)
+        return content
+
+    def _scales(self) -> dict[str, float]:
+        return {
+            "mass_scale": self.mass_scale,
+            "inertia_scale": self.inertia_scale,
+            "friction_scale": self.friction_scale,
+        }
 
 
 def draw(seed: int, number: int, rig: str = VARIED) -> Draw:
@@ -240,15 +217,15 @@ def draw(seed: int, number: int, rig: str = VARIED) -> Draw:
 
 
 def on_robot(case: Draw, name: str) -> Draw:
-    """Return a case with a robot of a rig."""
-    rig = RIGS[name]
-    mass, inertia, friction = drawn_scales(rig.spread, np.random.default_rng((case.seed, case.number, SCALES)))
+    """Return a case with a robot of a rig, by name or path."""
+    rig = find_rig(name)
+    mass, inertia, friction = drawn_scales(rig.errors, np.random.default_rng((case.seed, case.number, SCALES)))
     return case._replace(
-        mass_scale=mass,
-        inertia_scale=inertia,
-        friction_scale=friction,
-        encoder_counts=drives_of(rig.robot).encoder_counts if rig.sensed else None,
-        delay_samples=DELAY_SAMPLES if rig.sensed else 0,
+        mass_scale=rig.plant.get("mass_scale", mass),
+        inertia_scale=rig.plant.get("inertia_scale", inertia),
+        friction_scale=rig.plant.get("friction_scale", friction),
+        encoder_counts=rig.plant.get("encoder_counts"),
+        delay_samples=rig.plant.get("delay_samples", 0),
         rig=name,
     )
 
@@ -271,11 +248,11 @@ def _scenario_of(case: Draw, controller: str) -> DrawnScenario:
 
 def _effects(case: Draw) -> Mapping[str, Any]:
     """Return the effects of a case's robot, as keys of the section `plant`."""
-    if case.rig in (VARIED, "ideal"):
+    errors = NO_ERRORS if case.rig == VARIED else find_rig(case.rig).errors
+    if errors == NO_ERRORS:
         return {}
     random = np.random.default_rng((case.seed, case.number, EFFECTS))
-    rig = RIGS[case.rig]
-    return {**drawn_effects(rig.spread, random, plan_of(case).crossings[0].time), **rig.plant}
+    return drawn_effects(errors, random, plan_of(case).crossings[0].time)
 
 
 @cache
@@ -291,7 +268,8 @@ def _given(robot: str) -> DrawnScenario:
         "robot": robot,
         "rate_hz": RATE_HZ,
         "waypoints": ((0.0, 0.15), (0.0, 0.05)),
-        "plant": {"torque_limit": drives_of(robot).torque_limit},
+        "plant": {"torque_limit": torque_limit_of(robot)},
+        "unified": {"weight": UNIFIED_WEIGHT},
     }
     return validate(common, DrawnScenario, "sweep")
 

@@ -9,8 +9,8 @@ import fivebar_bringup
 import fivebar_control
 import fivebar_description
 import fivebar_sim
+from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.studies.sweep.drawing import VARIED, robot_of
-from fivebar_bringup.studies.sweep.rigs import RIGS
 from fivebar_description.robot_file import read_robot
 
 DECIDING = {
@@ -34,9 +34,8 @@ DECIDING = {
         "units.py",
         "simulation/*.py",
         "scenario.py",
-        "studies/compare/rigs.py",
+        "studies/rigs/*.py",
         "studies/sweep/drawing.py",
-        "studies/sweep/rigs.py",
         "studies/sweep/rows.py",
         "studies/sweep/running.py",
     ),
@@ -44,11 +43,16 @@ DECIDING = {
 """What decides the rows, and not only how they are shown: patterns of files by package."""
 
 
-def program_digest() -> str:
-    """Return a digest of the source files and robots that decide the rows; the place of installation does not."""
+BASES = "ideal", "encoders"
+"""Rigs whose settings the cases without a rig have."""
+
+
+def program_digest(rig: str = VARIED) -> str:
+    """Return a digest of the source files, rig and robot that decide the rows; the place of installation does not."""
     total = hashlib.sha256()
-    for robot in sorted({robot_of(rig) for rig in (VARIED, *RIGS)}):
-        total.update(repr(read_robot(robot)).encode())
+    total.update(repr(read_robot(robot_of(rig))).encode())
+    for name in BASES if rig == VARIED else (rig,):
+        total.update(repr(find_rig(name)).encode())
     for name, path in deciding_files().items():
         total.update(f"{name}\n".encode())
         total.update(path.read_bytes())

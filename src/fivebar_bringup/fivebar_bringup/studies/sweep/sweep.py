@@ -12,12 +12,12 @@ from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.recorded.results import finite, write_errors
 from fivebar_bringup.studies.common.shared_work import stream
+from fivebar_bringup.studies.rigs.rig import REQUIRED, find_rig
 from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.directory import SweepDirectory, SweepSettings, opened
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.explanations import explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
-from fivebar_bringup.studies.sweep.rigs import required_share, rig_words
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
 from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, SWEPT, Batch, counted, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
@@ -154,7 +154,7 @@ def _all_rows(
 
 def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[SweepRow]) -> Sweep:
     explanations = [explained(row) for row in runs_of(rows, counted(settings.controllers), FEASIBLE) if not row.success]
-    required = required_share(settings.rig)
+    required = find_rig(settings.rig).required if settings.rig else REQUIRED
     overview = overview_table(rows, required)
     tables = [
         overview,
@@ -220,12 +220,12 @@ def _drawn_words(rig: str) -> str:
         f" {encoders} (on the motors only, with estimator and torque in steps of 2 mNm); delay of 0 or 1 sample"
     )
     if rig:
-        robots = f"robots of the rig {rig}: {rig_words(rig)} Besides"
+        robots = f"robots of the rig {rig}: {find_rig(rig).described} Besides"
     robot = drawing.robot_of(rig)
     return (
         f"Straight segments of the robot {robot} between two random rest points in different assembly modes, in"
         f" each of the four working modes; {drawing.SHORTEST:g} to {drawing.LONGEST:g} s, evenly on a logarithmic"
-        f" scale; {robots}; torque limit {drawing.drives_of(robot).torque_limit:g} Nm, {drawing.RATE_HZ} samples/s;"
+        f" scale; {robots}; torque limit {drawing.torque_limit_of(robot):g} Nm, {drawing.RATE_HZ} samples/s;"
         f" unified with weight {drawing.weight_of(rig):g}. Every case that the planner accepts is run, also those that"
         " a controller's screen judges infeasible."
     )

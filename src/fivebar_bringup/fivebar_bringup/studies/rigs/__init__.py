@@ -1,0 +1,1 @@
+"""Rigs: from which robots the studies draw, what their controllers measure, and with which settings; as files."""

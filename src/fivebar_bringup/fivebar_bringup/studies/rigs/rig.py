@@ -1,0 +1,256 @@
+"""Rig files: found by name or by path, read, and checked as a whole before anything is drawn from them."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field
+
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.rigs.robot_errors import NO_ERRORS, RobotErrors, drawn_effects
+from fivebar_control.laws.registry import CONTROLLERS, find_controller
+from fivebar_control.scenario.sensors import check_sensors
+from fivebar_description.errors import InputError
+from fivebar_description.file_format import NEWEST, Format, read_versioned
+from fivebar_description.scenario_file import with_files_beside
+from fivebar_description.settings import Section, Setting
+from fivebar_description.share import is_yaml_path, placed_beside, share_file, yaml_path
+from fivebar_description.shared_settings import Robot
+from fivebar_description.strict_yaml import StrictModel, validate
+from fivebar_description.suggestion import expected_one_of
+from fivebar_sim.effects.mechanism import mechanism_of
+
+OF_A_RIG = (
+    "estimator",
+    "ekf",
+    "imu",
+    "sensors",
+    "camera",
+    "gains",
+    "unified",
+    "adaptive_gain",
+    "vhc_resolution",
+    "zone",
+    "plant",
+    "tolerances",
+    "loads",
+    "risk",
+    "safety",
+    "tracking_error_limit",
+    "error_tolerance",
+)
+"""Keys and sections of a scenario that belong to a rig; the others are those of the motion."""
+
+OF_THE_SCENARIO = ("engine", "torque_limit")
+"""Keys of the section `plant` that no rig has: what simulates a robot, and its drives, which its own file has."""
+
+BLENDED = "multi_cartesian"
+"""A blended controller, to check what a rig has for these."""
+
+REQUIRED = 0.999
+"""Share of the feasible crossings that a sweep's counted controller has to complete, unless a rig says otherwise."""
+
+Keys = Mapping[str, Any]
+
+
+class Rig(StrictModel):
+    """A distribution of robots, with sensors, estimator and settings of the controllers."""
+
+    format: Format = NEWEST
+    words: Annotated[str, Setting("What its robots have, in words.")]
+    leaves_out: Annotated[str, Setting("What its robots do not have, though real ones do.")] = "nothing"
+    robot: Robot = "dextar"
+    required: Annotated[
+        float,
+        Setting(
+            "Share of the feasible crossings that the counted controller of a sweep has to complete.",
+            at_least=0.0,
+            at_most=1.0,
+        ),
+    ] = REQUIRED
+    errors: Section[RobotErrors] = NO_ERRORS
+    scenario: Annotated[
+        dict[str, Any], Setting("Keys and sections of a scenario, in place of its own, key by key.")
+    ] = Field(default_factory=dict)
+    blended: Annotated[dict[str, Any], Setting("The same besides, for the blended controllers.")] = Field(
+        default_factory=dict
+    )
+    laws: Annotated[dict[str, dict[str, Any]], Setting("Section `law`, by controller.")] = Field(default_factory=dict)
+    laws_without_errors: Annotated[
+        dict[str, dict[str, Any]], Setting("The same besides, where no errors are drawn.")
+    ] = Field(default_factory=dict)
+
+    @property
+    def plant(self) -> Keys:
+        """Keys of the section `plant` that all of its robots have, in place of drawn ones."""
+        keys: Keys = self.scenario.get("plant", {})
+        return keys
+
+    @property
+    def estimated(self) -> bool:
+        """Whether the controllers have only the motors' encoders, with an estimator; else all joints exactly."""
+        return bool(self.scenario.get("estimator", "none") != "none")
+
+    @property
+    def described(self) -> str:
+        """What the rig contains and what it leaves out, for a person."""
+        parts = [self.words]
+        errors = {name: bound for name, bound in self.errors._asdict().items() if bound != getattr(NO_ERRORS, name)}
+        if errors:
+            parts.append(f"drawn: {', '.join(_shown(errors))}")
+        if self.plant:
+            parts.append(f"all robots: {', '.join(_shown(self.plant))}")
+        return f"{'; '.join(parts)}. Left out: {self.leaves_out}."
+
+    def settings_for(self, controller: str) -> dict[str, Any]:
+        """Return the keys and sections for a controller, without the plant."""
+        found = merged(self.scenario, self.blended if find_controller(controller).blended else {})
+        return {name: keys for name, keys in found.items() if name != "plant"}
+
+    def content(self, given: Scenario, controller: str, drawn: Keys | None = None) -> dict[str, Any]:
+        """Return the content of a scenario with its robot put on the rig, and a controller.
+
+        Args:
+            given: the scenario; engine, torque limit and seed of its plant stay.
+            controller: by name.
+            drawn: keys of the section `plant` that were drawn for its robot; None for the robot without such errors.
+        """
+        content = given.model_dump() | {"controller": controller, "estimator": "none"}
+        kept = {key: content["plant"][key] for key in (*OF_THE_SCENARIO, "seed")}
+        content["plant"] = {**kept, **(drawn or {})}
+        law = self.laws.get(controller, {})
+        if drawn is None:
+            law = {**law, **self.laws_without_errors.get(controller, {})}
+        return merged(content, {"plant": self.plant, **self.settings_for(controller), "law": law})
+
+
+def _shown(keys: Keys, within: str = "") -> Iterator[str]:
+    for name, value in keys.items():
+        if isinstance(value, Mapping):
+            yield from _shown(value, f"{within}{name}.")
+        else:
+            yield f"{within}{name} {_value_text(value)}"
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return " to ".join(_value_text(one) for one in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def merged(content: Keys, keys: Keys) -> dict[str, Any]:
+    """Return content in which keys replace those of the same name, sections key by key."""
+    result = dict(content)
+    for name, value in keys.items():
+        both = isinstance(value, Mapping) and isinstance(result.get(name), Mapping)
+        result[name] = merged(result[name], value) if both else value
+    return result
+
+
+def rig_directory() -> Path:
+    """Return the folder of the shipped rigs."""
+    return share_file("fivebar_bringup", "config", "rigs")
+
+
+def shipped_rigs() -> list[str]:
+    """Return the names of the shipped rigs."""
+    return sorted(path.stem for path in rig_directory().glob("*.yaml"))
+
+
+@functools.cache
+def find_rig(name: str) -> Rig:
+    """Return a rig by the name of a shipped one or by the path of its file, which a process reads once.
+
+    Raises:
+        InputError: there is no such rig, or its file does not describe one.
+    """
+    return read_rig(yaml_path("rig", name, rig_directory()))
+
+
+def named_rigs(option: str, text: str, others: Collection[str] = ()) -> tuple[str, ...]:
+    """Return the rigs in a list that is separated by commas, each once, files by their whole path.
+
+    Args:
+        option: that takes the list, for messages.
+        text: names of shipped rigs and paths of files.
+        others: further words that may stand in it.
+
+    Raises:
+        InputError: one of them is no rig.
+    """
+    return tuple(dict.fromkeys(named_rig(option, name.strip(), others) for name in text.split(",")))
+
+
+def named_rig(option: str, name: str, others: Collection[str] = ()) -> str:
+    """Return the name of a rig, a file's by its whole path, and read it.
+
+    Raises:
+        InputError: it is no rig.
+    """
+    if name in others:
+        return name
+    known = (*shipped_rigs(), *others)
+    if not is_yaml_path(name) and name not in known:
+        raise InputError(f"{option}: {name!r}: {expected_one_of(name, known, ', or a path to a .yaml file')}")
+    found = str(Path(name).resolve()) if is_yaml_path(name) else name
+    find_rig(found)
+    return found
+
+
+def read_rig(path: Path) -> Rig:
+    """Read a rig file, and check that a scenario can be put on it.
+
+    Raises:
+        InputError: the file is missing, not YAML, or does not describe a rig.
+    """
+    rig = read_versioned(path, Rig, functools.partial(_with_files_beside, path.parent))
+    for name in ("scenario", "blended"):
+        _check_keys(getattr(rig, name), OF_A_RIG, f"{path}: {name}")
+    for name in ("laws", "laws_without_errors"):
+        _check_keys(getattr(rig, name), tuple(CONTROLLERS), f"{path}: {name}")
+    for key in OF_THE_SCENARIO:
+        if isinstance(rig.plant, Mapping) and key in rig.plant:
+            raise InputError(
+                f"{path}: scenario: plant.{key}: {rig.plant[key]!r}: expected none in a rig: it is that of the"
+                " scenario, and by default of the robot's file"
+            )
+    nothing: Keys = {}
+    _check(rig, "unified", None, f"{path}: scenario")
+    _check(rig, BLENDED, None, f"{path}: blended")
+    for name in rig.laws:
+        _check(rig, name, nothing, f"{path}: laws.{name}")
+    for name in rig.laws_without_errors:
+        _check(rig, name, None, f"{path}: laws_without_errors.{name}")
+    _check(rig, "unified", drawn_effects(rig.errors, np.random.default_rng(0), 1.0), f"{path}: errors")
+    return rig
+
+
+def _with_files_beside(folder: Path, content: Any) -> Any:
+    content = placed_beside(folder, content, ("robot",))
+    inside = content.get("scenario") if isinstance(content, Mapping) else None
+    return content if inside is None else {**content, "scenario": with_files_beside(folder, inside)}
+
+
+def _check_keys(content: Keys, known: Collection[str], source: str) -> None:
+    for name in content:
+        if name not in known:
+            raise InputError(f"{source}: {name}: unknown key: {expected_one_of(name, known)}")
+
+
+def _check(rig: Rig, controller: str, drawn: Keys | None, source: str) -> None:
+    """Check a rig by a scenario that is put on it.
+
+    Raises:
+        InputError: it does not fit.
+    """
+    common = {"name": "rig", "robot": rig.robot, "waypoints": ((0.0, 0.15), (0.0, 0.05))}
+    scenario = validate(rig.content(validate(common, Scenario, source), controller, drawn), Scenario, source)
+    try:
+        check_sensors(scenario)
+        mechanism_of(scenario.five_bar(), scenario.plant, scenario.rate_hz)
+    except InputError as error:
+        raise InputError(f"{source}: {error}") from error

@@ -1,0 +1,131 @@
+"""By how much the robots of a rig differ from their file and from each other, and the robot that random numbers make.
+
+Every error is uniform between minus and plus its bound, or between 0 and its bound, and independent of the others.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from fivebar_description.settings import Setting
+from fivebar_sim.effects.loads import LOCUS
+
+PUSH_LENGTH = 0.05
+"""s. The push begins in this time before the first crossing, so that the robot meets it on the locus."""
+
+LOSSES = 0.2
+"""s, around the first crossing, in which commands are lost."""
+
+
+def _ascending(shares: tuple[float, float]) -> str | None:
+    least, most = shares
+    return None if 0.0 < least <= most < 1.0 else "expected two numbers between 0 and 1, the smaller one first"
+
+
+class RobotErrors(NamedTuple):
+    """Bounds of the errors that are drawn for each robot of a rig; 0 draws none."""
+
+    mass_and_inertia: Annotated[
+        float,
+        Setting("Bound of mass and inertias, relative to the model, plus or minus.", at_least=0.0, at_most=0.9),
+    ] = 0.0
+    coulomb_friction: Annotated[
+        float, Setting("Bound of Coulomb friction, relative to the model, plus or minus.", at_least=0.0, at_most=1.0)
+    ] = 0.0
+    length: Annotated[
+        float, Setting("Bound of each link's and each base's error, plus or minus.", "m", at_least=0.0, at_most=0.1)
+    ] = 0.0
+    zero: Annotated[
+        float, Setting("Bound of each motor encoder's zero, plus or minus.", "rad", at_least=0.0, at_most=1.0)
+    ] = 0.0
+    torque_constant: Annotated[
+        float, Setting("Bound of each torque constant, relative, plus or minus.", at_least=0.0, at_most=0.9)
+    ] = 0.0
+    rotor_share: Annotated[
+        tuple[float, float] | None,
+        Setting(
+            "Least and largest share of the rotors in the inertia at the motors, for elastic transmissions.",
+            check=_ascending,
+        ),
+    ] = None
+    tilt: Annotated[
+        float, Setting("Largest tilt of the base, in any direction.", "rad", at_least=0.0, at_most=math.pi / 2.0)
+    ] = 0.0
+    push: Annotated[
+        float,
+        Setting(
+            "Largest push on the platform, in any direction, that meets it on the first locus for"
+            f" {1e3 * PUSH_LENGTH:g} ms.",
+            "N",
+            at_least=0.0,
+            at_most=1e3,
+        ),
+    ] = 0.0
+    lost_commands: Annotated[
+        int,
+        Setting(f"Commands that are lost in {LOSSES:g} s around the first crossing.", at_least=0, at_most=1000),
+    ] = 0
+    gyro_bias: Annotated[
+        float,
+        Setting("Bound of a gyroscope's bias, plus or minus.", "rad/s", at_least=0.0, at_most=10.0),
+    ] = 0.0
+
+
+NO_ERRORS = RobotErrors()
+
+
+class Scales(NamedTuple):
+    """Mass, inertia and friction of a robot, actual over modelled."""
+
+    mass: float
+    inertia: float
+    friction: float
+
+
+def drawn_scales(errors: RobotErrors, random: np.random.Generator) -> Scales:
+    """Return the scales of a robot."""
+    mass, inertia, friction = random.uniform(-1.0, 1.0, 3).tolist()
+    return Scales(
+        1.0 + errors.mass_and_inertia * mass,
+        1.0 + errors.mass_and_inertia * inertia,
+        1.0 + errors.coulomb_friction * friction,
+    )
+
+
+def drawn_effects(errors: RobotErrors, random: np.random.Generator, crossing: float) -> dict[str, Any]:
+    """Return the sections of effects of a robot in `plant`, and its seed, for a first crossing at a time (s).
+
+    Equal random numbers make the same robot of any rig, with errors in proportion to the rig's bounds.
+    """
+    lengths, zeros, constants = random.uniform(-1.0, 1.0, 6), random.uniform(-1.0, 1.0, 2), random.uniform(-1.0, 1.0, 2)
+    tilt, force, share, before = random.uniform(0.0, 1.0, 4).tolist()
+    tilted, pushed = random.uniform(-math.pi, math.pi, 2).tolist()
+    effects: dict[str, Any] = {"seed": int(random.integers(2**31))}
+    if errors.length > 0.0:
+        names = ("l_11", "l_12", "l_21", "l_22", "base_1", "base_2")
+        effects["links"] = dict(zip(names, (errors.length * lengths).tolist(), strict=True))
+    if errors.zero > 0.0:
+        effects["encoders"] = dict(zip(("zero_1", "zero_2"), (errors.zero * zeros).tolist(), strict=True))
+    if errors.torque_constant > 0.0:
+        drawn = (errors.torque_constant * constants).tolist()
+        effects["motors"] = dict(zip(("constant_1", "constant_2"), drawn, strict=True))
+    if errors.tilt > 0.0:
+        effects["tilt"] = {"angle": errors.tilt * tilt, "heading": tilted}
+    if errors.push > 0.0:
+        effects["push"] = {
+            "force": errors.push * force,
+            "heading": pushed,
+            "along": LOCUS,
+            "start": max(0.0, crossing - PUSH_LENGTH * before),
+            "length": PUSH_LENGTH,
+        }
+    if errors.lost_commands > 0:
+        begin = max(0.0, crossing - 0.5 * LOSSES)
+        effects["bus"] = {"lost_commands": errors.lost_commands, "lost_from": begin, "lost_within": LOSSES}
+    if errors.rotor_share is not None:
+        least, most = errors.rotor_share
+        effects["transmission"] = {"rotor_share": least + (most - least) * share}
+    return effects
