@@ -88,7 +88,7 @@ def test_round_the_corners_it_never_rests_crosses_by_the_criterion_and_is_quicke
     for via in points[1:-1]:
         assert slowest_at(rests, via, 0.01) < 1e-3
         assert slowest_at(found, via, 0.01) > 0.05
-    ((crossing, _, speed_there),) = found.branches
+    ((crossing, speed_there),) = found.branches
     # N, against those of the motion: 0.35 kg and accelerations of some m/s^2
     assert criterion_residual(dextar, 1, -1, found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)
     assert speed_there > 0.1

@@ -168,8 +168,10 @@ class Draw(NamedTuple):
     def _on_its_rig(self, controller: str, effects: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of a scenario with a robot of the case's rig."""
         rig = find_rig(self.rig)
-        drawn = None if rig.errors == NO_ERRORS else {**self._scales(), **effects}
-        content = rig.content(_given(rig.robot), controller, drawn)
+        scales = self._scales()
+        # a study may give a robot of a rig without errors scales of its own
+        exact = rig.errors == NO_ERRORS and not effects and set(scales.values()) == {1.0}
+        content = rig.content(_given(rig.robot), controller, None if exact else {**scales, **effects})
         if rig.errors.gyro_bias > 0.0 and content["ekf"]["gyro"]:
             bound, random = rig.errors.gyro_bias, np.random.default_rng((self.seed, self.number, GYROSCOPE))
             content["imu"]["gyro_bias"] = random.uniform(-bound, bound)
