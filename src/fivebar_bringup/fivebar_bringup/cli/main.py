@@ -14,7 +14,7 @@ from fivebar_bringup.cli.exhaustion import exhaustion
 from fivebar_bringup.cli.printing import accept_any_character, complain, flush, open_closed_streams
 
 MODULES = (
-    *("running", "goto", "program", "viewing", "status"),
+    *("running", "goto", "program", "viewing", "status", "play"),
     *("studies", "calibrate", "identify", "estimate", "posture", "guide", "camera"),
     *("compare", "sweep", "robustness", "benchmark"),
     *("settings", "urdf"),

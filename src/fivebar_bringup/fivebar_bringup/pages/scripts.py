@@ -24,7 +24,14 @@ class Scripts(NamedTuple):
         return self.html
 
 
-def page_scripts(names: tuple[str, ...], data: Any, identifier: str, allowed: tuple[str, ...] = ()) -> Scripts:
+def page_scripts(
+    names: tuple[str, ...],
+    data: Any,
+    identifier: str,
+    allowed: tuple[str, ...] = (),
+    libraries: tuple[str, ...] = CHARTS,
+    generated: tuple[str, ...] = (),
+) -> Scripts:
     """Return Bokeh's scripts and this package's of these names, after the data that they read.
 
     Args:
@@ -32,8 +39,10 @@ def page_scripts(names: tuple[str, ...], data: Any, identifier: str, allowed: tu
         data: plain values; infinities and NaN are not among them.
         identifier: id of the element that holds the data as JSON.
         allowed: further files in `scripts` that pages may run which this one opens.
+        libraries: of Bokeh's scripts, those that run before.
+        generated: scripts that are no files, which run before the named ones.
     """
-    texts = [*(_library(name) for name in CHARTS), *(_own(name) for name in names)]
+    texts = [*(_library(name) for name in libraries), *map(_without_end, generated), *(_own(name) for name in names)]
     # a text can then neither end its element nor begin another one
     safe = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     elements = [f'<script type="application/json" id="{identifier}">{safe}</script>']

@@ -41,6 +41,10 @@ class Segment(NamedTuple):
         """Return when the platform has gone a share of the way (s)."""
         return self.start_time + time_fraction(self.time_law, s) * self.duration
 
+    def line_at(self, t: float) -> Line:
+        """Return the segment as a line, the same at any time (s)."""
+        return self.line()
+
     def line(self) -> Line:
         """Return the segment as a line."""
         dx, dy = self.end_x - self.start_x, self.end_y - self.start_y

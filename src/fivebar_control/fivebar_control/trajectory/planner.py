@@ -207,7 +207,7 @@ def plan_motion(
         fractions = locus_fractions(robot, mode1, mode2, way_of(segment))
         timed = _timed(robot, mode1, mode2, segment, index + 1, fractions, time_law)
         segments[index] = timed
-        met = [_crossing(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
+        met = [crossing_at(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
         _refuse_uncontrollable(met, min_authority)
         if min_authority > 0.0:
             _refuse_zone_everywhere(timed.duration, index + 1, met, zone_time)
@@ -437,7 +437,7 @@ def _refuse_uncontrollable(crossings: Sequence[Crossing], min_authority: float) 
             )
 
 
-def _crossing(
+def crossing_at(
     robot: FiveBar,
     mode1: int,
     mode2: int,
@@ -447,11 +447,12 @@ def _crossing(
     zone_time: float,
     fixed_epsilon: float | None,
 ) -> Crossing:
+    """Return the crossing at a share of a segment's way, with a zone of a time (s), or of a width in 1/cond(A)."""
     time = segment.time_at(s)
     reference = segment.at(time)
     state = state_from_platform(robot, mode1, mode2, reference.x, reference.y, reference.vx, reference.vy)
     svd = parallel_svd(state)
-    line = segment.line() if isinstance(segment, Segment) else segment.line_at(time)
+    line = segment.line_at(time)
     authority = abs(line.direction_y * svd.v_x - line.direction_x * svd.v_y)
     kappa_rate = inverse_condition_rate(state)
     epsilon = fixed_epsilon if fixed_epsilon is not None else 0.5 * zone_time * kappa_rate
