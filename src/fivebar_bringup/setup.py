@@ -69,6 +69,7 @@ setup(
             "canopen = fivebar_bringup.drives.kinds:CANOPEN_DRIVES",
             "motkin = fivebar_bringup.drives.kinds:MOTKIN_BOARD",
             "odrive = fivebar_bringup.drives.kinds:ODRIVES",
+            "ros2_control = fivebar_bringup.drives.kinds:CONTROLLED_JOINTS",
         ],
     },
 )

@@ -58,6 +58,7 @@ setup(
             "dextar_bridge = fivebar_control.executables:dextar_bridge",
             "motkin_bridge = fivebar_control.executables:motkin_bridge",
             "drive_bridge = fivebar_control.executables:drive_bridge",
+            "command_watchdog = fivebar_control.executables:command_watchdog",
         ],
     },
 )

@@ -351,6 +351,6 @@ def test_what_does_not_go_together_is_refused(tmp_path: Path, domain: int) -> No
     call = LaunchCall(tmp_path / "wrong", domain, "control", "hardware:=simulated", "drives:=mine.yaml")
     try:
         assert call.finish() != 0
-        assert "drives: expected hardware:=emulated, socketcan, usb or real" in call.output
+        assert "drives: expected hardware:=emulated, socketcan, usb, external or real" in call.output
     finally:
         call.close()

@@ -11,10 +11,13 @@ from fivebar_control.hardware.board_faults import CAUSES
 from fivebar_control.hardware.board_file import BoardDrive, BoardFile
 from fivebar_control.hardware.bus_load import bus_load, cycle_bits
 from fivebar_control.hardware.configuration import Bus, Drive, load_drives
+from fivebar_control.hardware.controlled_joints import FAULTS as JOINT_FAULTS
+from fivebar_control.hardware.controlled_joints import JointsLink
 from fivebar_control.hardware.odrive import FAULTS as ODRIVE_FAULTS
 from fivebar_control.hardware.paced_file import StartPosture
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import WORDS
+from fivebar_sim.ros.ros2_control import ERRORS as JOINT_ERRORS
 
 ROOT = Path(__file__).parents[2]
 BOARD_PAGE = (ROOT / "docs" / "motkin.md").read_text(encoding="utf-8")
@@ -25,6 +28,8 @@ CONTROL = ROOT / "src" / "fivebar_control" / "fivebar_control"
 ODRIVE_PAGE = (ROOT / "docs" / "odrive.md").read_text(encoding="utf-8")
 BOARD_ONLY = {CONTROL / "hardware" / name for name in ("motor_board.py", "board_faults.py")}
 ODRIVE_ONLY = {CONTROL / "hardware" / "odrive.py"}
+JOINT_PAGE = (ROOT / "docs" / "ros2_control.md").read_text(encoding="utf-8")
+JOINTS_ONLY = {CONTROL / "ros" / name for name in ("joints_port.py", "ros2_control.py")}
 
 
 def raised(paths: Iterable[Path]) -> set[str]:
@@ -51,6 +56,13 @@ def test_every_fault_has_its_recovery_and_no_other_is_told() -> None:
         name for name, _ in CAUSES.values()
     }
     assert raised(ODRIVE_ONLY) <= set(ODRIVE_FAULTS) == told(ODRIVE_PAGE)
+    # published as texts: a second publisher's by a shared function, the watchdog's by a node
+    assert raised(JOINTS_ONLY) | {"second_publisher", "command_lost"} == set(JOINT_FAULTS) == told(JOINT_PAGE)
+
+
+def test_every_key_of_the_joints_is_explained_and_every_way_to_break_them() -> None:
+    assert not {key for key in JointsLink.model_fields if f"| `{key}` |" not in JOINT_PAGE}
+    assert not [error for error in JOINT_ERRORS if f"| `fault 1 {error}` |" not in JOINT_PAGE]
 
 
 def test_every_key_of_a_board_is_explained() -> None:

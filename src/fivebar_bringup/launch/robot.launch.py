@@ -45,7 +45,7 @@ def generate_launch_description():
                 "scenario", default_value="middle_robot", description="Shipped scenario or a YAML file."
             ),
             DeclareLaunchArgument(
-                "hardware", default_value="emulated", choices=["emulated", "socketcan", "usb", "real"]
+                "hardware", default_value="emulated", choices=["emulated", "socketcan", "usb", "external", "real"]
             ),
             DeclareLaunchArgument(
                 "drives",

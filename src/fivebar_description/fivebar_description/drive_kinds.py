@@ -35,6 +35,9 @@ class DriveKind(NamedTuple):
         run_files: the `fivebar_bringup.drives.run_files.RunFiles` that write the files of a run on such drives.
         faults: mapping of the names of their faults to meaning and recovery, both in plain words; empty for none.
         bridge: name of the node that connects them to the graph.
+        beside: name of a node that runs beside the bridge, with the same configuration as its parameter `drives`; empty
+            for none.
+        on_topics: whether they are reached by topics, so that a run on real ones is in their DDS domain.
     """
 
     name: str
@@ -43,6 +46,8 @@ class DriveKind(NamedTuple):
     run_files: str
     faults: str = ""
     bridge: str = OWN_BRIDGE
+    beside: str = ""
+    on_topics: bool = False
 
 
 def drive_kind(name: str) -> DriveKind:

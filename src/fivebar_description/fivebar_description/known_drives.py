@@ -7,8 +7,9 @@ from typing import Annotated, NamedTuple
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import DelaySamples, EncoderCounts
 
-NO_INTERFACE, CANOPEN, MOTKIN = "none", "canopen", "motkin"
-"""Interfaces of drives: none that is known, CANopen drives behind `dextar_bridge`, the motor board of MOTKIN; further
+NO_INTERFACE, CANOPEN, MOTKIN, ROS2_CONTROL = "none", "canopen", "motkin", "ros2_control"
+"""Interfaces of drives: none that is known, CANopen drives behind `dextar_bridge`, the motor board of MOTKIN,
+joints under a controller manager of ros2_control; further
 ones are registered by installed packages, see `fivebar_description.drive_kinds`."""
 
 

@@ -41,6 +41,7 @@ KEYS = (
     "unified",
     "adaptive_gain",
     "law",
+    "drives_file",
     "plant",
     "imu",
     "sensors",
@@ -66,7 +67,7 @@ ESTIMATOR = Setting(
 FILE_OF_RUN = "scenario.yaml"
 """Name of the scenario of a run in its directory, beside its bag."""
 
-FILES_NAMED = (("robot",), ("camera", "calibration"))
+FILES_NAMED = (("robot",), ("drives_file",), ("camera", "calibration"))
 """Keys of a scenario whose values may be names of files."""
 
 

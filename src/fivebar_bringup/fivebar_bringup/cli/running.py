@@ -69,16 +69,17 @@ def run(
         Hardware,
         typer.Option(
             help="The simulated robot; the rehearsal of an experiment, with a bridge and emulated drives or an emulated"
-            " motor board; two real drives on a CAN bus; a real motor board, which powers its motors; or real drives of"
-            " any installed interface."
+            " motor board; two real drives on a CAN bus; a real motor board, which powers its motors; joints under a"
+            " controller manager of ros2_control; or real drives of any installed interface."
         ),
     ] = Hardware.SIMULATED,
     activate: Annotated[
         bool,
         typer.Option(
             "--activate",
-            help="With --hardware socketcan or real: enable the drives as soon as all nodes are ready. Without, the"
-            " bridge waits for the operator's `configure` and `activate`, and the run is in the domain of the shell.",
+            help="With --hardware socketcan, external or real: enable the drives as soon as all nodes are ready."
+            " Without, the bridge waits for the operator's `configure` and `activate`, and the run is in the domain of"
+            " the shell.",
         ),
     ] = False,
     port: Annotated[
@@ -122,6 +123,8 @@ def run(
     Example: `fivebar run motkin_middle --hardware usb --port /dev/ttyACM0`
 
     Example: `fivebar run experiment.yaml --hardware socketcan --drives drives.yaml`
+
+    Example: `fivebar run experiment.yaml --hardware external --drives joints.yaml --namespace fivebar`
     """
     from fivebar_bringup.drives.choice import interface_of_run, real_drives
     from fivebar_bringup.runs.admission import load_admitted
@@ -140,14 +143,16 @@ def run(
         if inject and not emulated:
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
         if drives is not None and simulated:
-            raise InputError("--drives: expected --hardware emulated, real, socketcan or usb")
+            raise InputError("--drives: expected --hardware emulated, real, external, socketcan or usb")
         interface = None if simulated else interface_of_run(loaded, drives)
         kind = None if interface is None else drive_kind(interface)
         real = None if kind is None or emulated else real_drives(loaded, kind, hardware, drives, port)
         if real is None and port is not None:
             raise InputError("--port: expected together with --hardware usb or real, and only there")
         if activate and (real is None or real.port is not None):
-            raise InputError("--activate: expected --hardware socketcan or real, where drives wait for the operator")
+            raise InputError(
+                "--activate: expected --hardware socketcan, external or real, where drives wait for the operator"
+            )
         if real is not None:
             # a board behind a port is enabled at once
             real = real._replace(activate=activate or real.port is not None)
@@ -157,6 +162,8 @@ def run(
         refuse_late(injections or (), loaded.plan().path.duration)
         if kind is not None and real is not None and not real.activate:
             domain = _for_the_operator(kind.bridge, domain, within)
+        elif kind is not None and real is not None and kind.on_topics and domain is None:
+            domain = domain_of_environment()
         with live_page(view, domain, within, interface) as live, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,

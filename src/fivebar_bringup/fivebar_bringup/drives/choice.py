@@ -11,10 +11,10 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.connection import interface_of
 from fivebar_description.drive_kinds import DriveKind, drive_kind, load_part
 from fivebar_description.errors import InputError
-from fivebar_description.known_drives import CANOPEN, MOTKIN
+from fivebar_description.known_drives import CANOPEN, MOTKIN, ROS2_CONTROL
 from fivebar_description.robot_file import read_robot
 
-OF_HARDWARE = {Hardware.SOCKETCAN: CANOPEN, Hardware.USB: MOTKIN}
+OF_HARDWARE = {Hardware.SOCKETCAN: CANOPEN, Hardware.USB: MOTKIN, Hardware.EXTERNAL: ROS2_CONTROL}
 """The interface that a kind of hardware stands for."""
 
 
@@ -32,12 +32,18 @@ class RealDrives(NamedTuple):
     activate: bool
 
 
+def configuration_of_run(scenario: Scenario, configuration: str | None) -> str | None:
+    """Return the configuration of a run's drives: the one that is asked for, else that of the scenario, if any."""
+    return configuration or scenario.drives_file or None
+
+
 def interface_of_run(scenario: Scenario, configuration: str | None = None) -> str:
     """Return the name of the interface of a run's drives: that in a configuration file, else that of the robot.
 
     Raises:
         InputError: there is no such file.
     """
+    configuration = configuration_of_run(scenario, configuration)
     named = None if configuration is None else interface_of(configuration)
     return named or read_robot(scenario.robot).drives.interface
 
@@ -67,6 +73,7 @@ def write_drive_files(scenario: Scenario, folder: Path, configuration: str | Non
     Raises:
         InputError: the scenario cannot be rehearsed on emulated drives; the text says what to change.
     """
+    configuration = configuration_of_run(scenario, configuration)
     return run_files_of(kind_of(scenario, configuration)).write_rehearsal(scenario, folder, configuration)
 
 
@@ -96,7 +103,7 @@ def real_drives(
     files = run_files_of(kind)
     if (port is not None) is not files.has_port:
         raise InputError("--port: expected together with --hardware usb, and only there")
-    configuration = drives or files.real_drives
+    configuration = configuration_of_run(scenario, drives) or files.real_drives
     if not configuration:
         raise InputError(f"--drives: expected the configuration of the {kind.name} drives")
     files.check(scenario, configuration)

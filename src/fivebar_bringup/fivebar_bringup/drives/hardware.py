@@ -6,10 +6,11 @@ from enum import StrEnum
 
 
 class Hardware(StrEnum):
-    """What is controlled: the simulated robot, emulated drives, or real ones, of which two kinds have a name."""
+    """What is controlled: the simulated robot, emulated drives, or real ones, of which three kinds have a name."""
 
     SIMULATED = "simulated"
     EMULATED = "emulated"
     SOCKETCAN = "socketcan"
     USB = "usb"
+    EXTERNAL = "external"
     REAL = "real"

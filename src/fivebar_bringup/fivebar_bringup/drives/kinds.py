@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fivebar_description.drive_kinds import DriveKind
-from fivebar_description.known_drives import CANOPEN, MOTKIN
+from fivebar_description.known_drives import CANOPEN, MOTKIN, ROS2_CONTROL
 
 CANOPEN_DRIVES = DriveKind(
     CANOPEN,
@@ -31,3 +31,14 @@ ODRIVES = DriveKind(
     faults="fivebar_control.hardware.odrive:FAULTS",
 )
 """Two ODrives on a CAN bus."""
+
+CONTROLLED_JOINTS = DriveKind(
+    ROS2_CONTROL,
+    connection="fivebar_control.ros.ros2_control:connect",
+    emulation="fivebar_sim.ros.ros2_control:EMULATOR",
+    run_files="fivebar_bringup.drives.ros2_control_files:RUN_FILES",
+    faults="fivebar_control.hardware.controlled_joints:FAULTS",
+    beside="command_watchdog",
+    on_topics=True,
+)
+"""Two joints under a controller manager of ros2_control."""

@@ -16,7 +16,7 @@ from fivebar_bringup.graph.control_nodes import (
     trajectory_generator,
 )
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode, NodeSpec
-from fivebar_bringup.graph.robot_nodes import bridge, emulated_hardware, plant
+from fivebar_bringup.graph.robot_nodes import beside_bridge, bridge, emulated_hardware, plant
 from fivebar_bringup.graph.sensor_nodes import absent_of_vision, estimator, imu_listener, vision_nodes
 from fivebar_bringup.recorded.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.scenario import Scenario
@@ -107,7 +107,9 @@ def crossing_graph(
         absent = (*absent, IMU_ERROR)
     if drives is not None or alone:
         absent = (*absent, GROUND_TRUTH, *(() if scenario.gyro else (IMU_DATA,)))
-    awaited = [*(node.executable for node in nodes), RECORDER]
+    bridge_file = drives if rehearsal is None else str(rehearsal.files.drives.absolute())
+    beside = () if bridge_file is None else beside_bridge(scenario, bridge_file)
+    awaited = [*(node.executable for node in (*nodes, *beside)), RECORDER]
     if drives is not None:
         nodes.append(bridge(scenario, drives, awaited, activate, last_sample=True))
     elif alone:
@@ -129,7 +131,7 @@ def crossing_graph(
             RecorderSettings(
                 str(bag.absolute()),
                 tuple(topic.name for topic in recorded),
-                tuple(node.executable for node in nodes),
+                tuple(node.executable for node in (*nodes, *beside)),
             )
         ),
         recorded,
@@ -138,7 +140,11 @@ def crossing_graph(
     file = {"scenario": str((bag.parent / FILE_OF_RUN).absolute())}
     # the recorder does not wait for the pictures, which a late subscriber gets too
     reading = (*nodes, *([_scene()] if scene else ()))
-    return (*(_with_twins(node._replace(parameters={**file, **node.parameters})) for node in reading), recorder)
+    return (
+        *(_with_twins(node._replace(parameters={**file, **node.parameters})) for node in reading),
+        *beside,
+        recorder,
+    )
 
 
 def _with_twins(node: NodeSpec) -> NodeSpec:

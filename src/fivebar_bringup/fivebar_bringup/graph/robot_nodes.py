@@ -86,6 +86,14 @@ def bridge(
     )
 
 
+def beside_bridge(scenario: Scenario, drives: str) -> tuple[NodeSpec, ...]:
+    """Return the node that runs beside the bridge to drives of a configuration, where their interface has one."""
+    kind = kind_of(scenario, drives)
+    if not kind.beside:
+        return ()
+    return (NodeSpec("fivebar_control", kind.beside, {"drives": drives}, (DRIVES_STATE,), (FAULTS,)),)
+
+
 def emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[str]) -> tuple[NodeSpec, NodeSpec]:
     """Return the bridge to emulated drives, and the robot on these drives."""
     robot = NodeSpec(

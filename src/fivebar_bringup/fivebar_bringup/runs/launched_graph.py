@@ -74,7 +74,9 @@ def _mode(request: ControlRequest) -> Mode:
         raise InputError("port: expected together with hardware:=usb or real, and only there")
     for name, given in (("drives", request.drives), ("activate", request.activate)):
         if given and not on_drives:
-            raise InputError(f"{name}: expected hardware:=emulated, socketcan, usb or real, which have drives")
+            raise InputError(
+                f"{name}: expected hardware:=emulated, socketcan, usb, external or real, which have drives"
+            )
     if request.shutdown and (request.stay or request.hardware != Hardware.SIMULATED):
         raise InputError("shutdown: expected hardware:=simulated without stay:=true, whose plant ends with the motion")
     if request.stay and request.hardware not in (Hardware.SIMULATED, Hardware.EMULATED):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import yaml
 
-from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, Mode, NodeSpec
+from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, WATCHDOGS, Mode, NodeSpec
 from fivebar_bringup.runs.namespace import remapping
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling
@@ -83,7 +83,12 @@ def processes(
 
 
 def _timed(node: NodeSpec, rate_hz: int, scheduling: Scheduling) -> NodeSpec:
-    """Return a time-critical node with diagnostic thresholds and scheduling parameters, any other node unchanged."""
+    """Return a time-critical node with diagnostic thresholds and scheduling parameters, any other node unchanged.
+
+    A watchdog has no rate of its own.
+    """
+    if node.executable in WATCHDOGS:
+        return node._replace(parameters={**node.parameters, **to_parameters(scheduling)})
     if not node.in_chain and node.executable not in PACING:
         return node
     thresholds = DiagnosticThresholds(warn_below_hz=SLOW * rate_hz, late_after_ms=LATE_PERIODS * 1e3 / rate_hz)

@@ -9,6 +9,23 @@ from fivebar_control.hardware.drive_interface import DriveInterface
 from fivebar_control.hardware.inner_loop import InnerLoop
 
 
+class Bell:
+    """Rung by another thread when a measurement has come, where the drives set the pace of the cycles."""
+
+    def __init__(self) -> None:
+        """Have nobody hear it."""
+        self.heard: Callable[[], None] = _nobody
+        """Called in the thread that rings."""
+
+    def ring(self) -> None:
+        """Say that a measurement has come."""
+        self.heard()
+
+
+def _nobody() -> None:
+    """Do nothing."""
+
+
 class DriveConnection(NamedTuple):
     """The drives of a configuration.
 
@@ -19,6 +36,7 @@ class DriveConnection(NamedTuple):
         open: opens and sets up both, or raises a `DriveError`.
         waits: whether the robot moves on with the commands alone, so that a cycle may wait for its torque.
         inner_loop: that of the drives, where they are to close one.
+        bell: rung when a measurement has come, where the drives set the pace of the cycles.
     """
 
     period_us: int
@@ -27,3 +45,4 @@ class DriveConnection(NamedTuple):
     open: Callable[[], DriveInterface]
     waits: bool = False
     inner_loop: InnerLoop | None = None
+    bell: Bell | None = None

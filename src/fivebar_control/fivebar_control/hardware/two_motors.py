@@ -66,11 +66,13 @@ class PairAnswer(NamedTuple):
         readings: as the command found each motor; None where no answer has come in time.
         powered: whether both have power.
         fault: what a drive or the link reports, None while nothing is wrong.
+        periods: sampling periods since the last answer, by the drives' own clock where they have one.
     """
 
     readings: tuple[ShaftReading | None, ShaftReading | None]
     powered: bool
     fault: Fault | None = None
+    periods: int = 1
 
 
 NO_POWER = PairCommand(False, ZERO)
@@ -159,7 +161,7 @@ class TwoMotors:
 
     def exchange(self) -> Exchange:
         """Send power and torques, and take the measurements that the commands found."""
-        return self._judged(self._driver.exchange(PairCommand(self._power, self._torques), self._file.gather_time))
+        return self._judged(self._driver.exchange(self._command, self._file.gather_time))
 
     def write(self, torques: Torques, target: JointTarget | None = None) -> None:
         """Keep torques (Nm, at the joints) for the next exchange, within the limits; zero unless both are enabled.
@@ -173,6 +175,11 @@ class TwoMotors:
         if self._enabled:
             first, second = map(shaft_torque, self._file.pair, torques)
             self._torques = first, second
+
+    @property
+    def _command(self) -> PairCommand:
+        """What both drives are to do."""
+        return PairCommand(self._power, self._torques)
 
     def quick_stop(self) -> None:
         """Take the power with a command that is sent now: without torque the robot coasts."""
@@ -255,7 +262,53 @@ class TwoMotors:
         )
         if first is not None and second is not None:
             self._positions = first.position, second.position
-        return Exchange((first, second), fault)
+        return Exchange((first, second), fault, answer.periods)
+
+
+class PromptDriver(MotorDriver, Protocol):
+    """Two drives that measure in a rhythm of their own, and apply a command from their next cycle on."""
+
+    @property
+    def unused(self) -> tuple[tuple[str, int], ...]:
+        """Measurements that were not used so far: why, and how many."""
+        ...
+
+    def send(self, command: PairCommand) -> None:
+        """Send both drives a command."""
+        ...
+
+    def receive(self, timeout: float) -> PairAnswer:
+        """Return what has been measured since the last time, and wait for it for a time (s)."""
+        ...
+
+
+class PromptMotors(TwoMotors):
+    """The `DriveInterface` on a `PromptDriver`: a torque is sent when it is written."""
+
+    def __init__(self, file: MotorsFile, driver: PromptDriver) -> None:
+        """Take over the drives, which have no power."""
+        super().__init__(file, driver)
+        self._prompt = driver
+
+    @property
+    def unused(self) -> tuple[tuple[str, int], ...]:
+        """Answers and measurements that did not come or were not used so far."""
+        return (*super().unused, *self._prompt.unused)
+
+    def exchange(self) -> Exchange:
+        """Take the measurements of the next sample."""
+        return self._judged(self._prompt.receive(self._file.gather_time))
+
+    def write(self, torques: Torques, target: JointTarget | None = None) -> None:
+        """Send torques (Nm, at the joints), within the limits; zero unless both are enabled.
+
+        Raises:
+            ValueError: a torque is not finite; zero is sent instead.
+        """
+        try:
+            super().write(torques, target)
+        finally:
+            self._prompt.send(self._command)
 
 
 def joint_reading(motor: DrivenMotor, reading: ShaftReading) -> DriveReading:

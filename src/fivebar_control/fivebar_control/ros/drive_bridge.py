@@ -25,7 +25,7 @@ from std_srvs.srv import Trigger
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import MICROSECONDS
 from fivebar_control.hardware.drive_connection import DriveConnection
-from fivebar_control.hardware.drive_session import REPEAT_PERIOD, DriveSession
+from fivebar_control.hardware.drive_session import LATE_PERIODS, REPEAT_PERIOD, DriveSession
 from fivebar_control.ros.inner_loop_targets import InnerLoopTargets
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_control.ros.run_file import RunFile
@@ -107,6 +107,11 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
             known.open, self._rate_hz, timeout, settings.enable_timeout_s, self._on_latch, name, known.waits
         )
         self._timer: Timer | None = None
+        self._bell = known.bell
+        self._rung = False
+        self._cycled = 0.0
+        if self._bell is not None:
+            self._bell.heard = self._on_bell
         LifecycleNodeMixin.__init__(self)
         self._states = self.advertise(MOTOR_STATES)
         self._state = self.advertise(DRIVES_STATE)
@@ -176,7 +181,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         if not self._session.activate(time.monotonic):
             return FAILURE
         self._publish_state()
-        self._run_every(1.0 / self._rate_hz, self._tick)
+        self._run_every(1.0 / self._rate_hz, self._tick if self._bell is None else self._tick_in_silence)
         return SUCCESS
 
     @_logged
@@ -250,10 +255,27 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._cancel_timer()
         self._session.close()
 
+    def _on_bell(self) -> None:
+        """Have a cycle run in the node's thread; called in the one that receives."""
+        executor = self.executor
+        if not self._rung and executor is not None:
+            self._rung = True
+            executor.create_task(self._tick_on_arrival)
+
+    def _tick_on_arrival(self) -> None:
+        self._rung = False
+        self._tick()
+
+    def _tick_in_silence(self) -> None:
+        """Run a cycle where no measurement has come that would: what is missing has to be noticed."""
+        if time.monotonic() - self._cycled > LATE_PERIODS / self._rate_hz:
+            self._tick()
+
     def _tick(self) -> None:
         if not self._session.active:
             # this call may have been queued behind the transition that cancelled the timer
             return
+        self._cycled = time.monotonic()
         sample = self._session.cycle(time.monotonic())
         if sample is None:
             return

@@ -120,6 +120,14 @@ class VisionListenerSettings(NamedTuple):
     wait_for_nodes: AwaitedNodes = ()
 
 
+class WatchdogSettings(NamedTuple):
+    """The watchdog of a controller's commands."""
+
+    drives: Annotated[
+        str, Setting("Configuration of the joints, that of the bridge: name of a shipped one, or path to a YAML file.")
+    ] = "ros2_control"
+
+
 class BridgeSettings(NamedTuple):
     """The bridge to the drives."""
 

@@ -158,6 +158,13 @@ class ControlScenario(StrictModel):
     law: Annotated[dict[str, Any], Setting("Settings of the law of a controller from elsewhere.")] = Field(
         default_factory=dict
     )
+    drives_file: Annotated[
+        str,
+        Setting(
+            "Configuration of the robot's drives, by shipped name or by path, where `--drives` names no other: the"
+            " drives that a rehearsal emulates, or real ones. By default those of the robot's interface."
+        ),
+    ] = ""
     plant: Annotated[Drives, Keys(others=True)] = Drives(torque_limit=DRIVE_TORQUE_LIMIT)
     imu: Section[ImuSettings] = ImuSettings()
     sensors: Section[Sensors] = Sensors()

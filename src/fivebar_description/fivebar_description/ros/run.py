@@ -26,10 +26,13 @@ from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 
 try:
-    from rclpy.experimental import EventsExecutor as NodeExecutor
+    from rclpy.experimental import EventsExecutor as ChosenExecutor
 except ImportError:
     # missing in early releases of Jazzy; the other executor is equivalent but costs more processor time
-    from rclpy.executors import SingleThreadedExecutor as NodeExecutor
+    from rclpy.executors import SingleThreadedExecutor as ChosenExecutor
+
+NodeExecutor = ChosenExecutor
+"""The executor of all nodes."""
 
 WAKE_PERIOD = 0.1
 """Longest time (s) the executor sleeps before a signal is noticed."""

@@ -45,13 +45,14 @@ class MotorsEmulation:
         file: MotorsEmulationFile,
         open_link: Callable[[MotorsEmulationFile], MotorLink],
         errors: Collection[str] = (),
+        holds: bool = False,
     ) -> None:
-        """Switch the drives on, which may be put into errors of these names.
+        """Switch the drives on, which may be put into errors of these names, and hold a torque that is not renewed.
 
         Raises:
             InputError: the robot, its posture, or the bus or port cannot be.
         """
-        self.motors = EmulatedMotors(file, time.monotonic())
+        self.motors = EmulatedMotors(file, time.monotonic(), holds)
         self._link = open_link(file)
         self._read = functools.partial(read_order, errors=errors)
         self._plugged = True
@@ -106,6 +107,7 @@ class MotorsEmulation:
                 self._plugged = True
                 for motor in motors:
                     motor.silent = motor.frozen = motor.faulty = False
+                    motor.fault = ""
             case MotorOrder("fault", int(number), name):
                 motors[number].faulty, motors[number].fault = True, name
                 motors[number].command(False, 0.0)
@@ -115,15 +117,18 @@ class MotorsEmulation:
                 motors[number].frozen = True
 
 
-def emulating(open_link: Callable[[MotorsEmulationFile], MotorLink], errors: Collection[str] = ()) -> Emulator:
+def emulating(
+    open_link: Callable[[MotorsEmulationFile], MotorLink], errors: Collection[str] = (), holds: bool = False
+) -> Emulator:
     """Return the emulation of an interface whose drives are reached by a link of its own.
 
     Args:
         open_link: opens the drives' side of the bus or port of a file, or raises an `InputError`.
         errors: names of the errors that may be injected, where the drives have names for them.
+        holds: whether a torque that is not renewed is held for ever, and not ended by a watchdog.
     """
 
     def opened(content: Any, path: Path) -> MotorsEmulation:
-        return MotorsEmulation(validate(content, MotorsEmulationFile, str(path)), open_link, errors)
+        return MotorsEmulation(validate(content, MotorsEmulationFile, str(path)), open_link, errors, holds)
 
     return Emulator(opened, USAGE, lambda line: read_order(line, errors) is not None)

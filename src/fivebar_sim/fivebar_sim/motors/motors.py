@@ -98,19 +98,21 @@ class EmulatedMotors(MovedRobot):
     Until one of them has power for the first time the robot stays where it stands.
     """
 
-    def __init__(self, file: MotorsEmulationFile, now: float) -> None:
-        """Switch the drives on.
+    def __init__(self, file: MotorsEmulationFile, now: float, holds: bool = False) -> None:
+        """Switch the drives on, which hold their last torque for ever where they have no watchdog.
 
         Raises:
             InputError: the robot or its posture cannot be.
         """
         self._file = file
+        self._holds = holds
         self._period = file.period_us / 1e6
         first, second = file.pair
         self.motors = SimulatedMotor(first, self._period), SimulatedMotor(second, self._period)
         self.history: deque[MeasuredRecord] = deque(maxlen=HISTORY)
         """The last measurements, the newest at the end."""
         self._measured = 0
+        self._noted = False
         self._commanded: set[int] = set()
         self._commanded_at: float | None = None
         self._clock = now
@@ -126,6 +128,7 @@ class EmulatedMotors(MovedRobot):
         (q11, _, q21, _), _ = self.plant.seen()
         for motor, angle in zip(self.motors, (q11, q21), strict=True):
             motor.place(angle)
+        self._noted = False
         # friction holds a robot that stands, but that of the simulated one is smoothed, and lets it creep
         self._held = True
 
@@ -162,7 +165,7 @@ class EmulatedMotors(MovedRobot):
         """Do what is due at this time: the watchdog, and time that no command moves on."""
         watchdog = self._file.watchdog_ms / 1e3
         fed = self._commanded_at is not None and now - self._commanded_at <= watchdog
-        if not fed:
+        if not fed and not self._holds:
             for motor in self.motors:
                 motor.command(False, 0.0)
         if fed and self._file.pace == "commands":
@@ -173,13 +176,22 @@ class EmulatedMotors(MovedRobot):
             self._clock += self._period
             self._advance()
 
+    def measure(self) -> MeasuredRecord:
+        """Return what is measured now, which is noted once."""
+        if not self._noted:
+            first, second = self.motors
+            self._measured += 1
+            self._noted = True
+            angles = first.joint_angle, second.joint_angle
+            self.history.append(MeasuredRecord(self._measured, angles, self.plant.truth()))
+        return self.history[-1]
+
     def _advance(self) -> None:
         """Note what is measured, and move the robot on by one period."""
         self._commanded.clear()
         first, second = self.motors
-        self._measured += 1
-        angles = first.joint_angle, second.joint_angle
-        self.history.append(MeasuredRecord(self._measured, angles, self.plant.truth()))
+        self.measure()
+        self._noted = False
         if self._held:
             return
         try:

@@ -1,0 +1,238 @@
+"""The side of a controller manager: joint states as a joint_state_broadcaster publishes them, torques as an effort
+controller takes them.
+
+Messages are put together here anew, and not taken from the bridge, so that each side checks the other.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Annotated
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from pydantic import Field
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from fivebar_description.ros.run import use_local_network_only
+from fivebar_description.strict_yaml import StrictModel, validate
+from fivebar_sim.motors.configuration import MotorsEmulationFile
+from fivebar_sim.motors.emulation import emulating
+from fivebar_sim.motors.motors import EmulatedMotors
+
+OTHER_JOINTS = ("gripper", "wrist")
+"""Joints of the robot's other components, of which nothing is known."""
+
+DEPTH = 10
+
+DIAGNOSTICS_PERIOD = 1.0
+
+STOPPED, NOT_FINITE, DEACTIVATED, UNLOADED, INTRUDED = (
+    "BROADCASTER_STOPPED",
+    "STATE_NOT_FINITE",
+    "CONTROLLER_DEACTIVATED",
+    "CONTROLLER_UNLOADED",
+    "SECOND_COMMANDER",
+)
+ERRORS = (STOPPED, NOT_FINITE, DEACTIVATED, UNLOADED, INTRUDED)
+"""What may be injected by `fault MOTOR NAME`; all but the state of a joint is about both motors."""
+
+
+class ControlledLinkFile(StrictModel):
+    """Section `link`: the names, and what the states are like.
+
+    Attributes:
+        controller, states, manager: full names of the controller, of the topic of states, and of the controller
+            manager.
+        joints: joints of the controller, in its order; the `id` of a motor is the place of its joint there.
+        updates: updates of the controller manager per sampling period, each of which publishes states.
+        velocities, efforts: whether the hardware measures them; what it does not measure is NaN.
+        clock_offset_s: how far the stamps are from this machine's clock.
+    """
+
+    controller: str
+    states: str
+    manager: str
+    joints: Annotated[tuple[str, str], Field(strict=False)]
+    updates: Annotated[int, Field(ge=1, le=10)] = 1
+    velocities: bool = False
+    efforts: bool = False
+    clock_offset_s: float = -3.5
+
+
+class ControllerManager:
+    """The `MotorLink` of two joints under a controller manager."""
+
+    def __init__(self, file: MotorsEmulationFile) -> None:
+        """Join the graph with broadcaster and active controller.
+
+        Raises:
+            InputError: the section `link` is wrong.
+        """
+        self._link = link = validate(dict(file.link), ControlledLinkFile, f"{file.name}: link")
+        self._file = file
+        use_local_network_only()
+        self._context = Context()
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._nodes = [
+            self._node(name)
+            for name in (link.manager, f"{link.manager.rpartition('/')[0]}/joint_state_broadcaster", link.controller)
+        ]
+        manager, broadcaster, self._controller = self._nodes
+        self._controller.declare_parameter("joints", list(link.joints))
+        self._controller.declare_parameter("interface_name", "effort")
+        self._states = broadcaster.create_publisher(JointState, link.states, DEPTH)
+        self._diagnostics = manager.create_publisher(DiagnosticArray, "/diagnostics", DEPTH)
+        self._reported = 0.0
+        self._subscription: Subscription[Float64MultiArray] | None = None
+        self._intruder: Publisher[Float64MultiArray] | None = None
+        self._taken: list[tuple[float, ...]] = []
+        self._torques = (0.0, 0.0)
+        """Of the joints in the controller's order, as the hardware applies them."""
+        self._faults: set[str] = set()
+        self._published = 0
+        self._began = time.time_ns() + round(link.clock_offset_s * 1e9)
+        self._load()
+        self.place = f"{link.controller}, {link.states}"
+
+    def serve(self, motors: EmulatedMotors, timeout: float) -> None:
+        """Wait for a command for a time (s), and update: read and publish states, apply the command that is held."""
+        self._watch(motors)
+        self._publish(motors)
+        self._executor.spin_once(timeout_sec=timeout)
+        taken, self._taken = self._taken, []
+        for torques in taken:
+            self._update(motors, torques)
+        self._report()
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        for node in self._nodes:
+            node.destroy_node()
+        self._context.try_shutdown()
+
+    def _node(self, name: str) -> Node:
+        namespace, _, short = name.rpartition("/")
+        node = Node(
+            short, namespace=namespace or "/", context=self._context, use_global_arguments=False, enable_rosout=False
+        )
+        self._executor.add_node(node)
+        return node
+
+    @property
+    def _active(self) -> bool:
+        """Whether the controller applies commands."""
+        return not self._faults & {DEACTIVATED, UNLOADED}
+
+    def _load(self) -> None:
+        """Have the controller listen to commands."""
+        self._subscription = self._controller.create_subscription(
+            Float64MultiArray, f"{self._link.controller}/commands", self._on_command, DEPTH
+        )
+
+    def _on_command(self, message: Float64MultiArray) -> None:
+        """Take a command as the forward controllers do: one that is not finite or of another length is left out."""
+        values = tuple(message.data)
+        if len(values) == len(self._link.joints) and all(map(math.isfinite, values)):
+            self._taken.append(values)
+
+    def _update(self, motors: EmulatedMotors, torques: tuple[float, ...]) -> None:
+        """Move the robot on by a sampling period under the torques that were held, and hold others from then on."""
+        for _ in range(self._link.updates if self._file.pace == "commands" else 0):
+            self._apply(motors)
+            self._publish(motors)
+        self._torques = (torques[0], torques[1]) if self._active else (0.0, 0.0)
+
+    def _apply(self, motors: EmulatedMotors) -> None:
+        """Command both motors the torque that is held, which moves the robot on where time waits for commands."""
+        powered = any(self._torques) or any(motor.powered for motor in motors.motors)
+        for number, motor in enumerate(motors.motors):
+            motors.command(number, powered, self._torques[motor.facts.id], time.monotonic())
+
+    def _publish(self, motors: EmulatedMotors) -> None:
+        """Publish the present state, unless that has been done."""
+        record = motors.measure()
+        if record.number == self._published:
+            return
+        self._published = record.number
+        if self._file.pace != "commands":
+            # an update first reads, then writes what has come by then
+            self._apply(motors)
+        if STOPPED in self._faults:
+            return
+        message = JointState()
+        stamp = self._began + record.number * self._file.period_us * 1000
+        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
+        values = {name: (math.nan, math.nan, math.nan) for name in OTHER_JOINTS}
+        for motor in motors.motors:
+            state = motor.state
+            values[self._link.joints[motor.facts.id]] = (
+                math.nan if motor.fault == NOT_FINITE else state.position,
+                state.velocity if self._link.velocities else math.nan,
+                state.torque if self._link.efforts else math.nan,
+            )
+        # by name, as a map of the broadcaster has them
+        for name in sorted(values):
+            if any(motor.silent and name == self._link.joints[motor.facts.id] for motor in motors.motors):
+                continue
+            message.name.append(name)
+            for field, value in zip((message.position, message.velocity, message.effort), values[name], strict=True):
+                field.append(value)
+        self._states.publish(message)
+
+    def _watch(self, motors: EmulatedMotors) -> None:
+        """Do what injected faults ask for, and undo it where they have been mended."""
+        for motor in motors.motors:
+            if motor.faulty:
+                # the joint itself keeps its torque
+                motor.faulty, motor.fault = False, motor.fault or NOT_FINITE
+        faults = {motor.fault for motor in motors.motors}
+        if faults == self._faults:
+            return
+        self._faults = faults
+        if not self._active:
+            self._torques = (0.0, 0.0)
+        self._apply_held(motors)
+        if UNLOADED in faults and self._subscription is not None:
+            self._controller.destroy_subscription(self._subscription)
+            self._subscription = None
+        elif UNLOADED not in faults and self._subscription is None:
+            self._load()
+        if INTRUDED in faults and self._intruder is None:
+            topic = f"{self._link.controller}/commands"
+            self._intruder = self._nodes[0].create_publisher(Float64MultiArray, topic, DEPTH)
+        elif INTRUDED not in faults and self._intruder is not None:
+            self._nodes[0].destroy_publisher(self._intruder)
+            self._intruder = None
+
+    def _apply_held(self, motors: EmulatedMotors) -> None:
+        """Give the motors the torque that is held, without moving the robot on."""
+        for motor in motors.motors:
+            motor.command(motor.powered or any(self._torques), self._torques[motor.facts.id])
+
+    def _report(self) -> None:
+        """Publish the state of the controllers."""
+        now = time.monotonic()
+        if now < self._reported + DIAGNOSTICS_PERIOD:
+            return
+        self._reported = now
+        state = "active" if self._active else "inactive"
+        name = self._link.controller.rpartition("/")[2]
+        manager = self._link.manager.rpartition("/")[2]
+        status = DiagnosticStatus(name=f"{manager}: Controllers Activity", hardware_id="ros2_control")
+        status.values = [KeyValue(key=f"{name}.state", value=state)]
+        self._diagnostics.publish(DiagnosticArray(status=[status]))
+
+
+EMULATOR = emulating(ControllerManager, ERRORS, holds=True)
+"""The emulation of the interface."""
