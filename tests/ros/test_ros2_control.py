@@ -40,6 +40,11 @@ STRONG = 1.2
 """A torque (Nm) beyond friction, which the robot creeps under for `PUSH`."""
 
 
+def long(*values: Any) -> Any:
+    """A case of the long tests."""
+    return pytest.param(*values, marks=pytest.mark.extra)
+
+
 @pytest.fixture(scope="module")
 def cell(shared_bench: Bench, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     """A domain with a watchdog, of which this process is a member."""
@@ -97,14 +102,10 @@ def test_joints_are_taken_by_name_and_torques_given_in_the_controller_s_order(
     ("order", "fault"),
     [
         ("fault 1 BROADCASTER_STOPPED", "states_stale: /cell/joint_states: last state "),
-        ("fault 1 CONTROLLER_UNLOADED", "controller_lost: /cell/effort_controller "),
-        pytest.param(
-            "fault 1 CONTROLLER_DEACTIVATED",
-            "controller_lost: /cell/effort_controller is inactive",
-            marks=pytest.mark.extra,
-        ),
-        ("fault 2 STATE_NOT_FINITE", "states_invalid: /cell/joint_states: position of right is nan"),
-        pytest.param("silent 1", "states_invalid: /cell/joint_states: no joint left", marks=pytest.mark.extra),
+        long("fault 1 CONTROLLER_UNLOADED", "controller_lost: /cell/effort_controller "),
+        long("fault 1 CONTROLLER_DEACTIVATED", "controller_lost: /cell/effort_controller is inactive"),
+        long("fault 2 STATE_NOT_FINITE", "states_invalid: /cell/joint_states: position of right is nan"),
+        long("silent 1", "states_invalid: /cell/joint_states: no joint left"),
         ("fault 1 SECOND_COMMANDER", "second_publisher: /cell/effort_controller/commands is published by "),
     ],
 )
@@ -136,11 +137,13 @@ def test_what_breaks_is_named_and_ends_the_torque_until_it_is_mended(
     ("changed", "fault"),
     [
         ({"link": {**LINK, "joints": ["left", "right"]}}, "controller_differs: .* right, left, expected left, right"),
-        ({"link": {**LINK, "joints": ["right", "lift"]}}, "states_missing: .*no joint lift: gripper, left, right, "),
-        ({"link": {**LINK, "controller": "/cell/efort"}}, "controller_missing: /cell/efort/commands "),
-        ({"link": {**LINK, "states": "/cell/states"}}, "states_missing: /cell/states: 0 states"),
         ({"link": {**LINK, "states": "/joint_states"}}, "states_shared: /joint_states "),
         ({"period_us": PERIOD_US // 2, "gather_deadline_us": 5000}, "states_slow: .* has 50 Hz, the run needs 100 Hz"),
+        long(
+            {"link": {**LINK, "joints": ["right", "lift"]}}, "states_missing: .*no joint lift: gripper, left, "
+        ),
+        long({"link": {**LINK, "controller": "/cell/efort"}}, "controller_missing: /cell/efort/commands "),
+        long({"link": {**LINK, "states": "/cell/states"}}, "states_missing: /cell/states: 0 states"),
     ],
 )
 def test_what_cannot_work_is_refused_before_anything_has_torque(
@@ -150,6 +153,7 @@ def test_what_cannot_work_is_refused_before_anything_has_torque(
         connect(str(drives_file(tmp_path, set_up_timeout_ms=2000, **changed))).open()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -168,6 +172,7 @@ def test_wrong_motors_are_refused_by_the_posture(robot: ControlledRobot, tmp_pat
     drives.close()
 
 
+@pytest.mark.extra
 def test_states_that_are_more_frequent_are_thinned_out(cell: Bench, tmp_path: Path) -> None:
     with controlled_robot(cell.domain, PERIOD_US // 4, velocities=True, efforts=True):
         drives = opened(tmp_path)

@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 from fivebar_command import FivebarCommand
+from graph_probe import Bench
 from rehearsed import expect_crossing, expect_stop, last_torque
+
+from fivebar_bringup.drives.choice import write_drive_files
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_description.interpreter import module_command
 
 REHEARSED = ("run", "middle_ros2_control", "--hardware", "emulated", "--json")
 
@@ -38,3 +46,27 @@ def test_a_fault_on_the_way(fivebar: Callable[..., FivebarCommand], folder: Path
     expect_stop(call, fault)
     # nobody commands anything once the blender is dead
     assert "blender" in broken or last_torque(out) == (0.0, 0.0)
+
+
+@pytest.mark.extra
+@pytest.mark.clock
+@pytest.mark.parametrize("updates", [1, 2])
+def test_a_robot_that_is_there_sets_the_pace(folder: Path, updates: int) -> None:
+    """Its controller manager runs by the clock, at the rate of the run or twice as often."""
+    own = folder / f"updates{updates}"
+    own.mkdir()
+    content = load_scenario("middle_ros2_control").model_dump(mode="json")
+    content["safety"]["stop_cycles"] = 10
+    scenario = Scenario.model_validate(content)
+    path = own / "experiment.yaml"
+    path.write_text(scenario.to_yaml(), encoding="utf-8")
+    files = write_drive_files(scenario, own)
+    emulation: dict[str, Any] = yaml.safe_load(files.emulation.read_text(encoding="utf-8"))
+    emulation["period_us"] //= updates
+    drives: dict[str, Any] = yaml.safe_load(files.drives.read_text(encoding="utf-8"))
+    for file, values in ((files.emulation, emulation), (files.drives, drives)):
+        file.write_text(yaml.safe_dump({**values, "pace": "clock"}), encoding="utf-8")
+    with Bench(own) as bench:
+        bench.run([*module_command("fivebar_sim.emulators.drives"), str(files.emulation)])
+        options = ("--hardware", "external", "--drives", str(files.drives), "--activate", "--json", "--out", "out")
+        expect_crossing(FivebarCommand(own, "run", str(path), *options, domain=bench.domain))

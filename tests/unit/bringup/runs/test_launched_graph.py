@@ -89,6 +89,14 @@ def test_a_bridge_has_a_lifecycle_of_its_own(tmp_path: Path) -> None:
         assert yaml.safe_load(one.parameter_file)["/**"]["ros__parameters"]["autostart"] is activate
 
 
+def test_a_watchdog_runs_beside_the_bridge_to_a_controller(tmp_path: Path) -> None:
+    nodes = started("middle_ros2_control", hardware="emulated", record=str(tmp_path / "run"))
+    assert nodes["command_watchdog"]["drives"] == nodes["drive_bridge"]["drives"]
+    assert "command_watchdog" in nodes["drive_bridge"]["wait_for_nodes"]
+    assert "scenario" not in nodes["command_watchdog"]
+    assert "command_watchdog" not in started("middle_robot", hardware="emulated", record=str(tmp_path / "other"))
+
+
 def test_a_robot_that_stays_goes_on_after_its_motion() -> None:
     assert started("unified_middle", hardware="simulated", stay=True)["plant"]["samples"] == LONGEST
     with pytest.raises(InputError, match="accepts no goals"):
@@ -102,6 +110,7 @@ def test_a_robot_that_stays_goes_on_after_its_motion() -> None:
         ({"activate": True, "hardware": "simulated"}, "activate: expected hardware:=emulated"),
         ({"port": "/dev/ttyACM0"}, "port: expected together with hardware:=usb"),
         ({"hardware": "usb"}, "expected a robot whose drives are motkin, found canopen: dextar"),
+        ({"hardware": "external"}, "expected a robot whose drives are ros2_control, found canopen: dextar"),
         ({"stay": True}, "stay: expected hardware:=simulated or emulated"),
         ({"shutdown": True, "hardware": "emulated"}, "shutdown: expected hardware:=simulated"),
         ({"camera": "true"}, "camera: a run of middle on hardware:=none has none"),
