@@ -33,7 +33,13 @@ def start_controllers(context):
     time = {"use_sim_time": simulated}
     described = {"robot_description": Path(model).read_text(encoding="utf-8")}
     return [
-        Node(package="robot_state_publisher", executable="robot_state_publisher", parameters=[described, time]),
+        Node(
+            package="robot_state_publisher",
+            executable="robot_state_publisher",
+            parameters=[described, time],
+            # where the shipped parameters have the broadcaster publish
+            remappings=[("joint_states", "joint_state_broadcaster/joint_states")],
+        ),
         Node(
             package="controller_manager",
             executable="ros2_control_node",
