@@ -116,10 +116,11 @@ ELSEWHERE = {
     "unit/bringup/test_entry.py": ("fivebar_bringup.cli.main", "fivebar_bringup.cli.words"),
     "unit/bringup/test_scenario_settings.py": ("fivebar_description.shared_settings",),
     "ros/test_dextar_bridge.py": ("fivebar_control.ros.drive_bridge",),
-    "ros/test_ros2_control.py": (
-        "fivebar_control.hardware.controlled_joints",
+    "ros/test_controlled_joints.py": (
         "fivebar_control.nodes.command_watchdog",
         "fivebar_control.ros.joints_port",
+        "fivebar_control.ros.ros2_control",
+        "fivebar_sim.ros.ros2_control",
     ),
     "ros/test_domain_member.py": ("fivebar_description.ros.qos",),
     "unit/control/planning/test_stopping.py": ("fivebar_control.trajectory.stopped",),

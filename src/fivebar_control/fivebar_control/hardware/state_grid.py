@@ -68,6 +68,13 @@ class StateGrid:
         self.old = 0
         """States that were no newer than the one before, so far."""
 
+    @property
+    def is_last(self) -> bool:
+        """Whether the next state is to be a sample, so that a torque that is published now acts from that sample on."""
+        if self._last is None:
+            return True
+        return self._last[0] + 1.5 * self._states_period - self._instant >= self._period
+
     def take(self, stamp: int, states: JointStates) -> GridSample | None:
         """Take a state; return the sample that it completes, if it does."""
         last, self._last = self._last, (stamp, states)

@@ -100,6 +100,7 @@ class JointsPort:
         self._grid: StateGrid | None = None
         self._stamps: deque[int] = deque(maxlen=MEASURED)
         self._sample: GridSample | None = None
+        self._kept: Float64MultiArray | None = None
         self._untaken = self._invalid = self._late = 0
         self._reason = ""
         self._quickest = math.inf
@@ -171,12 +172,21 @@ class JointsPort:
         self._find_controller(end)
         self._find_watchdog(end)
 
-    def publish(self, torques: Sequence[float]) -> None:
-        """Publish torques (Nm, at the shafts) of both motors."""
+    def publish(self, torques: Sequence[float], at_once: bool) -> None:
+        """Publish torques (Nm, at the shafts) of both motors, at once or for the next sample.
+
+        Where the controller is updated several times in a sampling period, a torque is kept until the last update
+        before the next sample, so that it acts from that sample on, as the estimator assumes.
+        """
         values = [0.0, 0.0]
         for motor, torque in zip(self._file.pair, torques, strict=True):
             values[motor.id] = torque
-        self._commands.publish(Float64MultiArray(data=values))
+        command = Float64MultiArray(data=values)
+        with self._received:
+            waits = not (at_once or self._grid is None or self._file.paced_by_commands or self._grid.is_last)
+            self._kept = command if waits else None
+            if not waits:
+                self._commands.publish(command)
 
     def take(self, timeout: float) -> GridSample | None:
         """Return the newest sample that nobody has taken, and wait for one for a time (s)."""
@@ -214,6 +224,9 @@ class JointsPort:
                 return
             self._note_delay(now - stamp / NANOSECONDS)
             sample = self._grid.take(stamp, states)
+            if self._kept is not None and (sample is not None or self._grid.is_last):
+                self._commands.publish(self._kept)
+                self._kept = None
             if sample is None:
                 return
             if self._sample is not None:

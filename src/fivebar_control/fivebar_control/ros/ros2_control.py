@@ -57,9 +57,9 @@ class ControlledJoints:
         return self.receive(timeout)
 
     def send(self, command: PairCommand) -> None:
-        """Publish torques; without power zero, once: others may command the controller then."""
+        """Publish torques, zero at once; without power zero a single time: others may command the controller then."""
         if command.power or self._sent != NO_POWER:
-            self._port.publish(command.torques if command.power else ZERO)
+            self._port.publish(command.torques if command.power else ZERO, at_once=not any(command.torques))
         self._sent = command if command.power else NO_POWER
 
     def receive(self, timeout: float) -> PairAnswer:

@@ -74,3 +74,14 @@ def test_the_grid_follows_a_clock_that_runs_differently() -> None:
     grid, found = samples(stamps, PERIOD)
     assert [sample.periods for _, sample in found] == [1] * 20_000
     assert grid.lost == 0
+
+
+@pytest.mark.parametrize("updates", [1, 2, 4])
+def test_the_last_state_before_a_sample_is_known(updates: int) -> None:
+    """A torque that is published after it acts from the sample on, where the controller is updated with each state."""
+    grid = StateGrid(PERIOD, PERIOD / updates)
+    told = []
+    for k in range(4 * updates):
+        grid.take(round(k * PERIOD / updates * 1e9), moving(0.0))
+        told.append(grid.is_last)
+    assert told == [k % updates == updates - 1 for k in range(4 * updates)]

@@ -139,9 +139,7 @@ def test_what_breaks_is_named_and_ends_the_torque_until_it_is_mended(
         ({"link": {**LINK, "joints": ["left", "right"]}}, "controller_differs: .* right, left, expected left, right"),
         ({"link": {**LINK, "states": "/joint_states"}}, "states_shared: /joint_states "),
         ({"period_us": PERIOD_US // 2, "gather_deadline_us": 5000}, "states_slow: .* has 50 Hz, the run needs 100 Hz"),
-        long(
-            {"link": {**LINK, "joints": ["right", "lift"]}}, "states_missing: .*no joint lift: gripper, left, "
-        ),
+        long({"link": {**LINK, "joints": ["right", "lift"]}}, "states_missing: .*no joint lift: gripper, left, "),
         long({"link": {**LINK, "controller": "/cell/efort"}}, "controller_missing: /cell/efort/commands "),
         long({"link": {**LINK, "states": "/cell/states"}}, "states_missing: /cell/states: 0 states"),
     ],
