@@ -140,8 +140,9 @@ def test_what_breaks_is_named_and_ends_the_torque_until_it_is_mended(
         ({"link": {**LINK, "states": "/joint_states"}}, "states_shared: /joint_states "),
         ({"period_us": PERIOD_US // 2, "gather_deadline_us": 5000}, "states_slow: .* has 50 Hz, the run needs 100 Hz"),
         long({"link": {**LINK, "joints": ["right", "lift"]}}, "states_missing: .*no joint lift: gripper, left, "),
+        long({"link": {**LINK, "joints": ["roll", "lift"]}}, "states_missing: .* other joints: gripper, left, right, "),
         long({"link": {**LINK, "controller": "/cell/efort"}}, "controller_missing: /cell/efort/commands "),
-        long({"link": {**LINK, "states": "/cell/states"}}, "states_missing: /cell/states: 0 states"),
+        long({"link": {**LINK, "states": "/cell/states"}}, "states_missing: /cell/states: 0 states with "),
     ],
 )
 def test_what_cannot_work_is_refused_before_anything_has_torque(

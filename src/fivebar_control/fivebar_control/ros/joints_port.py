@@ -102,7 +102,7 @@ class JointsPort:
         self._sample: GridSample | None = None
         self._kept: Float64MultiArray | None = None
         self._untaken = self._invalid = self._late = 0
-        self._reason = ""
+        self._reason = self._others = ""
         self._quickest = math.inf
         self._arrived = time.monotonic()
         self._living = Living(time.monotonic)
@@ -211,7 +211,13 @@ class JointsPort:
     def _on_states(self, data: bytes) -> None:
         now = time.monotonic()
         try:
-            stamp, states = self._read(self._reader(data))
+            message = self._reader(data)
+            part = part_of(message, self._names)
+            if part is None:
+                # of other joints, which others may publish on the same topic
+                self._others = ", ".join(message.name)
+                return
+            stamp, states = self._read(part)
         except MessageError as error:
             self._invalid += 1
             self._reason = str(error)
@@ -237,16 +243,15 @@ class JointsPort:
         if self._bell is not None:
             self._bell.ring()
 
-    def _read(self, message: JointSample) -> tuple[int, JointStates]:
+    def _read(self, part: JointSample) -> tuple[int, JointStates]:
         """Return stamp and states of both motors.
 
         Raises:
             MessageError: a joint is missing, or its angle is not finite.
         """
-        part = part_of(message, self._names) or message
         missing = [name for name in self._names if name not in part.name]
         if missing:
-            raise MessageError(f"no joint {' and '.join(missing)}: {', '.join(message.name)}")
+            raise MessageError(f"no joint {' and '.join(missing)}: {', '.join(part.name)}")
         (positions,) = read_fields(part, self._names, ("position",))
         velocities, efforts = (_where_finite(part, self._names, field) for field in ("velocity", "effort"))
         return part.stamp_ns, JointStates((positions[0], positions[1]), velocities, efforts)
@@ -269,7 +274,8 @@ class JointsPort:
             stamps = list(self._stamps)
         between = [later - sooner for sooner, later in itertools.pairwise(stamps) if later > sooner]
         if len(between) < FEWEST - 1:
-            reason = self._reason or f"{len(stamps)} states have come"
+            grown = f"{len(set(stamps))} states with a stamp of their own have come"
+            reason = self._reason or grown + (f", and some of other joints: {self._others}" if self._others else "")
             raise DriveError(Fault("states_missing", f"{self._link.states}: {reason}"))
         return median(between) / NANOSECONDS
 
