@@ -86,7 +86,7 @@ class ControlledRobot:
 
     @property
     def torques(self) -> tuple[float, float]:
-        """What the joints have at their shafts (Nm), of q11 and q21."""
+        """The torques (Nm) at the shafts of q11 and q21."""
         first, second = self.emulation.motors.motors
         return first.torque, second.torque
 

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Hardware(StrEnum):
-    """What is controlled: the simulated robot, emulated drives, or real ones, of which three kinds have a name."""
+    """The robot that is controlled: the simulated one, emulated drives, or real ones, of which three kinds have a name."""
 
     SIMULATED = "simulated"
     EMULATED = "emulated"

@@ -178,7 +178,7 @@ class TwoMotors:
 
     @property
     def _command(self) -> PairCommand:
-        """What both drives are to do."""
+        """Power and torques of the next command."""
         return PairCommand(self._power, self._torques)
 
     def quick_stop(self) -> None:

@@ -137,7 +137,7 @@ class JointsPort:
 
     @property
     def fault(self) -> Fault | None:
-        """What is wrong with controller, commands or watchdog; None while nothing is."""
+        """A fault of controller, commands or watchdog; None while nothing is wrong with them."""
         reported = self._reported
         if reported is not None and time.monotonic() - reported > WATCHDOG_TIME:
             return Fault("watchdog_missing", f"{self._watchdog}: nothing heard for {WATCHDOG_TIME:g} s")

@@ -43,7 +43,7 @@ STOPPED, NOT_FINITE, DEACTIVATED, UNLOADED, INTRUDED = (
     "SECOND_COMMANDER",
 )
 ERRORS = (STOPPED, NOT_FINITE, DEACTIVATED, UNLOADED, INTRUDED)
-"""What may be injected by `fault MOTOR NAME`; all but the state of a joint is about both motors."""
+"""Faults that `fault MOTOR NAME` injects; all but the state of a joint is about both motors."""
 
 
 class ControlledLinkFile(StrictModel):
@@ -97,7 +97,7 @@ class ControllerManager:
         self._intruder: Publisher[Float64MultiArray] | None = None
         self._taken: list[tuple[float, ...]] = []
         self._torques = (0.0, 0.0)
-        """Of the joints in the controller's order, as the hardware applies them."""
+        """The torques that the controller holds, in the order of its joints."""
         self._faults: set[str] = set()
         self._published = 0
         self._began = time.time_ns() + round(link.clock_offset_s * 1e9)
