@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Hardware(StrEnum):
-    """The robot that is controlled: the simulated one, emulated drives, or real ones, of which three kinds have a name."""
+    """The robot that is controlled: simulated, or on emulated or real drives, of which three kinds have a name."""
 
     SIMULATED = "simulated"
     EMULATED = "emulated"
