@@ -17,6 +17,7 @@ def cycle_settings(scenario: Scenario) -> CycleSettings:
         *scenario.working_mode,
         rate_hz,
         scenario.tuned(),
+        scenario.zone.as_rule().lasts(rate_hz),
         guard_limits_of(safety, rate_hz),
         brake_of(safety, robot, rate_hz),
     )

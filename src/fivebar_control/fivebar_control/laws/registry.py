@@ -19,8 +19,9 @@ from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.suggestion import expected_one_of
 
-CONDITION, SIGMOID = "condition", "sigmoid"
-"""Blending by 1/cond(A) (4.1.2), or by a sigmoid in time around each planned crossing (figure 1.10)."""
+CONDITION, SIGMOID, ESTIMATE = SUPERVISIONS = ("condition", "sigmoid", "estimate")
+"""Blending by 1/cond(A) in the planned zones (4.1.2, supervision by performance), by a sigmoid in time around each
+planned crossing (figure 1.10, prerouted), or in zones as wide as the estimated state's speed makes them."""
 
 
 class Controller(NamedTuple):
@@ -30,7 +31,7 @@ class Controller(NamedTuple):
         name: its name in scenarios.
         nominal: its law off the locus, or the only one.
         constraint: its law on the locus, None for no blending.
-        weighting: blending variable, `CONDITION` or `SIGMOID`.
+        weighting: what decides the blending, one of `SUPERVISIONS`.
     """
 
     name: str

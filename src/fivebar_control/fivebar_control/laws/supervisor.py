@@ -1,8 +1,22 @@
-"""The performance-based supervisor (4.1.2): the weight of the virtual constraint law, from cond(A)."""
+"""The weight of the virtual constraint law: by cond(A) (4.1.2), or by how soon the estimated state is on the locus."""
 
 from __future__ import annotations
 
 import math
+
+
+def forecast_width(kappa_rate: float, zone_time: float, epsilon: float) -> float:
+    """Return the half width of the blending zone (in kappa) for the speed at which the estimated state passes it.
+
+    The platform coasts through the zone, so the estimate forecasts it to first order: it is on the locus in the time
+    kappa / kappa_rate, and the zone holds all that is nearer than half of `zone_time`.
+
+    Args:
+        kappa_rate: |d kappa / dt| of the estimated state (1/s).
+        zone_time: for which sigma is meant to be 1 (s).
+        epsilon: half width of the planned zone; 0 where none is planned, which leaves none.
+    """
+    return 0.5 * zone_time * kappa_rate if epsilon > 0.0 else 0.0
 
 
 def blending_weight(kappa: float, epsilon: float) -> float:

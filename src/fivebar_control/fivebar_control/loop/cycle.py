@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 from fivebar_control.laws.blend import blend
 from fivebar_control.laws.law import Instant, Step
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.supervisor import blending_weight, forecast_width
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.line import Line
-from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.singularity import inverse_condition, inverse_condition_rate
 from fivebar_control.model.state import State
 from fivebar_control.safety.brake import Brake, braking_after, stopping
 from fivebar_control.safety.stages import NO_FAULT, Limits, excess_samples, first_fault, limited_torque
@@ -33,6 +33,8 @@ class CycleSettings(NamedTuple):
         nominal, constraint: settings of the laws as numbers (`as_numbers`); None for no constraint law.
         blended: whether there is a constraint law.
         weighted_in_time: sigma from the plan's time weight instead of from cond(A).
+        zone_time: for which sigma is meant to be 1 (s), where the zones are as wide as the state's speed makes them; 0
+            where they are the plan's.
         limits: of the guard.
         brake: of the guard.
     """
@@ -45,6 +47,7 @@ class CycleSettings(NamedTuple):
     constraint: Any
     blended: bool
     weighted_in_time: bool
+    zone_time: float
     limits: Limits
     brake: Brake
 
@@ -114,6 +117,9 @@ def control_cycle(
     kappa = inverse_condition(state)
     zone_weight = blending_weight(kappa, plan.epsilon)
     sigma = plan.time_weight if settings.weighted_in_time else zone_weight
+    if settings.zone_time > 0.0:
+        width = forecast_width(inverse_condition_rate(state), settings.zone_time, plan.epsilon)
+        sigma = blending_weight(kappa, width)
     line = Line(reference.state.x, reference.state.y, plan.direction_x, plan.direction_y)
     instant = Instant(state, reference, line, settings.mode1, settings.mode2, zone_weight, settings.period, plan.ahead)
     robot = settings.robot

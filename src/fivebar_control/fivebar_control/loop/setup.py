@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from fivebar_control.laws.law import Law, no_step, unchanged
-from fivebar_control.laws.registry import SIGMOID, Controller, TunedController
+from fivebar_control.laws.registry import ESTIMATE, SIGMOID, Controller, TunedController
 from fivebar_control.laws.torque import ZERO
 from fivebar_control.loop.cycle import CycleMemory, CycleSettings
 from fivebar_control.model.state import Platform
@@ -51,7 +51,14 @@ def first_memory(
 
 
 def cycle_settings_of(
-    robot: FiveBar, mode1: int, mode2: int, rate_hz: int, tuned: TunedController, limits: Limits, brake: Brake
+    robot: FiveBar,
+    mode1: int,
+    mode2: int,
+    rate_hz: int,
+    tuned: TunedController,
+    zone_time: float,
+    limits: Limits,
+    brake: Brake,
 ) -> CycleSettings:
     """Return the constants of the control cycle.
 
@@ -59,6 +66,7 @@ def cycle_settings_of(
         robot, mode1, mode2: nominal robot and its working mode.
         rate_hz: sampling rate (Hz).
         tuned: controller.
+        zone_time: for which sigma is meant to be 1 at a crossing (s).
         limits, brake: of the last node.
     """
     return CycleSettings(
@@ -70,6 +78,7 @@ def cycle_settings_of(
         constraint=None if tuned.constraint is None else as_numbers(tuned.constraint.settings),
         blended=tuned.controller.blended,
         weighted_in_time=tuned.controller.weighting == SIGMOID,
+        zone_time=zone_time if tuned.controller.weighting == ESTIMATE else 0.0,
         limits=limits,
         brake=brake,
     )

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from fivebar_control.laws.registry import SIGMOID
-from fivebar_control.laws.supervisor import blending_weight
-from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.laws.registry import ESTIMATE, SIGMOID
+from fivebar_control.laws.supervisor import blending_weight, forecast_width
+from fivebar_control.model.singularity import inverse_condition, inverse_condition_rate
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.polynomial import rest_to_rest
@@ -21,13 +21,13 @@ class SupervisorState(NamedTuple):
 
 
 class Supervisor:
-    """The performance-based supervisor with the zone widths of a plan; in time for the multi-model method."""
+    """The supervisor: by performance with the zone widths of a plan, prerouted in time, or by the estimated state."""
 
     def __init__(self, plan: Plan, rate_hz: int, weighting: str) -> None:
-        """Bind the supervisor to a plan; `weighting` is `CONDITION` (4.1.2) or `SIGMOID` (figure 1.10)."""
+        """Bind the supervisor to a plan; `weighting` is one of `SUPERVISIONS`."""
         self._plan = plan
         self._rate_hz = rate_hz
-        self._in_time = weighting == SIGMOID
+        self._in_time, self._forecasts = weighting == SIGMOID, weighting == ESTIMATE
 
     def __call__(self, sample: int, state: State) -> SupervisorState:
         """Return sigma and kappa for a sample."""
@@ -36,11 +36,16 @@ class Supervisor:
     def at(self, t: float, state: State) -> SupervisorState:
         """Return sigma and kappa at time t (s)."""
         kappa = inverse_condition(state)
-        return SupervisorState(self.weight(t, kappa), kappa)
+        return SupervisorState(self.weight(t, kappa, inverse_condition_rate(state)), kappa)
 
-    def weight(self, t: float, kappa: float) -> float:
-        """Return sigma at time t (s) for a kappa."""
-        return time_weight(self._plan, t) if self._in_time else blending_weight(kappa, self._plan.epsilon_at(t))
+    def weight(self, t: float, kappa: float, kappa_rate: float) -> float:
+        """Return sigma at time t (s) for a kappa and |d kappa / dt| (1/s)."""
+        if self._in_time:
+            return time_weight(self._plan, t)
+        epsilon = self._plan.epsilon_at(t)
+        if self._forecasts:
+            epsilon = forecast_width(kappa_rate, self._plan.zone_time, epsilon)
+        return blending_weight(kappa, epsilon)
 
 
 def time_weight(plan: Plan, t: float) -> float:

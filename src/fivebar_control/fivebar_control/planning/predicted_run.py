@@ -104,7 +104,7 @@ def predict_run(
     none = Peak(0.0, 0.0, start.x, start.y)
     predicted = PredictedRun(none, none, none)
     for stretch in stretches_of(plan, rate_hz):
-        settings = cycle_settings_of(robot, *stretch.mode, rate_hz, follower, limits, brake)
+        settings = cycle_settings_of(robot, *stretch.mode, rate_hz, follower, plan.zone_time, limits, brake)
         predicted = _predict_stretch(robot, plan, stretch, follower, settings, predicted)
         if math.isinf(predicted.error.value):
             break

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.loop.supervisor import Supervisor
-from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition
+from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, inverse_condition_rate
 from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, WORKSPACE, Figure
 from fivebar_control.planning.reference_sample import ReferenceSample, larger, samples_of
 from fivebar_control.planning.reference_torque import ReferenceTorque
@@ -184,7 +184,9 @@ class ReferenceScan:
         new = [sample for sample in samples if sample not in self._seen]
         references = desired_along(self._robot, self._plan, [sample / self._rate_hz for sample in new])
         for sample, seen, row in zip(new, samples_of(self._robot, references), references, strict=True):
-            if self._needed.own_share(sample, seen.kappa) > 0.0:
+            # no other controller's share depends on it
+            rate = inverse_condition_rate(reference_of(row.tolist()).state) if self._blended else 0.0
+            if self._needed.own_share(sample, seen.kappa, rate) > 0.0:
                 torque = self._needed(sample, reference_of(row.tolist()))
                 seen = seen._replace(torque=larger(torque.tau1, torque.tau2))
             self._seen[sample] = seen

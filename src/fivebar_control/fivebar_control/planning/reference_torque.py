@@ -22,7 +22,7 @@ from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.kinematics import joint_acceleration
-from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition
+from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, inverse_condition_rate
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
@@ -44,18 +44,18 @@ class ReferenceTorque:
     def __call__(self, sample: int, reference: Reference) -> Torque:
         """Return the torque (Nm) for a sample of the reference; NaN where the controller has none."""
         state, full = reference.state, full_torque(self._robot, reference)
-        share = self.own_share(sample, inverse_condition(state))
+        share = self.own_share(sample, inverse_condition(state), inverse_condition_rate(state))
         if self._own is None or reference.by_motors or not share > 0.0:
             return full
         return blend(share, full, self._answer(self._own, sample, state, reference))
 
-    def own_share(self, sample: int, kappa: float) -> float:
+    def own_share(self, sample: int, kappa: float, kappa_rate: float) -> float:
         """Return the share of the controller's own answer in its torque, from 0, for `full_torque`, to 1."""
         if self._own is None:
             return 0.0
         if self._regular:
             return 1.0 if kappa < NEAR_LOCUS else 0.0
-        return self._supervise.weight(sample / self._rate_hz, kappa)
+        return self._supervise.weight(sample / self._rate_hz, kappa, kappa_rate)
 
     def _answer(self, law: TunedLaw, sample: int, state: State, reference: Reference) -> Torque:
         """Return the torque of a law without memory and limits."""

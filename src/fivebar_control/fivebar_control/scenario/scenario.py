@@ -494,7 +494,9 @@ class ControlScenario(StrictModel):
 
     def scheme(self) -> Controller:
         """Return how the controller is put together."""
-        return unopened_controller(self.controller) if self._law_unopened else find_controller(self.controller)
+        found = unopened_controller(self.controller) if self._law_unopened else find_controller(self.controller)
+        chosen = self.zone.supervision
+        return found if chosen is None or not found.blended else found._replace(weighting=chosen)
 
     @property
     def law_unopened(self) -> bool:

@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Annotated, NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY
+from fivebar_control.laws.registry import SUPERVISIONS
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import (
@@ -77,6 +78,15 @@ class ZoneSettings(NamedTuple):
     epsilon: Annotated[
         float, Setting("Half width of the zones in 1/cond(A), for the fixed rule.", above=0.0, below=0.5)
     ] = 0.05
+    supervision: Annotated[
+        str | None,
+        Setting(
+            "What decides where the constraint law of a blended controller acts: 1/cond(A) in the planned zones,"
+            " a sigmoid in time around each planned crossing, or 1/cond(A) in zones as wide as the estimated state's"
+            " own speed makes them. By default that of the controller.",
+            choices=SUPERVISIONS,
+        ),
+    ] = None
 
     def as_rule(self) -> ZoneRule:
         """Return the rule for the planner."""
@@ -99,6 +109,10 @@ class ZoneRule(NamedTuple):
 
     duration: float = ZoneSettings().duration_ms / 1e3
     epsilon: float | None = None
+
+    def lasts(self, rate_hz: int) -> float:
+        """Return the time (s) for which sigma is meant to be 1: at least `MIN_ZONE_SAMPLES`."""
+        return max(self.duration, MIN_ZONE_SAMPLES / rate_hz)
 
 
 class Crossing(NamedTuple):
@@ -197,7 +211,7 @@ def plan_motion(
         if len(working_mode) == 2
         else [*segments_between(robot, modes, waypoints, durations)]
     )
-    zone_time = max(rule.duration, MIN_ZONE_SAMPLES / rate_hz)
+    zone_time = rule.lasts(rate_hz)
     crossings: list[Crossing] = []
     for index, (segment, (mode1, mode2)) in enumerate(zip(segments, modes[: len(segments)], strict=True)):
         if isinstance(segment, JointSegment):

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar_control.laws.blend import blend
-from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.supervisor import blending_weight, forecast_width
 from fivebar_control.laws.torque import UNDEFINED, Torque
 
 KAPPA = st.floats(0.0, 1.0)
@@ -33,6 +33,23 @@ def test_weight_is_continuous_falls_with_kappa_and_stays_in_its_range(one: float
     near, far = blending_weight(low, epsilon), blending_weight(high, epsilon)
     assert 0.0 <= far <= near <= 1.0
     assert near - far <= (high - low) / epsilon + 1e-12
+
+
+@given(rate=st.floats(0.1, 20.0), share=st.floats(0.0, 2.0), kappa=KAPPA)
+def test_a_robot_that_moves_as_planned_has_the_planned_zone_and_a_slower_one_a_narrower(
+    rate: float, share: float, kappa: float
+) -> None:
+    zone_time = 0.04
+    planned = 0.5 * zone_time * rate
+    assert forecast_width(rate, zone_time, planned) == pytest.approx(planned)
+    width = forecast_width(share * rate, zone_time, planned)
+    slower, wanted = blending_weight(kappa, width), blending_weight(kappa, planned)
+    assert slower <= wanted if share <= 1.0 else slower >= wanted
+    # sigma is 1 as long as a coasting platform is within half of the time from the locus
+    if width > 0.0 and kappa < width:
+        assert kappa / (share * rate) <= 0.5 * zone_time + 1e-12
+        assert slower == 1.0
+    assert forecast_width(rate, zone_time, 0.0) == 0.0
 
 
 def test_without_a_planned_crossing_only_the_locus_itself_switches() -> None:

@@ -62,7 +62,7 @@ def run(still: Still, lead: int = 0, feed_forward: bool = False, **names: Any) -
     tuned = default_tuning(CONTROLLERS["ctc"])
     safety = SafetySettings(torque_limit=1.0, type1_margin=0.0)
     control = cycle_settings_of(
-        ROBOT, 1, -1, RATE_HZ, tuned, guard_limits_of(safety, RATE_HZ), brake_of(safety, ROBOT, RATE_HZ)
+        ROBOT, 1, -1, RATE_HZ, tuned, 0.04, guard_limits_of(safety, RATE_HZ), brake_of(safety, ROBOT, RATE_HZ)
     )
     loop = bound(run_loop, **law_functions(tuned.controller) | names)
     finished: Still = loop(

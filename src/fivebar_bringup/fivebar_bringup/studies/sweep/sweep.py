@@ -205,10 +205,16 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
 
 
 def _verdict(rows: Sequence[SweepRow], controller: str, required: float) -> tuple[bool, str]:
-    good, everything = rate_of(runs_of(rows, controller, FEASIBLE))
+    feasible = runs_of(rows, controller, FEASIBLE)
+    good, everything = rate_of(feasible)
+    by_branch = {
+        branch: rate_of([row for row in feasible if row.distal_links == branch])
+        for branch in sorted({row.distal_links for row in feasible}, reverse=True)
+    }
+    branches = "; ".join(f"{made} of {count} with distal links {branch}" for branch, (made, count) in by_branch.items())
     text = (
-        f"{controller} completed {good} of the {everything} crossings that were judged feasible before the run;"
-        f" required are {100.0 * required:g} %. Success means: {SUCCESS_RULE}."
+        f"{controller} completed {good} of the {everything} crossings that were judged feasible before the run"
+        f"{f' ({branches})' if branches else ''}; required are {100.0 * required:g} %. Success means: {SUCCESS_RULE}."
     )
     return good >= required * everything, text
 

@@ -1,0 +1,103 @@
+"""The three supervisions of a blended controller on the same random crossings.
+
+`python -m fivebar_bringup.studies.single.supervision_study [--crossings 60] [--seed N]` takes crossings that the
+screen accepts for `multi_cartesian`, runs each by 1/cond(A) in the planned zones, by a sigmoid in time, and in zones as
+wide as the estimated state's speed makes them, and prints the table of docs/theory.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from itertools import count, islice
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_bringup.studies.common.intervals import clopper_pearson
+from fivebar_bringup.studies.sweep.drawing import Draw, draw
+from fivebar_bringup.studies.sweep.running import planned, screened, shortcomings, timed_for_loads
+from fivebar_control.laws.registry import SUPERVISIONS
+from fivebar_control.machine_code import expect_many_motions
+from fivebar_description.strict_yaml import InputError
+
+CONTROLLER, TORQUE_LIMIT = "multi_cartesian", 2.0
+RIGS = ("ideal", "encoders", "calibrated")
+
+
+class SupervisedRun(NamedTuple):
+    """A run of a crossing.
+
+    Attributes:
+        rig, supervision: whose robot, and how the laws were blended.
+        success: by the rule of the sweeps.
+        error: largest (m).
+        torque: largest request (Nm).
+    """
+
+    rig: str
+    supervision: str
+    success: bool
+    error: float
+    torque: float
+
+
+def accepted(seed: int, rig: str) -> Iterator[Draw]:
+    """Yield the crossings of a rig that the planner and the controller's screen accept."""
+    for number in count():
+        try:
+            case = timed_for_loads(draw(seed, number, rig))
+            planned(case)
+            if screened(case, CONTROLLER).feasible:
+                yield case
+        except InputError:
+            continue
+
+
+def supervised_run(case: Draw, supervision: str) -> SupervisedRun:
+    """Run an accepted crossing under one of `SUPERVISIONS`."""
+    given, plan = case.scenario(CONTROLLER), planned(case)
+    scenario = given.model_copy(update={"zone": given.zone._replace(supervision=supervision)})
+    samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
+    outcome = crossing(case_of(scenario), samples)
+    missed = shortcomings(outcome, plan.path.samples(scenario.rate_hz) + 1, len(plan.crossings))
+    requested = max(outcome.requested1, outcome.requested2)
+    return SupervisedRun(case.rig, supervision, not missed, outcome.error_peak, requested)
+
+
+def table(runs: Sequence[SupervisedRun]) -> str:
+    """Return what the runs come to, in Markdown."""
+    lines = [
+        "| rig | supervision | success (95 %) | error, median and 95 % | asked for more than 2 Nm |",
+        "|---|---|---|---|---|",
+    ]
+    for rig in dict.fromkeys(run.rig for run in runs):
+        for supervision in SUPERVISIONS:
+            found = [run for run in runs if (run.rig, run.supervision) == (rig, supervision)]
+            good = sum(run.success for run in found)
+            low, high = clopper_pearson(good, len(found))
+            median, most = (1e3 * np.percentile([run.error for run in found], (50.0, 95.0))).tolist()
+            over = sum(run.torque > TORQUE_LIMIT for run in found)
+            lines.append(
+                f"| `{rig}` | `{supervision}` | {good} of {len(found)} ({100.0 * low:.1f} to {100.0 * high:.1f} %) |"
+                f" {median:.2f}, {most:.2f} mm | {over} |"
+            )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Run so many crossings of each rig."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--crossings", type=int, default=60)
+    parser.add_argument("--rigs", nargs="+", default=RIGS)
+    parser.add_argument("--seed", type=int, default=31331)
+    given = parser.parse_args()
+    expect_many_motions()
+    cases = [case for rig in given.rigs for case in islice(accepted(given.seed, rig), given.crossings)]
+    print(table([supervised_run(case, supervision) for case in cases for supervision in SUPERVISIONS]))
+
+
+if __name__ == "__main__":
+    main()
