@@ -110,7 +110,7 @@ ELSEWHERE = {
         "fivebar_bringup.simulation.planned",
     ),
     "unit/bringup/simulation/test_engine_with_camera.py": ("fivebar_bringup.simulation.vision",),
-    "unit/bringup/studies/test_benchmark.py": ("fivebar_bringup.studies.common.intervals",),
+    "unit/bringup/odds/test_odds.py": ("fivebar_bringup.recorded.run_odds",),
     "unit/bringup/studies/test_calibrated_crossings.py": ("fivebar_bringup.simulation.guided",),
     "unit/bringup/studies/test_reproduce.py": ("fivebar_bringup.simulation.run_in_memory",),
     "unit/bringup/test_entry.py": ("fivebar_bringup.cli.main", "fivebar_bringup.cli.words"),

@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from fivebar.robot import Robot, load_robot
-from fivebar_bringup.motions.request import CONTROLLERS, Request, plan_request, scenario_of, within_drives
+from fivebar_bringup.motions.likely import plan_likely
+from fivebar_bringup.motions.request import CONTROLLERS, Request, within_drives
 from fivebar_bringup.motions.start import HOME_MODE, Start
+from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario as _load_scenario
 from fivebar_control.laws import registry
@@ -24,10 +26,13 @@ class Motion(NamedTuple):
     Attributes:
         scenario: that runs it.
         transfer: the plan with the figures that it was judged by.
+        odds: how many of the robots drawn within the declared tolerances and loads make it in simulation; None where
+            the robot's file declares none.
     """
 
     scenario: Scenario
     transfer: Transfer
+    odds: Odds | None = None
 
     @property
     def waypoints(self) -> tuple[tuple[float, float], ...]:
@@ -114,8 +119,8 @@ def plan(
         via=tuple(via),
         blend_radius=(blend_radius,) if isinstance(blend_radius, float | int) else tuple(blend_radius),
     )
-    transfer = plan_request(request)
-    return Motion(scenario_of(request, transfer), transfer)
+    likely = plan_likely(request)
+    return Motion(likely.scenario, likely.transfer, likely.odds)
 
 
 def load_scenario(name_or_path: str | Path, **changes: Any) -> Scenario:

@@ -154,7 +154,8 @@ def goto(
 
     Example: `fivebar goto 0.03 0.02 --via 0.04,0.13 --blend-radius 0.02`
     """
-    from fivebar_bringup.motions.request import Request, check_positive, plan_request, scenario_of, within_drives
+    from fivebar_bringup.motions.likely import plan_likely
+    from fivebar_bringup.motions.request import Request, check_positive, within_drives
     from fivebar_bringup.motions.transfer_report import as_json as transfer_as_json
     from fivebar_bringup.motions.transfer_report import as_text
     from fivebar_bringup.runs.offline import run_offline
@@ -223,21 +224,21 @@ def goto(
         )
         began = time.monotonic()
         with progress_bar("planning", as_json):
-            transfer = plan_request(request)
+            likely = plan_likely(request)
         planning_s = time.monotonic() - began
-        plan = transfer_as_json(request, transfer, planning_s)
+        plan = transfer_as_json(request, likely, planning_s)
         if not as_json:
-            Printer(soft_wrap=True).print(as_text(request, transfer, planning_s), highlight=False)
+            Printer(soft_wrap=True).print(as_text(request, likely, planning_s), highlight=False)
         if plan_only:
             if as_json:
                 print(json.dumps({"plan": plan}, indent=2, allow_nan=False))
             raise typer.Exit(COMPLETED)
-        scenario = scenario_of(request, transfer)
+        scenario = likely.scenario
         with progress_bar("goto", as_json) as progress:
             if offline:
-                directory, summary = run_offline(scenario, out, progress)
+                directory, summary = run_offline(scenario, out, progress, odds=likely.known_odds)
             else:
-                directory, summary = run_with_ros(scenario, Mode.LOCKSTEP, out, None, progress)
+                directory, summary = run_with_ros(scenario, Mode.LOCKSTEP, out, None, progress, odds=likely.known_odds)
     if as_json:
         print(json.dumps({"plan": plan, "summary": summary.as_dict()}, indent=2, allow_nan=False))
     else:

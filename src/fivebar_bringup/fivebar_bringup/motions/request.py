@@ -75,14 +75,18 @@ def within_drives(robot: str, torque_limit: float | None, speed_limit: float | N
     )
 
 
-def plan_request(request: Request) -> Transfer:
+def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
     """Plan the motion.
+
+    Args:
+        request: what is asked for.
+        judge_loads: refuse crossings that the declared loads displace too far; False where the odds decide about them.
 
     Raises:
         InputError: a value is impossible, or there is no feasible motion; says why.
         HomingContradicted: the estimator could not tell the assembly mode at the start.
     """
-    _refuse_malformed(request)
+    refuse_malformed(request)
     follower = _follower(request)
     before = _before(request)
     start = request.start
@@ -92,7 +96,8 @@ def plan_request(request: Request) -> Transfer:
             f" {mode_name(start.working_mode)}, and another one is reached only through a Type 1 singularity:"
             " see working_modes in a scenario"
         )
-    robot, asked = load_robot(request.robot), _asked(request, before)
+    robot, asked = load_robot(request.robot), asked_scenario(request)
+    limits = chosen_limits(asked, follower, request.torque_limit, request.motor_speed)
     transfer = plan_transfer(
         robot,
         start.working_mode,
@@ -101,7 +106,7 @@ def plan_request(request: Request) -> Transfer:
         None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
         request.rate_hz,
         follower,
-        chosen_limits(asked, follower, request.torque_limit, request.motor_speed),
+        limits if judge_loads else limits.without_loads(),
         duration=request.duration,
         sensing=asked.sensing(),
         via=request.via,
@@ -135,8 +140,9 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
     return validate(content, Scenario, "goto")
 
 
-def _asked(request: Request, before: Scenario) -> Scenario:
+def asked_scenario(request: Request) -> Scenario:
     """Return the run before with the robot, the rate and the torque of a request; of the motion it says nothing."""
+    before = _before(request)
     update = {"robot": request.robot, "rate_hz": request.rate_hz, "plant": _plant(request, before)}
     return before.model_copy(update=update)
 
@@ -165,7 +171,12 @@ def _follower(request: Request) -> TunedController:
     return registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
 
 
-def _refuse_malformed(request: Request) -> None:
+def refuse_malformed(request: Request) -> None:
+    """Refuse a request with impossible values.
+
+    Raises:
+        InputError: names the option.
+    """
     if request.assembly is not None and request.assembly not in ASSEMBLY_MODES:
         raise InputError(f"--mode: {request.assembly!r}: expected + or -, the sign of det A")
     for option, mode in (("--working-mode", request.working_mode), ("--from-mode", request.start.working_mode)):

@@ -7,17 +7,18 @@ from typing import Any
 from rich.console import Group, RenderableType
 from rich.table import Table
 
+from fivebar_bringup.motions.likely import LikelyTransfer
 from fivebar_bringup.motions.request import Request
 from fivebar_bringup.recorded.summary import planned_crossings
 from fivebar_control.model.singularity import FOLDED
 from fivebar_control.planning.postures import mode_name, sign_name
-from fivebar_control.planning.transfer import Transfer
 from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
 from fivebar_description.robot_file import UNKNOWN, read_robot
 
 
-def as_json(request: Request, transfer: Transfer, planning_s: float) -> dict[str, Any]:
+def as_json(request: Request, likely: LikelyTransfer, planning_s: float) -> dict[str, Any]:
     """Return a transfer as plain lists, numbers and texts; m, s, Nm, rad/s."""
+    transfer = likely.transfer
     start, goal = transfer.waypoints[0], transfer.waypoints[-1]
     crossings = planned_crossings(transfer.plan, read_robot(request.robot).elbows_pass)
     return {
@@ -56,12 +57,14 @@ def as_json(request: Request, transfer: Transfer, planning_s: float) -> dict[str
             }
             for figure in transfer.feasibility.figures
         ],
+        "odds": likely.known_odds,
         "planning_s": planning_s,
     }
 
 
-def as_text(request: Request, transfer: Transfer, planning_s: float) -> RenderableType:
+def as_text(request: Request, likely: LikelyTransfer, planning_s: float) -> RenderableType:
     """Return a transfer as lines and tables."""
+    transfer = likely.transfer
     start, goal = transfer.waypoints[0], transfer.waypoints[-1]
     parts = transfer.course.between_rests()
     unknown = read_robot(request.robot).elbows_pass == UNKNOWN
@@ -83,6 +86,11 @@ def as_text(request: Request, transfer: Transfer, planning_s: float) -> Renderab
             for branch in transfer.branches
             if branch.crossing.segment == index
         ]
+    if likely.odds is not None:
+        lines.append(f"odds: {likely.odds}")
+    if likely.better is not None:
+        duration, odds = likely.better
+        lines.append(f"better: in {duration:.3g} s {odds}")
     figures = Table("figure", "value", "limit", "at time", box=None)
     for figure in transfer.feasibility.figures:
         unit = f" {figure.unit}" if figure.unit else ""

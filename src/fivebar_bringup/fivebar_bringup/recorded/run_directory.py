@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,6 +43,11 @@ class RunDirectory(NamedTuple):
     def timing(self) -> Path:
         """What only the process that made the run knows: mode, wall time, latencies and detected faults."""
         return self.path / "timing.json"
+
+    @property
+    def odds(self) -> Path:
+        """How likely the motion was to succeed, where its planner has found that out."""
+        return self.path / "odds.json"
 
     @property
     def summary(self) -> Path:
@@ -89,10 +95,11 @@ class RunDirectory(NamedTuple):
             return load_scenario(str(self.scenario))
 
 
-def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
+def new_run_directory(out: Path | None, scenario: Scenario, odds: Mapping[str, Any] | None = None) -> RunDirectory:
     """Make the directory of a new run and write the scenario into it, with the files that it names by their paths.
 
-    So the run stays what it was, whatever becomes of these files.
+    So the run stays what it was, whatever becomes of these files. The odds of its motion go with it, as `RunOdds` has
+    them, where they are known.
 
     Raises:
         InputError: the directory is not empty, or cannot be made or written to, or a named file cannot be used.
@@ -111,6 +118,8 @@ def new_run_directory(out: Path | None, scenario: Scenario) -> RunDirectory:
     if is_yaml_path(scenario.robot):
         files[run.robot.name] = read_text(Path(scenario.robot))
         scenario = scenario.model_copy(update={"robot": run.robot.name})
+    if odds is not None:
+        files[run.odds.name] = json.dumps(odds, indent=2) + "\n"
     write_results(run.path, {**files, run.scenario.name: scenario.to_yaml()})
     return run
 

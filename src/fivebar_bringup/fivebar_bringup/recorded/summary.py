@@ -113,6 +113,7 @@ class Summary:
         not_judged: what is not known because the module of the run's law is not imported by what only reads a run.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
         planned_crossings: of the Type 2 locus, in order of time.
+        odds: how likely the motion was to succeed, as `RunOdds` has it; None where its planner has not found that out.
     """
 
     outcome: RunOutcome
@@ -155,6 +156,7 @@ class Summary:
     stray_messages: int
     not_judged: list[str]
     planned_crossings: list[PlannedCrossing]
+    odds: dict[str, Any] | None
 
     @property
     def completed(self) -> bool:
@@ -170,9 +172,16 @@ class Summary:
 
 
 def summarize(
-    recording: Recording, series: RunSeries, scenario: Scenario, timing: RunTiming, planned: Plan | None = None
+    recording: Recording,
+    series: RunSeries,
+    scenario: Scenario,
+    timing: RunTiming,
+    planned: Plan | None = None,
+    odds: dict[str, Any] | None = None,
 ) -> Summary:
     """Return the summary of a run; `planned` is what it was to do, by default the scenario's motion.
+
+    The odds are those that its planner has found, if it has.
 
     Raises:
         BagError: the recorded faults cannot be read.
@@ -242,6 +251,7 @@ def summarize(
         stray_messages=recording.strays,
         not_judged=_not_judged(recording, scenario, bridged),
         planned_crossings=planned_crossings(plan, scenario.elbows_pass() if plan.crossings else UNKNOWN),
+        odds=odds,
     )
 
 

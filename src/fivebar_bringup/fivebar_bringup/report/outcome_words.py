@@ -53,6 +53,10 @@ def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
         asked = _of_both(summary.torque_requested_peak_nm)
         torque += f"; {summary.torque_saturated_samples} samples asked for more than the limit, up to {asked} Nm"
     rows.append(("torque", torque))
+    if summary.odds is not None:
+        low, high = summary.odds["interval_95"]
+        drawn = f"{summary.odds['successes']} of {summary.odds['robots']} drawn robots make it in simulation"
+        rows.append(("odds", f"{drawn}, with 95 % confidence {low:.0%} to {high:.0%}"))
     rows.append(("faults", ", ".join(summary.faults) or "none"))
     if warnings := _warnings(summary):
         rows.append(("warnings", "; ".join(warnings)))

@@ -10,6 +10,7 @@ from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.bag.recording import RawTopic, Recording
 from fivebar_bringup.recorded.results import json_text, write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory
+from fivebar_bringup.recorded.run_odds import read_odds
 from fivebar_bringup.recorded.series import read_series
 from fivebar_bringup.recorded.summary import Summary, summarize
 from fivebar_bringup.recorded.timing import read_timing
@@ -133,6 +134,6 @@ def _analysed(run: RunDirectory, scenario: Scenario, recording: Recording) -> _R
     timing = read_timing(run.timing)
     plan = plan_with_requests(recording, scenario)
     series = read_series(recording, scenario, plan)
-    summary = summarize(recording, series, scenario, timing, plan)
+    summary = summarize(recording, series, scenario, timing, plan, read_odds(run.odds))
     analysis = RunAnalysis(scenario, plan, scenario.five_bar(), series, summary)
     return _Recorded(analysis, fault_marks(recording, series))

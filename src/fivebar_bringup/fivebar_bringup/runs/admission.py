@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import NONE, load_scenario
@@ -15,6 +15,10 @@ from fivebar_control.planning.figures import LOADS, Feasibility
 from fivebar_control.planning.pacing import Borne, longest_within
 from fivebar_control.scenario.motion_limits import given_limits
 from fivebar_control.trajectory.planner import OPTIMAL, Plan, PlanRefused
+from fivebar_description.stages import stage
+
+if TYPE_CHECKING:
+    from fivebar_bringup.odds.odds import Odds
 
 
 def load_admitted(name_or_path: str, parameters: Mapping[str, Any] = NONE) -> Scenario:
@@ -35,6 +39,9 @@ def load_admitted(name_or_path: str, parameters: Mapping[str, Any] = NONE) -> Sc
 def refuse_unfit(scenario: Scenario) -> None:
     """Raise where the screen refuses a scenario's motion.
 
+    Where it refuses the motion for the declared loads alone, the odds decide: how many robots make it that are drawn
+    within what is declared.
+
     Raises:
         PlanRefused: a figure is beyond its limit; the message gives each with place and limit.
     """
@@ -42,18 +49,39 @@ def refuse_unfit(scenario: Scenario) -> None:
         return
     plan = scenario.plan()
     verdict = screened(scenario, plan)
-    if not verdict.feasible:
-        help_ = _advice(scenario, plan, verdict)
-        within = f"; within the limits {help_}" if help_ else ""
-        raise PlanRefused(f"{'; '.join(verdict.reasons)}{within} (with force: true the scenario runs all the same)")
+    if verdict.feasible:
+        return
+    odds = _odds(scenario, plan) if _only_loads(verdict) else None
+    if odds is not None and odds.share >= scenario.risk.success:
+        return
+    help_ = _advice(scenario, plan, verdict)
+    within = f"; within the limits {help_}" if help_ else ""
+    unlikely = "" if odds is None else f"; {odds}, expected are at least {scenario.risk.success:.0%}"
+    raise PlanRefused(
+        f"{'; '.join(verdict.reasons)}{within}{unlikely} (with force: true the scenario runs all the same)"
+    )
+
+
+def _only_loads(verdict: Feasibility) -> bool:
+    return [figure.name for figure in verdict.figures if not figure.kept] == [LOADS]
+
+
+def _odds(scenario: Scenario, plan: Plan) -> Odds | None:
+    """Return the odds of a motion whose loads the screen does not accept; None where they are not known."""
+    # here, because the compiled engine takes long to load
+    from fivebar_bringup.odds.declared import declared_odds
+    from fivebar_bringup.odds.drawn_robots import has_odds
+
+    # where the screen finds the loads, it has not predicted the run
+    if not (has_odds(scenario) and screened(scenario, plan, judge_loads=False).feasible):
+        return None
+    with stage("trying drawn robots"):
+        return declared_odds(scenario)
 
 
 def _advice(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
     """Return what would make a motion feasible: another time law, or what the tolerances or the loads ask for."""
-    if [figure.name for figure in verdict.figures if not figure.kept] == [LOADS]:
-        found = _quicker(scenario)
-    else:
-        found = _within_tolerances(scenario, plan, verdict)
+    found = _quicker(scenario) if _only_loads(verdict) else _within_tolerances(scenario, plan, verdict)
     return ", or ".join(words for words in (found, _by_least_torque(scenario)) if words)
 
 
@@ -132,7 +160,9 @@ def _longest_bearing(segment: Scenario) -> Borne:
     return longest_within(excess, segment.durations()[0])
 
 
-def screened(scenario: Scenario, plan: Plan) -> Feasibility:
-    """Return the screen's verdict on a scenario with its plan."""
+def screened(scenario: Scenario, plan: Plan, judge_loads: bool = True) -> Feasibility:
+    """Return the screen's verdict on a scenario with its plan, with or without a judgement of the declared loads."""
     limits = given_limits(scenario, plan)
+    if not judge_loads:
+        limits = limits.without_loads()
     return screen_run(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits, scenario.sensing())

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fivebar_bringup.recorded.outcome import INTERRUPTED_FAULT
 from fivebar_bringup.recorded.results import write_errors
@@ -20,9 +21,13 @@ if TYPE_CHECKING:
 
 
 def run_offline(
-    scenario: Scenario, out: Path | None, progress: Progress, with_page: bool = True
+    scenario: Scenario,
+    out: Path | None,
+    progress: Progress,
+    with_page: bool = True,
+    odds: Mapping[str, Any] | None = None,
 ) -> tuple[RunDirectory, Summary]:
-    """Run a scenario in this process, without ROS.
+    """Run a scenario in this process, without ROS, and keep the odds of its motion, where they are known, with it.
 
     Where a block that defers interrupts would raise one, the run ends with its last finished sample instead.
 
@@ -41,7 +46,7 @@ def run_offline(
             return True
 
     with interrupts_deferred():
-        run = new_run_directory(out, scenario)
+        run = new_run_directory(out, scenario, odds)
         last = scenario.plan().path.samples(scenario.rate_hz)
         result = simulate(scenario, lambda sample: progress(sample, last), stopped=interrupted)
         wall_s = time.monotonic() - began

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 from fivebar_bringup.drives.choice import RealDrives, write_drive_files, write_real_drives
 from fivebar_bringup.drives.run_files import Rehearsal
@@ -40,12 +41,14 @@ def run_with_ros(
     namespace: str = "",
     configuration: str | None = None,
     real: RealDrives | None = None,
+    odds: Mapping[str, Any] | None = None,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
 
     With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
     The bridge's configuration begins as the named one. With `real`, real drives do.
     With `scene`, pictures of the run are published and recorded too. A namespace lets several robots share a domain.
+    The odds of its motion, where they are known, are kept with the run.
 
     Raises:
         InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
@@ -75,7 +78,7 @@ def run_with_ros(
         return run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
 
     with interrupts_deferred():
-        run = new_run_directory(out, scenario)
+        run = new_run_directory(out, scenario, odds)
         outcome = run_prepared(scenario, mode, domain, specs, follow)
         return run, report_on(run, scenario, mode, outcome, with_page)
 

@@ -85,7 +85,9 @@ def screen(
     judged = declared = displaced(robot, plan, rate_hz, follower, limits, limits.certain_loads)
     if limits.risk.load > 0.0:
         declared = displaced(robot, plan, rate_hz, follower, limits, limits.loads)
-    return Feasibility((*figures, judged), declared.value)
+    if math.isfinite(judged.limit):
+        figures.append(judged)
+    return Feasibility(tuple(figures), declared.value)
 
 
 def elbow_passes(plan: Plan) -> list[Figure]:

@@ -94,6 +94,16 @@ class Risk(NamedTuple):
         ),
     ] = 0.0
 
+    success: Annotated[
+        float,
+        Setting(
+            "Least success probability of a motion: the share of robots, drawn within the declared tolerances and"
+            " loads, on which its simulated run succeeds.",
+            at_least=0.0,
+            at_most=1.0,
+        ),
+    ] = 0.9
+
 
 ERROR_TOLERANCE = 2e-3
 """Largest distance (m) of a robot within its tolerances, unless its user says otherwise."""
@@ -157,6 +167,10 @@ class MotionLimits(NamedTuple):
         """The loads that a crossing must bear: along t_s, all but the risked share of what is declared."""
         share = exceeded_share(self.risk.load)
         return self.loads._replace(tilt=share * self.loads.tilt, push=share * self.loads.push)
+
+    def without_loads(self) -> MotionLimits:
+        """Return the limits for a motion whose loads are judged by its odds: no displacement is beyond them."""
+        return self._replace(risk=self.risk._replace(load_share=math.inf))
 
     def within(
         self,

@@ -165,6 +165,7 @@ def test_a_few_rows_tell_a_run_with_units(record: Record) -> None:
         overruns=2,
         dropped_messages=3,
         not_judged=["the torque"],
+        odds=None,
         planned_crossings=[
             PlannedCrossing(0.1, 0.0, 0.0845, "stretched", None),
             PlannedCrossing(0.2, 0.03, 0.14, "folded", "unknown"),
@@ -513,6 +514,7 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "stray_messages",
         "not_judged",
         "planned_crossings",
+        "odds",
     ]
 
 

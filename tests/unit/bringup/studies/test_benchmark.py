@@ -13,11 +13,11 @@ from full_disk import full_disk
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.odds.intervals import Interval, clopper_pearson
 from fivebar_bringup.studies.benchmark import running
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark, drawn_crossings
 from fivebar_bringup.studies.benchmark.running import NOT_STARTED, BenchmarkTask, run_benchmark
 from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results, scores, success
-from fivebar_bringup.studies.common.intervals import Interval, clopper_pearson
 from fivebar_description.strict_yaml import InputError
 
 CROSSING = BenchmarkCrossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)

@@ -17,6 +17,7 @@ from full_disk import full_disk
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.odds.success import shortcomings
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, Outcome
 from fivebar_bringup.studies.sweep import directory as sweep_directory
@@ -26,7 +27,7 @@ from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, S
 from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
 from fivebar_bringup.studies.sweep.program import deciding_files, matching
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, SweepRow, as_lines, from_lines
-from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case, shortcomings, use_of
+from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case, use_of
 from fivebar_bringup.studies.sweep.statistics import (
     branch_table,
     error_table,

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
+from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors, drawn_effects
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.rigs.robot_errors import NO_ERRORS, RobotErrors, drawn_effects
 from fivebar_control.laws.registry import CONTROLLERS, find_controller
 from fivebar_control.scenario.sensors import check_sensors
 from fivebar_description.errors import InputError

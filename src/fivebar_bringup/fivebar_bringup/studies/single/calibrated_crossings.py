@@ -17,18 +17,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.robot_errors import EFFECTS, GYROSCOPE, SCALES, drawn_effects, drawn_scales
+from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.recorded.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.guided import GuidedSample, guide, write_guided_bag
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
-from fivebar_bringup.studies.common.intervals import clopper_pearson
 from fivebar_bringup.studies.rigs.rig import Rig, find_rig, merged, shipped_rigs
-from fivebar_bringup.studies.rigs.robot_errors import drawn_effects, drawn_scales
-from fivebar_bringup.studies.sweep.drawing import EFFECTS, GYROSCOPE, SCALES
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
-from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
+from fivebar_bringup.studies.sweep.running import run_case
 from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.rounding import in_millimetres

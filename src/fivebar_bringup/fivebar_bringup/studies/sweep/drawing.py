@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.odds.robot_errors import EFFECTS, GYROSCOPE, NO_ERRORS, SCALES, drawn_effects, drawn_scales
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.rig import find_rig
-from fivebar_bringup.studies.rigs.robot_errors import NO_ERRORS, drawn_effects, drawn_scales
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
@@ -45,9 +45,6 @@ DELAYS = (0, 1)
 
 VARIED = ""
 """In place of a rig: robots that differ in mass, inertia and friction only, with any of the encoders and delays."""
-
-SCALES, EFFECTS, GYROSCOPE = 1, 2, 3
-"""Random streams of a case besides that of its motion."""
 
 PLANNED_FOR = "unified"
 """For whose law the planner plans and times a crossing; all controllers make the same motion. It needs neither a

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
+from fivebar_bringup.odds.success import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import GREEN, GREY, INK, VERMILION, house_style, log_axis, new_figure, png
 from fivebar_bringup.recorded.bag.recording import FloatArray
@@ -15,7 +16,6 @@ from fivebar_bringup.report.workspace import draw_map, survey
 from fivebar_bringup.studies.compare.figures import look_of
 from fivebar_bringup.studies.sweep.drawing import VARIED, robot_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow, controllers_of
-from fivebar_bringup.studies.sweep.running import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.studies.sweep.statistics import runs_of
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_description.robot_file import load_robot

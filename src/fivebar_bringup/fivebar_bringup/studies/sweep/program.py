@@ -32,6 +32,7 @@ DECIDING = {
     ),
     fivebar_bringup: (
         "units.py",
+        "odds/*.py",
         "simulation/*.py",
         "scenario.py",
         "studies/rigs/*.py",

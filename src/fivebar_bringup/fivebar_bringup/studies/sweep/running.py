@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
+from fivebar_bringup.odds.success import shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
@@ -27,24 +28,10 @@ from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
-from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import InputError
 
 SWEPT = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.compiles)
 """The controllers of a sweep, unless others are asked for: those that the engine takes."""
-
-
-PEAK_LIMIT = 2e-3
-"""A success stays within this distance (m) of its reference throughout."""
-
-FINAL_LIMIT = 1e-3
-"""A success ends within this distance (m) of its reference."""
-
-SUCCESS_RULE = (
-    "all samples without a fault, the planned change of assembly mode, never 2 mm from the reference, less than 1 mm"
-    " from it at the end"
-)
-"""The definition of a success, in words; fixed before any run."""
 
 
 def counted(controllers: Sequence[str]) -> str:
@@ -255,20 +242,3 @@ def use_of(figure: Figure) -> float:
 def _value(verdict: Feasibility, name: str) -> float | None:
     figure = verdict.figure(name)
     return None if figure is None else figure.value
-
-
-def shortcomings(outcome: Outcome, planned_samples: int, planned_mode_changes: int) -> list[str]:
-    """Return how a run falls short of a success, worst first; nothing for a success."""
-    missed = []
-    if outcome.fault != NO_FAULT:
-        missed.append(f"fault {FAULT_NAMES[outcome.fault]}")
-    elif outcome.samples != planned_samples:
-        missed.append(f"{outcome.samples} of {planned_samples} samples")
-    if outcome.mode_changes != planned_mode_changes:
-        missed.append(f"{outcome.mode_changes} changes of assembly mode, planned {planned_mode_changes}")
-    # a NaN is no success
-    if not outcome.error_peak < PEAK_LIMIT:
-        missed.append(f"peak error {in_millimetres(outcome.error_peak)}")
-    if not outcome.error_final < FINAL_LIMIT:
-        missed.append(f"final error {in_millimetres(outcome.error_final)}")
-    return missed

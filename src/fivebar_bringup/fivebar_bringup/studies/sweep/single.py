@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
+from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.pages.style import GREY, INK, MOTORS, ZONE, house_style, new_figure, png
 from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.recorded.results import new_directory, write_results
@@ -18,7 +19,7 @@ from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.rows import REFUSED, SweepRow
-from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, run_case
+from fivebar_bringup.studies.sweep.running import run_case
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.strict_yaml import InputError

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.simulation.outcome import LEFT
-from fivebar_bringup.studies.common.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import DELAYS, ENCODERS
 from fivebar_bringup.studies.sweep.explanations import Explanation
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow, controllers_of
-from fivebar_bringup.studies.sweep.running import PEAK_LIMIT, counted
+from fivebar_bringup.studies.sweep.running import counted
 from fivebar_bringup.units import error_of, plain
 
 PERCENTILES = (50.0, 90.0, 95.0, 99.0, 99.9, 100.0)

@@ -8,6 +8,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from fivebar_bringup.odds.success import SUCCESS_RULE
 from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.recorded.results import finite, write_errors
@@ -19,7 +20,7 @@ from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.explanations import explained
 from fivebar_bringup.studies.sweep.figures import sweep_figures
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
-from fivebar_bringup.studies.sweep.running import SUCCESS_RULE, SWEPT, Batch, counted, run_batch, run_case
+from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case
 from fivebar_bringup.studies.sweep.statistics import (
     branch_table,
     equipment_table,

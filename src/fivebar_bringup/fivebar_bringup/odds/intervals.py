@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from scipy.special import betaincinv
-
 CONFIDENCE = 0.95
 
 
@@ -18,6 +16,9 @@ class Interval(NamedTuple):
 
 def clopper_pearson(successes: int, runs: int) -> Interval:
     """Return the exact interval of a share for 95 %, by C. J. Clopper and E. S. Pearson (1934)."""
+    # here, because scipy takes long to load
+    from scipy.special import betaincinv
+
     tail = 0.5 * (1.0 - CONFIDENCE)
     low = 0.0 if successes == 0 else float(betaincinv(successes, runs - successes + 1, tail))
     high = 1.0 if successes == runs else float(betaincinv(successes + 1, runs - successes, 1.0 - tail))

@@ -14,7 +14,10 @@ from fivebar_description.settings import Setting
 from fivebar_sim.effects.loads import LOCUS
 
 PUSH_LENGTH = 0.05
-"""s. The push begins in this time before the first crossing, so that the robot meets it on the locus."""
+"""s. A push begins in its length before the first crossing, so that the robot meets it on the locus."""
+
+SCALES, EFFECTS, GYROSCOPE = 1, 2, 3
+"""Random streams of a robot, beside its number and a seed."""
 
 LOSSES = 0.2
 """s, around the first crossing, in which commands are lost."""
@@ -38,6 +41,10 @@ class RobotErrors(NamedTuple):
     length: Annotated[
         float, Setting("Bound of each link's and each base's error, plus or minus.", "m", at_least=0.0, at_most=0.1)
     ] = 0.0
+    base: Annotated[
+        float | None,
+        Setting("Bound of each base's error, where it is not that of the links.", "m", at_least=0.0, at_most=0.1),
+    ] = None
     zero: Annotated[
         float, Setting("Bound of each motor encoder's zero, plus or minus.", "rad", at_least=0.0, at_most=1.0)
     ] = 0.0
@@ -57,13 +64,13 @@ class RobotErrors(NamedTuple):
     push: Annotated[
         float,
         Setting(
-            "Largest push on the platform, in any direction, that meets it on the first locus for"
-            f" {1e3 * PUSH_LENGTH:g} ms.",
+            "Largest push on the platform, in any direction, that meets it on the first locus.",
             "N",
             at_least=0.0,
             at_most=1e3,
         ),
     ] = 0.0
+    push_length: Annotated[float, Setting("How long the push lasts.", "s", at_least=0.0, at_most=10.0)] = PUSH_LENGTH
     lost_commands: Annotated[
         int,
         Setting(f"Commands that are lost in {LOSSES:g} s around the first crossing.", at_least=0, at_most=1000),
@@ -104,9 +111,13 @@ def drawn_effects(errors: RobotErrors, random: np.random.Generator, crossing: fl
     tilt, force, share, before = random.uniform(0.0, 1.0, 4).tolist()
     tilted, pushed = random.uniform(-math.pi, math.pi, 2).tolist()
     effects: dict[str, Any] = {"seed": int(random.integers(2**31))}
-    if errors.length > 0.0:
-        names = ("l_11", "l_12", "l_21", "l_22", "base_1", "base_2")
-        effects["links"] = dict(zip(names, (errors.length * lengths).tolist(), strict=True))
+    base = errors.length if errors.base is None else errors.base
+    if max(errors.length, base) > 0.0:
+        bounds = {"l_11": errors.length, "l_12": errors.length, "l_21": errors.length, "l_22": errors.length}
+        bounds |= {"base_1": base, "base_2": base}
+        effects["links"] = {
+            name: bound * share for (name, bound), share in zip(bounds.items(), lengths.tolist(), strict=True)
+        }
     if errors.zero > 0.0:
         effects["encoders"] = dict(zip(("zero_1", "zero_2"), (errors.zero * zeros).tolist(), strict=True))
     if errors.torque_constant > 0.0:
@@ -119,8 +130,8 @@ def drawn_effects(errors: RobotErrors, random: np.random.Generator, crossing: fl
             "force": errors.push * force,
             "heading": pushed,
             "along": LOCUS,
-            "start": max(0.0, crossing - PUSH_LENGTH * before),
-            "length": PUSH_LENGTH,
+            "start": max(0.0, crossing - errors.push_length * before),
+            "length": errors.push_length,
         }
     if errors.lost_commands > 0:
         begin = max(0.0, crossing - 0.5 * LOSSES)

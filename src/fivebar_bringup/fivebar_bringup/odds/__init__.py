@@ -1,0 +1,1 @@
+"""How likely a motion is to succeed: robots drawn within their tolerances, run on the compiled engine."""

@@ -1,0 +1,87 @@
+"""The robots that a scenario may turn out to run on: drawn within what is declared of its robot."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+
+from fivebar_bringup.odds.robot_errors import EFFECTS, GYROSCOPE, SCALES, RobotErrors, drawn_effects, drawn_scales
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.settings import sections
+from fivebar_sim.effects.bus import BusEffects
+from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.effects.loads import Push, Tilt
+from fivebar_sim.effects.settings import PINOCCHIO, PlantSettings
+
+ASSUMED = RobotErrors(mass_and_inertia=0.05, coulomb_friction=0.15, torque_constant=0.05, gyro_bias=0.02)
+"""Bounds of what a robot file declares no tolerance of."""
+
+S = TypeVar("S", bound=Scenario)
+
+
+def has_odds(scenario: Scenario) -> bool:
+    """Return whether a scenario's robot declares anything to draw from, and its run can be simulated by the engine."""
+    declared = scenario.to_bear().declared or any(
+        (scenario.known_within().length, scenario.known_within().base, scenario.known_within().zero)
+    )
+    return declared and scenario.plant.engine == PINOCCHIO and scenario.stands is None and not scenario.working_modes
+
+
+def declared_errors(scenario: Scenario) -> RobotErrors:
+    """Return the bounds within which the robot of a scenario is drawn.
+
+    Lengths, bases and zeros are those of the section `tolerances`, tilt and push those of `loads`; the rest is
+    `ASSUMED`.
+    """
+    known, loads = scenario.known_within(), scenario.to_bear()
+    return ASSUMED._replace(
+        length=known.length,
+        base=known.base,
+        zero=known.zero,
+        tilt=loads.tilt,
+        push=loads.push,
+        push_length=loads.push_length,
+    )
+
+
+def with_drawn_robot(scenario: S, errors: RobotErrors, seed: int, number: int, crossing: float) -> S:
+    """Return a scenario with a robot drawn in place of its own.
+
+    Friction, transmission, timing, sensors and drives are those of the section `plant`; what differs from one robot to
+    the next is drawn.
+
+    Args:
+        scenario: with the motion.
+        errors: bounds, each error uniform within its own.
+        seed, number: with equal ones the same robot is drawn for any motion.
+        crossing: when a push meets the robot (s).
+    """
+    drawn = drawn_effects(errors, np.random.default_rng((seed, number, EFFECTS)), crossing)
+    scales = drawn_scales(errors, np.random.default_rng((seed, number, SCALES)))
+    common = as_modelled(scenario.plant)
+    friction = common.friction
+    plant = common._replace(
+        mass_scale=scales.mass,
+        inertia_scale=scales.inertia,
+        friction_scale=scales.friction,
+        seed=drawn["seed"],
+        friction=friction._replace(passive=max(friction.passive, scenario.to_bear().passive)),
+    )
+    plant = plant._replace(
+        **{name: getattr(plant, name)._replace(**drawn[name]) for name in sections(PlantSettings) if name in drawn}
+    )
+    bias = errors.gyro_bias * np.random.default_rng((seed, number, GYROSCOPE)).uniform(-1.0, 1.0)
+    return scenario.model_copy(update={"plant": plant, "imu": scenario.imu._replace(gyro_bias=bias)})
+
+
+def as_modelled(plant: PlantSettings) -> PlantSettings:
+    """Return the settings of a simulated robot without what differs from one robot to the next."""
+    return plant._replace(
+        links=LinkErrors(distal_inertia=plant.links.distal_inertia),
+        encoders=plant.encoders._replace(zero_1=0.0, zero_2=0.0),
+        motors=plant.motors._replace(constant_1=0.0, constant_2=0.0),
+        tilt=Tilt(),
+        push=Push(),
+        bus=BusEffects(),
+    )

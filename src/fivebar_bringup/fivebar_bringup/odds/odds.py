@@ -1,0 +1,43 @@
+"""The odds of a motion: how many of the robots that it may turn out to run on make it."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from fivebar_bringup.odds.intervals import Interval, clopper_pearson
+
+
+class Odds(NamedTuple):
+    """How many of some robots make a motion; no robot says nothing."""
+
+    successes: int = 0
+    robots: int = 0
+
+    @property
+    def share(self) -> float:
+        """The share of robots that make it; 0 for no robots."""
+        return self.successes / self.robots if self.robots else 0.0
+
+    @property
+    def interval(self) -> Interval:
+        """The exact interval of the probability for 95 %."""
+        return clopper_pearson(self.successes, self.robots) if self.robots else Interval(0.0, 1.0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the odds as plain numbers, shares between 0 and 1."""
+        low, high = self.interval
+        return {"successes": self.successes, "robots": self.robots, "share": self.share, "interval_95": [low, high]}
+
+    def __add__(self, other: object) -> Odds:
+        """Return the odds on both numbers of robots."""
+        if not isinstance(other, Odds):
+            return NotImplemented
+        return Odds(self.successes + other.successes, self.robots + other.robots)
+
+    def __str__(self) -> str:
+        """Return the odds for a person."""
+        low, high = self.interval
+        return (
+            f"{self.successes} of {self.robots} drawn robots succeed: {self.share:.0%}, with 95 % confidence"
+            f" {low:.0%} to {high:.0%}"
+        )

@@ -1,0 +1,44 @@
+"""The odds of a run's motion, as its planner has found them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from fivebar_description.strict_yaml import InputError, StrictModel, validate
+from fivebar_description.text_file import LARGEST_TABLE, read_text
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class RunOdds(StrictModel):
+    """The content of odds.json.
+
+    Attributes:
+        successes, robots: how many of the drawn robots have made the motion in simulation.
+        share: of these robots.
+        interval_95: of the success probability, with 95 % confidence.
+    """
+
+    successes: Annotated[int, Field(ge=0)]
+    robots: Annotated[int, Field(ge=1)]
+    share: Share
+    interval_95: Annotated[tuple[Share, Share], Field(strict=False)]
+
+
+def read_odds(path: Path) -> dict[str, Any] | None:
+    """Read odds.json; None for a run whose odds are not known.
+
+    Raises:
+        InputError: the file cannot be read, or has unexpected content.
+    """
+    if not path.exists():
+        return None
+    try:
+        content = json.loads(read_text(path, LARGEST_TABLE))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid JSON: {error}") from error
+    return validate(content, RunOdds, str(path)).model_dump(mode="json")

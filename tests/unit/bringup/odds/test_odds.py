@@ -1,0 +1,183 @@
+"""The odds of a motion: robots are drawn within what is declared, and how many of them make it decides."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.odds import choice
+from fivebar_bringup.odds.choice import likeliest
+from fivebar_bringup.odds.declared import declared_odds
+from fivebar_bringup.odds.drawn_robots import ASSUMED, declared_errors, has_odds, with_drawn_robot
+from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.relief import reliefs
+from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
+from fivebar_bringup.odds.trials import ROBOTS, odds_of
+from fivebar_bringup.runs.admission import refuse_unfit
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_description.robot_file import robot_path
+
+LOADS = {"tilt": 0.02, "push": 2.0, "push_length": 0.05, "passive": 0.005}
+
+
+def slow(**changes: object) -> Scenario:
+    """A crossing that is slow enough for a push of 2 N to move some robots too far."""
+    content = {
+        "name": "slow",
+        "controller": "unified",
+        "waypoints": ((0.0, 0.15), (0.0, 0.02)),
+        "segment_duration": 2.0,
+        "plant": {"torque_limit": 2.0},
+        "loads": LOADS,
+    }
+    return Scenario.model_validate(content | changes)
+
+
+def test_odds_say_how_sure_they_are() -> None:
+    odds = Odds(18, 24)
+    assert odds.share == 0.75
+    # Clopper and Pearson's interval: each tail of the binomial distribution has 2.5 % there
+    for bound, counts in ((odds.interval.low, range(18, 25)), (odds.interval.high, range(19))):
+        tail = sum(math.comb(24, k) * bound**k * (1.0 - bound) ** (24 - k) for k in counts)
+        assert tail == pytest.approx(0.025, rel=1e-6)
+    assert Odds(3, 4) + Odds(1, 4) == Odds(4, 8)
+    assert "18 of 24 drawn robots succeed: 75%" in str(odds)
+    assert Odds().interval == (0.0, 1.0)
+
+
+def test_robots_are_drawn_within_what_is_declared_whatever_the_simulated_one_is() -> None:
+    errors = RobotErrors(
+        mass_and_inertia=0.1, length=1e-3, base=2e-3, zero=0.01, torque_constant=0.2, tilt=0.1, push=3.0
+    )
+    plant = {"mass_scale": 1.7, "links": {"l_11": 4e-3}, "transmission": {"frequency": 60.0}, "tilt": {"angle": 0.3}}
+    drawn = [with_drawn_robot(slow(plant=plant), errors, 1, number, 1.0).plant for number in range(200)]
+    lengths = np.array([robot.links[:4] for robot in drawn])
+    bases = np.array([robot.links[4:6] for robot in drawn])
+    for values, bound in (
+        (lengths, 1e-3),
+        (bases, 2e-3),
+        (np.array([robot.encoders[:2] for robot in drawn]), 0.01),
+        (np.array([robot.mass_scale for robot in drawn]) - 1.0, 0.1),
+        (np.array([robot.motors.constant_1 for robot in drawn]), 0.2),
+    ):
+        assert 0.9 * bound < np.abs(values).max() <= bound
+        # uniform: the mean square is a third of the bound's
+        assert np.mean(values**2) == pytest.approx(bound**2 / 3.0, rel=0.25)
+    assert max(robot.push.force for robot in drawn) <= 3.0
+    assert all(1.0 - 0.05 <= robot.push.start <= 1.0 and robot.push.length == 0.05 for robot in drawn)
+    assert all(robot.tilt.angle <= 0.1 for robot in drawn)
+    # what all robots have in common, and the friction that is declared as a load
+    assert all(robot.transmission.frequency == 60.0 and robot.friction.passive == 0.005 for robot in drawn)
+    # the robot that is simulated has no part in it
+    assert drawn[7] == with_drawn_robot(slow(plant={"transmission": {"frequency": 60.0}}), errors, 1, 7, 1.0).plant
+    assert drawn[7] != drawn[8] != with_drawn_robot(slow(plant=plant), errors, 2, 8, 1.0).plant
+
+
+def test_bounds_are_those_that_the_scenario_declares() -> None:
+    known = slow(tolerances={"length": 2e-4, "base": 1e-4, "zero": 3e-3})
+    assert declared_errors(known) == ASSUMED._replace(
+        length=2e-4, base=1e-4, zero=3e-3, tilt=0.02, push=2.0, push_length=0.05
+    )
+    assert has_odds(known)
+    assert not has_odds(slow(loads={}))
+    assert not has_odds(slow(plant={"engine": "mujoco"}))
+
+
+def test_the_odds_follow_the_errors() -> None:
+    scenario = slow()
+    exact = odds_of(scenario, NO_ERRORS, 3, range(2))
+    pushed = odds_of(scenario, NO_ERRORS._replace(push=2.0), 3, range(ROBOTS))
+    assert exact == Odds(2, 2)
+    assert 6 <= pushed.successes <= 22
+    # the same robots, whoever asks
+    halves = [odds_of(scenario, NO_ERRORS._replace(push=2.0), 3, half) for half in (range(12), range(12, ROBOTS))]
+    assert halves[0] + halves[1] == pushed
+    best = reliefs(scenario, declared_errors(scenario), 3, range(ROBOTS))[0]
+    assert best.words == "no push"
+    assert best.odds == Odds(ROBOTS, ROBOTS)
+
+
+def test_a_motion_that_the_formula_for_loads_refuses_is_admitted_where_nine_of_ten_robots_make_it() -> None:
+    refuse_unfit(slow(loads=LOADS | {"push": 0.8}))
+    with pytest.raises(PlanRefused) as refusal:
+        refuse_unfit(slow())
+    found = re.search(r"; (\d+) of 24 drawn robots succeed: .* expected are at least 90%", str(refusal.value))
+    assert found is not None
+    assert Odds(int(found[1]), 24) == declared_odds(slow())
+    refuse_unfit(slow(risk={"success": 0.5}))
+
+
+def test_the_likeliest_motion_is_found_and_judged_by_robots_that_had_no_part_in_its_choice(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Motions are durations here; the robot of a number makes those of which its own threshold is the shorter one."""
+    tried: list[tuple[float, list[int]]] = []
+
+    def odds_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Odds:
+        numbers = list(robots)
+        (duration,) = scenario.durations()
+        tried.append((duration, numbers))
+        return Odds(sum(number % 10 < duration for number in numbers), len(numbers))
+
+    monkeypatch.setattr(choice, "odds_of", odds_of)
+    motions = [slow(segment_duration=float(duration)) for duration in (2, 5, 9, 8, 1, 4)]
+    found = likeliest(motions, NO_ERRORS, 1)
+    assert found is not None
+    assert found.scenario is motions[2]
+    assert tried[-1] == (9.0, list(range(ROBOTS, 2 * ROBOTS)))
+    assert found.odds == Odds(22, 24)
+    # those that can be told to be worse by few robots are tried on few
+    of_the_worst = [number for duration, numbers in tried if duration == 1.0 for number in numbers]
+    assert len(of_the_worst) == choice.FIRST_ROBOTS
+    assert likeliest([], NO_ERRORS, 1) is None
+
+
+def robot_file(directory: Path, more: str) -> str:
+    path = directory / "robot.yaml"
+    path.write_text(robot_path("dextar").read_text(encoding="utf-8") + more, encoding="utf-8")
+    return str(path)
+
+
+def test_goto_chooses_a_duration_with_good_odds_and_keeps_one_that_is_given(tmp_path: Path) -> None:
+    robot = robot_file(tmp_path, "loads: {tilt: 0.02, push: 2.0, passive: 0.005}\n")
+    command = ["goto", "0", "0.02", "--mode", "-", "--robot", robot, "--plan-only", "--json"]
+    chosen = json.loads(CliRunner().invoke(app, command).stdout)["plan"]
+    assert chosen["odds"]["share"] >= 0.9
+    done = CliRunner().invoke(app, [*command[:-1], "--duration", "2.0"])
+    assert done.exit_code == 0
+    kept = re.search(r"odds: (\d+) of 24 drawn robots succeed", done.stdout)
+    better = re.search(r"better: in ([\d.]+) s (\d+) of 24", done.stdout)
+    assert kept is not None
+    assert better is not None
+    assert int(kept[1]) < 0.9 * ROBOTS <= int(better[2])
+    assert float(better[1]) < 2.0
+
+
+def test_a_run_keeps_its_odds(tmp_path: Path) -> None:
+    robot = robot_file(tmp_path, "loads: {push: 0.5}\n")
+    command = ["goto", "0", "0.02", "--mode", "-", "--robot", robot, "--offline", "--out", str(tmp_path / "run")]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["odds"]["robots"] == ROBOTS
+    assert summary["odds"]["successes"] == ROBOTS
+    assert "24 of 24 drawn robots make it" in done.stdout
+    (tmp_path / "run" / "odds.json").write_text('{"successes": -1}', encoding="utf-8")
+    refused = CliRunner().invoke(app, ["report", str(tmp_path / "run")])
+    assert refused.exit_code == 2
+    assert "odds.json: successes: -1" in refused.stderr
+
+
+def test_no_odds_of_a_robot_of_which_nothing_is_declared() -> None:
+    done = CliRunner().invoke(app, ["odds", "unified_middle"])
+    assert done.exit_code == 2
+    assert "unified_middle: expected tolerances or loads" in done.stderr
