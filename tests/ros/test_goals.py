@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from builtin_interfaces.msg import Duration
 from diagnostic_msgs.msg import DiagnosticStatus
 from forked_node import ForkedNode
 from geometry_msgs.msg import PoseStamped
 from graph_probe import DEADLINE, RATE_HZ, Bench, Probe
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_control.model.geometry import inverse_geometry
@@ -27,6 +29,7 @@ from fivebar_description.interface import (
     GOAL_POSE,
     GOAL_STATUS,
     GOAL_TARGET,
+    GOAL_TRAJECTORY,
     JOINT_STATES,
     JOINTS,
     REFERENCE,
@@ -264,6 +267,60 @@ def test_a_pose_is_a_request(bench: Bench) -> None:
     values = {value.key: value.value for value in twins[-2].values}
     assert values["first_sample"] == str(moving["first_sample"])
     assert float(values["waypoints.1.1"]) == pytest.approx(0.03)
+
+
+def trajectory(joints: tuple[str, ...], *points: tuple[float, tuple[float, ...]], frame: str = "") -> JointTrajectory:
+    message = JointTrajectory(joint_names=list(joints))
+    message.header.frame_id = frame
+    for t, positions in points:
+        since = Duration(sec=int(t), nanosec=round(t % 1.0 * 1e9))
+        message.points.append(JointTrajectoryPoint(positions=positions, time_from_start=since))
+    return message
+
+
+def test_a_trajectory_is_followed_at_its_times(bench: Bench) -> None:
+    """Of the platform, then of the motors; what is none is refused, and moves nothing."""
+    driver = start(bench)
+    probe = driver.probe
+    probe.advertise(GOAL_TRAJECTORY)
+    probe.wait_for(lambda: probe.listeners(GOAL_TRAJECTORY) > 0, "the node to hear trajectories")
+    driver.steps(60)
+    late = trajectory(("x", "y"), (0.5, (0.0, 0.13)))
+    late.header.stamp.sec = 1
+    with_effort = trajectory(("x", "y"), (0.5, (0.0, 0.13)))
+    with_effort.points[0].effort = [1.0, 1.0]
+    for message, word in (
+        (trajectory(("x", "y"), (0.5, (0.0, 0.13)), frame="map"), "header.frame_id 'map': expected 'base_link'"),
+        (late, "header.stamp: expected 0"),
+        (with_effort, "points[0].effort: expected none"),
+        (trajectory(("x", "y"), *[(0.01 * n, (0.0, 0.13)) for n in range(500)]), "101 points: expected 1 to 100"),
+        (trajectory(("q1", "q2"), (0.5, (0.0, 0.13))), "joint_names [q1, q2]: expected x and y"),
+    ):
+        probe.publish(GOAL_TRAJECTORY, message)
+        assert word in driver.wait_for_status("refused")["reason"]
+    probe.publish(GOAL_TRAJECTORY, trajectory(("x", "y"), (5e-3, (0.0, 0.1))))
+    driver.wait_for_status("planning")
+    assert set(driver.step_until_status("refused")) == {HOME_REFERENCE}
+    assert "the trajectory is not feasible" in driver.statuses()[-1]["reason"]
+
+    probe.publish(GOAL_TRAJECTORY, trajectory(("y", "x"), (0.5, (0.13, 0.01)), (1.0, (0.14, 0.02))))
+    assert driver.wait_for_status("planning")["goal"] == [0.02, 0.14]
+    driver.step_until_status("moving")
+    moving = driver.statuses()[-1]
+    first, last = moving["first_sample"], moving["last_sample"]
+    assert last - first == RATE_HZ
+    driver.step_until_status("arrived")
+    references = driver.references()
+    assert references[first] == pytest.approx(HOME_REFERENCE)
+    assert references[first + RATE_HZ // 2][:2] == pytest.approx((0.01, 0.13))
+    assert references[last] == pytest.approx((0.02, 0.14, 0.0, 0.0))
+
+    angles = inverse_geometry(load_robot("dextar"), 1, -1, 0.0, 0.14)
+    probe.publish(GOAL_TRAJECTORY, trajectory(("q11", "q21"), (0.5, (angles.q11, angles.q21))))
+    assert driver.wait_for_status("planning")["goal"] == pytest.approx([0.0, 0.14])
+    driver.step_until_status("moving")
+    driver.step_until_status("arrived")
+    assert driver.step() == pytest.approx(HOME_REFERENCE)
 
 
 def test_a_motion_is_cancelled_within_the_limits(bench: Bench) -> None:

@@ -225,6 +225,9 @@ GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 GOAL_POSE = Topic("goal_pose", "geometry_msgs/msg/PoseStamped", from_outside=True)
 """A request by the place alone, as RViz publishes it: in a frame of the URDF that does not move."""
 
+GOAL_TRAJECTORY = Topic("goal_trajectory", "trajectory_msgs/msg/JointTrajectory", from_outside=True)
+"""A request for a motion through points at given times, of the platform (x, y) or the motors (q11, q21)."""
+
 PAYLOAD = Topic("payload", "std_msgs/msg/Float64", STATE_QOS, from_outside=True)
 """Mass (kg) that the platform carries besides its own, from whoever makes the robot pick it up: all nodes that model
 the robot add it to the platform's."""
@@ -283,7 +286,7 @@ TWIN_OF_TEXT = {RUN_EPOCH: RUN_BEGIN, **VALUES}
 TWINS = (*TWIN_OF_TEXT.values(), RUN_PATH, GOAL_PATH, GOAL_TARGET)
 """What the graph says in texts, in standard messages, for tools that show and plot these. No node waits for them."""
 
-RECORDED_BESIDES = (GOAL, GOAL_POSE, GOAL_STATUS, DIAGNOSTICS, *TWINS)
+RECORDED_BESIDES = (GOAL, GOAL_POSE, GOAL_TRAJECTORY, GOAL_STATUS, DIAGNOSTICS, *TWINS)
 """What a bag holds besides, without the recorder waiting for it."""
 
 SCENE = Topic("scene", "visualization_msgs/msg/MarkerArray", Qos(depth=8, transient_local=True))

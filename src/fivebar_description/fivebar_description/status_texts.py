@@ -74,6 +74,8 @@ GOAL_STATUS_FIELDS = {
     "blend_radius": Field(_NUMBERS, "radii in m"),
     "time_law": Field(is_text, "a name"),
     "payload_kg": Field(is_number, "a mass in kg"),
+    "knots": Field(list_of(list_of(is_number, 7)), "times, coordinates and their derivatives"),
+    "assembly_mode": Field(one_of((-1, 0, 1)), "-1, 0 or 1"),
 }
 
 

@@ -7,10 +7,12 @@ from typing import Any
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.plan_along import plan_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import QUINTIC, Plan, plan_motion
 from fivebar_control.trajectory.rounded import RESTS
+from fivebar_control.trajectory.spline import Knot, SplineSegment
 from fivebar_description.interface import GOAL_STATUS, JOINT_STATES, PROGRAM_STATUS
 from fivebar_description.parameters import laden
 from fivebar_description.status_texts import read_goal_status
@@ -60,6 +62,10 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
 
 def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any]) -> Plan:
     """Return the motion of a status as the planner made it, which knew what the platform carried."""
+    if "knots" in status:
+        knots = tuple(Knot(*map(float, values)) for values in status["knots"])
+        segment = SplineSegment(knots, scenario.five_bar(), status.get("assembly_mode", 0))
+        return plan_along(scenario.five_bar(), Path([segment]), (plan.mode1, plan.mode2), scenario.rate_hz)
     return plan_motion(
         laden(scenario.five_bar(), status.get("payload_kg", 0.0)),
         (plan.mode1, plan.mode2),

@@ -90,7 +90,7 @@ class TrajectoryGenerator(SamplingNode):
         if self._hold.follows:
             place = state_from_joints(self._motion.robot, *position, *AT_REST)
             held = self._hold.reference(place.x, place.y)
-        self._goals.update(sample + self._motion.lead_samples, held is not None)
+        self._goals.update(sample + self._motion.lead_samples, held is not None, (position[0], position[2]))
         # the reference of sample 0 cannot be published ahead of it, nor that of one whose predecessor was not measured
         first = max(self._published + 1, sample + 1 - CAPACITY)
         self._references = {

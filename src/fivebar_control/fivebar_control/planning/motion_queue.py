@@ -32,6 +32,10 @@ VIA_NAME = re.compile(r"via([1-9][0-9]?)_(x|y|blend_radius)")
 """Fields of a via point, the first of which is number 1: where it is (m), and where they differ, its blend radius."""
 
 
+SAME_PLACE = 1e-9
+"""Distance (m) up to which places differ by rounding alone, as those of a motion in motor angles do."""
+
+
 class GoalRefused(PlanRefused):
     """A request that is not accepted, and the reason."""
 
@@ -188,23 +192,16 @@ class MotionQueue:
         Raises:
             GoalRefused: the robot is still moving, another request is being planned, or the request cannot be met.
         """
-        if self._through_type1:
-            raise GoalRefused("requests are not taken after a motion with working_modes")
-        if self._requested:
-            raise GoalRefused("another request is being planned")
-        rest = self.resting_from()
-        if sample < rest:
-            raise GoalRefused(f"the robot is moving for another {(rest - sample) / self._rate_hz:.2f} s")
+        place = self.resting_place(sample)
         mode = (goal.mode1 or self._working_mode[0], goal.mode2 or self._working_mode[1])
         if mode != self._working_mode:
             raise GoalRefused(
                 f"working mode ({mode[0]:+d}, {mode[1]:+d}) is reached only through a Type 1 singularity from"
                 f" ({self._working_mode[0]:+d}, {self._working_mode[1]:+d})"
             )
-        place = self.at(sample)
-        self._requested = True
+        self.reserve()
         return PlanningRequest(
-            (place.x, place.y),
+            place,
             self._working_mode,
             (goal.x, goal.y),
             goal.assembly,
@@ -214,6 +211,26 @@ class MotionQueue:
             via=goal.via,
             blend_radius=goal.blend_radius,
         )
+
+    def resting_place(self, sample: int) -> Point:
+        """Return where the robot rests (m) when a request comes at a sample.
+
+        Raises:
+            GoalRefused: it takes no requests, is still moving, or another request is being planned.
+        """
+        if self._through_type1:
+            raise GoalRefused("requests are not taken after a motion with working_modes")
+        if self._requested:
+            raise GoalRefused("another request is being planned")
+        rest = self.resting_from()
+        if sample < rest:
+            raise GoalRefused(f"the robot is moving for another {(rest - sample) / self._rate_hz:.2f} s")
+        place = self.at(sample)
+        return place.x, place.y
+
+    def reserve(self) -> None:
+        """Take no other request until `begin` or `cancel`."""
+        self._requested = True
 
     def begin(self, sample: int, path: Path) -> None:
         """Follow a path from a sample on.
@@ -225,7 +242,7 @@ class MotionQueue:
             raise GoalRefused("there is no request that this motion could answer")
         self._requested = False
         here, there = self.at(sample), path.at(0.0)
-        if (here.x, here.y) != (there.x, there.y):
+        if math.dist((here.x, here.y), (there.x, there.y)) > SAME_PLACE:
             raise GoalRefused("the motion does not begin where the reference rests")
         self._before, self._motion = self._motion, ScheduledPath(path, sample)
         self._window = ()

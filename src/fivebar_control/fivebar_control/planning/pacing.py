@@ -15,10 +15,9 @@ from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.reference_scan import dwells_near_locus
 from fivebar_control.planning.reference_torque import limited_to
-from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.path import Path
+from fivebar_control.trajectory.path import Path, Segment
 from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
-from fivebar_control.trajectory.rounded import RESTS
+from fivebar_control.trajectory.rounded import RESTS, RoundedSegment
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 
@@ -250,7 +249,7 @@ def pace_of(task: Task, slowest: Plan) -> Pace:
 def retimed(plan: Plan, factor: float) -> Plan:
     """Return a plan of one segment under a ballistic zone rule, made `factor` times as slow."""
     (segment,) = plan.path.segments
-    assert not isinstance(segment, JointSegment)
+    assert isinstance(segment, Segment | RoundedSegment)
     crossings = tuple(
         crossing._replace(
             time=crossing.time * factor,

@@ -20,21 +20,26 @@ from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
 from fivebar_control.planning.stopping import StopRequest, plan_stop
+from fivebar_control.planning.timed_points import TrajectoryRequest, plan_points
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
 from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path import AnySegment, Path
-from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_control.trajectory.stopped import StoppedSegment
 from fivebar_description.forbidden import kept_clear_of
 from fivebar_description.interpreter import module_command
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import laden
+from fivebar_description.parameters import FiveBar, laden
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
 
 WORKER = "fivebar_control.planning.planning_worker"
+
+
+Order = PlanningRequest | TrajectoryRequest | StopRequest
+"""What is planned."""
 
 
 class Conditions(NamedTuple):
@@ -149,7 +154,7 @@ class PlanningProcess:
             self._receive()
         return self._process is not None and not self._ready
 
-    def ask(self, order: PlanningRequest | StopRequest) -> None:
+    def ask(self, order: Order) -> None:
         """Hand in a request, which takes the place of one under way; returns at once."""
         self._number += 1
         if self._connection is not None:
@@ -211,9 +216,13 @@ def _leave_priority_to_this_thread() -> None:
 
 
 @lru_cache(maxsize=256)
-def plan_once(conditions: Conditions, order: PlanningRequest | StopRequest) -> Planned:
+def plan_once(conditions: Conditions, order: Order) -> Planned:
     """Plan a request as `plan_order` does; one that has been planned before, as in a loop, is not planned again."""
-    return stop_order(conditions, order) if isinstance(order, StopRequest) else plan_order(conditions, order)
+    if isinstance(order, StopRequest):
+        return stop_order(conditions, order)
+    return (
+        trajectory_order(conditions, order) if isinstance(order, TrajectoryRequest) else plan_order(conditions, order)
+    )
 
 
 def stop_order(conditions: Conditions, order: StopRequest) -> Planned:
@@ -269,11 +278,33 @@ def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
         )
     except (PlanRefused, InputError) as refusal:
         return Planned(str(refusal))
+    refused = _hold_refused(conditions, robot, transfer.plan, follower)
+    return refused or Planned("", transfer.course, transfer.durations, transfer.plan.path.segments)
+
+
+def _hold_refused(conditions: Conditions, robot: FiveBar, plan: Plan, follower: TunedController) -> Planned | None:
+    """Return the refusal of a motion that does not bear how long the last torque may be held, None of one that does."""
     wanted = min(conditions.held, LONGEST)
-    bears = longest_hold(robot, transfer.plan, follower, conditions.torque_limit)
-    if bears.time < wanted:
-        return Planned(
-            f"the last torque may be held for {wanted * 1e3:g} ms, the motion bears {bears.time * 1e3:g} ms of it at"
-            f" {bears.worst:.3f} s: expected a longer duration, or a lower safety.stop_time_ms"
-        )
-    return Planned("", transfer.course, transfer.durations, transfer.plan.path.segments)
+    bears = longest_hold(robot, plan, follower, conditions.torque_limit)
+    if bears.time >= wanted:
+        return None
+    return Planned(
+        f"the last torque may be held for {wanted * 1e3:g} ms, the motion bears {bears.time * 1e3:g} ms of it at"
+        f" {bears.worst:.3f} s: expected a longer duration, or a lower safety.stop_time_ms"
+    )
+
+
+def trajectory_order(conditions: Conditions, order: TrajectoryRequest) -> Planned:
+    """Plan a request for a motion through points at given times, and screen it as all motions are."""
+    file = read_robot(conditions.robot)
+    robot = laden(file.five_bar(), order.payload)
+    follower = conditions.follower(file)
+    limits = _limits(conditions, file, follower, 1.0, 1.0)
+    try:
+        plan = plan_points(robot, order, conditions.rate_hz, follower, limits, conditions.sensing)
+    except (PlanRefused, InputError) as refusal:
+        return Planned(str(refusal))
+    path = plan.path
+    course = Course((order.place, (path.at(path.duration).x, path.at(path.duration).y)))
+    refused = _hold_refused(conditions, robot, plan, follower)
+    return refused or Planned("", course, (path.duration,), path.segments)

@@ -20,6 +20,7 @@ from fivebar_control.trajectory.desired import desired_along, desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_control.trajectory.rounded import RoundedSegment
+from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_description.forbidden import NamedBounds
 from fivebar_description.parameters import FiveBar
 
@@ -203,7 +204,8 @@ class ReferenceScan:
         for segment in self._plan.path.segments:
             first = math.ceil(segment.start_time * self._rate_hz - 1e-6)
             end = min(math.ceil((segment.start_time + segment.duration) * self._rate_hz - 1e-6), self._last)
-            samples.update(range(first, end, max(1, (end - first) // COARSE_SAMPLES)))
+            parts = len(segment.knots) - 1 if isinstance(segment, SplineSegment) else 1
+            samples.update(range(first, end, max(1, (end - first) // (COARSE_SAMPLES * parts))))
             if isinstance(segment, RoundedSegment):
                 samples.update(self._in_corners(segment))
         reach = math.ceil(CLOSE_RANGE * self._rate_hz)

@@ -6,15 +6,12 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.laws.registry import TunedController
-from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.model.singularity import distal_links, inverse_condition, inverse_condition_rate
-from fivebar_control.model.state import State
+from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.plan_along import plan_along, state_along
 from fivebar_control.planning.predicted_estimate import Sensing
-from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.path import AnySegment, Path
-from fivebar_control.trajectory.planner import Crossing, Plan, ZoneRule
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.trajectory.stopped import StoppedSegment
 from fivebar_description.parameters import FiveBar
@@ -67,7 +64,14 @@ def plan_stop(
             if stop.end >= path.duration or _nearest(robot, request, stop, rate_hz) < limits.rest:
                 continue
             screened += 1
-            verdict = screen_run(robot, _plan_of(robot, request, stop, rate_hz), rate_hz, follower, limits, sensing)
+            verdict = screen_run(
+                robot,
+                plan_along(robot, stop.as_path(), request.working_mode, rate_hz),
+                rate_hz,
+                follower,
+                limits,
+                sensing,
+            )
             if verdict.feasible:
                 return stop
             reason = "; ".join(verdict.reasons)
@@ -75,30 +79,8 @@ def plan_stop(
     raise PlanRefused(f"the motion goes on to its end, since no stop is feasible: {reason}")
 
 
-def _state(robot: FiveBar, request: StopRequest, path: Path | StoppedSegment, t: float) -> State:
-    place = path.at(t)
-    return state_from_platform(robot, *request.working_mode, place.x, place.y, place.vx, place.vy)
-
-
 def _nearest(robot: FiveBar, request: StopRequest, stop: StoppedSegment, rate_hz: int) -> float:
     """Return the least kappa while a motion slows down."""
     samples = range(math.floor(stop.begin * rate_hz), math.ceil(stop.duration * rate_hz) + 1)
-    return min(inverse_condition(_state(robot, request, stop, sample / rate_hz)) for sample in samples)
-
-
-def _plan_of(robot: FiveBar, request: StopRequest, stop: StoppedSegment, rate_hz: int) -> Plan:
-    """Return the plan of a motion that stops, with its crossings of the locus, which are before it slows down."""
-
-    def side(t: float) -> float:
-        return det_a(_state(robot, request, stop, t))
-
-    times = [sample / rate_hz for sample in range(math.ceil(stop.duration * rate_hz) + 1)]
-    sides = [side(t) for t in times]
-    crossings = []
-    for number in range(1, len(times)):
-        if sides[number - 1] * sides[number] < 0.0:
-            t = zero_between(side, times[number - 1], times[number], 1e-9)
-            state = _state(robot, request, stop, t)
-            rate = inverse_condition_rate(state)
-            crossings.append(Crossing(0, t, state.x, state.y, 1.0, rate, 0.0, distal_links(state)))
-    return Plan(stop.as_path(), tuple(crossings), *request.working_mode, ZoneRule().duration)
+    path, mode = stop.as_path(), request.working_mode
+    return min(inverse_condition(state_along(robot, path, mode, sample / rate_hz)) for sample in samples)

@@ -1,8 +1,9 @@
-"""Accepts motion requests on the topic `goal` and reports their status on `goal/status`."""
+"""Accepts requests for motions as goals, poses and trajectories, and reports their status on `goal/status`."""
 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -10,9 +11,9 @@ from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
+from trajectory_msgs.msg import JointTrajectory
 
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
-from fivebar_control.planning.course import Course
 from fivebar_control.planning.motion_queue import (
     Goal,
     GoalRefused,
@@ -21,15 +22,18 @@ from fivebar_control.planning.motion_queue import (
     StandingStill,
     read_goal,
 )
-from fivebar_control.planning.planning_process import PlanningProcess
+from fivebar_control.planning.planning_process import Planned, PlanningProcess
 from fivebar_control.planning.stopping import StopRequest
+from fivebar_control.planning.timed_points import TimedPoints, end_of, read_points, request_from
 from fivebar_control.ros.placed_frames import PlacedFrames
 from fivebar_control.ros.shown_motions import ShownMotions
+from fivebar_control.ros.trajectory_messages import points_of
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import QUINTIC
-from fivebar_description.interface import GOAL, GOAL_POSE, GOAL_STATUS
+from fivebar_control.trajectory.spline import SplineSegment
+from fivebar_description.interface import BASE_FRAME, GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.payload import listen_to_payload
@@ -94,9 +98,13 @@ class GoalServer:
         self._status = node.advertise(GOAL_STATUS)
         self._shown = ShownMotions(node)
         self._frames = PlacedFrames(node, scenario.robot)
+        self._base = node.frame(BASE_FRAME)
+        self._robot = scenario.five_bar()
+        self._angles = (math.nan, math.nan)
         # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
         node.listen(GOAL_POSE, self._on_pose, awaited=False)
+        node.listen(GOAL_TRAJECTORY, self._on_trajectory, awaited=False)
         node.create_service(Trigger, "~/cancel", self._on_cancel)
         listen_to_payload(node, self._carry)
 
@@ -115,9 +123,15 @@ class GoalServer:
         """Stop the planning process."""
         self._planning.close()
 
-    def update(self, sample: int, held: bool) -> None:
-        """Advance to a sample of the reference; `held` says whether a fault holds the robot."""
-        self._sample, self._held = sample, held
+    def update(self, sample: int, held: bool, angles: tuple[float, float]) -> None:
+        """Advance to a sample of the reference.
+
+        Args:
+            sample: its number.
+            held: whether a fault holds the robot.
+            angles: of the motors as measured (rad).
+        """
+        self._sample, self._held, self._angles = sample, held, angles
         if self._goal is None:
             return
         if held:
@@ -206,10 +220,14 @@ class GoalServer:
 
         self._take(read, [position.x, position.y], "")
 
-    def _take(self, read: Callable[[], Goal], asked: list[float], request_id: str) -> None:
+    def _on_trajectory(self, message: JointTrajectory) -> None:
+        """Take a request for a motion through points at given times."""
+        self._take(lambda: read_points(*points_of(message, self._base)), [], "")
+
+    def _take(self, read: Callable[[], Goal | TimedPoints], asked: list[float], request_id: str) -> None:
         """Hand a request to the planner, or say why it is refused."""
         try:
-            goal = read()
+            wanted = read()
             if not self._open:
                 able = " or ".join(GOAL_CONTROLLERS)
                 raise GoalRefused(f"requests are not taken: they need controller {able}")
@@ -217,14 +235,29 @@ class GoalServer:
                 raise GoalRefused("the run has not begun")
             if self._held:
                 raise GoalRefused("a fault holds the robot where it stands: reset it first")
-            order = self._queue.request(self._sample + NOTICE, goal)
-            self._planning.ask(order._replace(payload=self._payload))
+            goal = self._ask_for(wanted)
             self._planned_payload = self._payload
         except GoalRefused as refusal:
             self._report("refused", asked, request_id, reason=one_line(str(refusal)))
             return
         self._goal, self._id = goal, request_id
         self._report("planning", [goal.x, goal.y], request_id)
+
+    def _ask_for(self, wanted: Goal | TimedPoints) -> Goal:
+        """Ask the planner for a motion; return where it ends.
+
+        Raises:
+            GoalRefused: none can begin, or not this one.
+        """
+        begin = self._sample + NOTICE
+        if isinstance(wanted, Goal):
+            self._planning.ask(self._queue.request(begin, wanted)._replace(payload=self._payload))
+            return wanted
+        place, mode = self._queue.resting_place(begin), self._queue.working_mode
+        order = request_from(self._robot, wanted, place, mode, self._angles, self._payload)
+        self._queue.reserve()
+        self._planning.ask(order)
+        return Goal(*end_of(self._robot, order))
 
     def _take_answer(self, goal: Goal) -> None:
         planned = self._planning.answer(self._wait)
@@ -245,11 +278,14 @@ class GoalServer:
             last_sample=self._arrival,
             waypoints=[list(point) for point in planned.course.waypoints],
             durations_s=list(planned.durations),
-            **self._beyond_waypoints(planned.course),
+            **self._beyond_waypoints(planned),
         )
 
-    def _beyond_waypoints(self, course: Course) -> dict[str, Any]:
+    def _beyond_waypoints(self, planned: Planned) -> dict[str, Any]:
         """Return what else decides where a motion is at which time, unless it is the polynomial between rests."""
+        segment, course = planned.segments[0], planned.course
+        if isinstance(segment, SplineSegment):
+            return {"knots": segment.knots, "assembly_mode": segment.assembly}
         if not course.rounded and course.time_law == QUINTIC:
             return {}
         return {

@@ -1,5 +1,5 @@
-"""A path through waypoints, at rest between its segments: straight ones, polylines with rounded corners, and some that
-are planned in motor angles.
+"""A path through waypoints, at rest between its segments: straight ones, polylines with rounded corners, splines, and
+some that are planned in motor angles.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
+from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_control.trajectory.time_law import TimeLaw, progress, time_fraction
 
 
@@ -52,7 +53,7 @@ class Segment(NamedTuple):
         return Line(self.start_x, self.start_y, dx / length, dy / length)
 
 
-AnySegment = Segment | RoundedSegment | JointSegment
+AnySegment = Segment | RoundedSegment | JointSegment | SplineSegment
 
 
 class Path:

@@ -30,6 +30,10 @@ LEVELS = {"failed": DiagnosticStatus.ERROR, "refused": DiagnosticStatus.WARN, "s
 """Levels of the states of a run, a request or a program; all others are well."""
 
 
+MOST_LISTED = 25
+"""Elements of an array that a twin has: more of them would keep a control cycle waiting."""
+
+
 class Twinned:
     """Publishes a text and, made of it, the standard message that says the same."""
 
@@ -82,8 +86,11 @@ def _values(content: Mapping[str, Any]) -> list[KeyValue]:
 
 
 def _flat(content: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
-    """Yield values by their names with dots; of an array its elements, by their numbers."""
+    """Yield values by their names with dots; of an array its elements, by their numbers, of a long one its length."""
     for key, value in content.items():
+        if isinstance(value, list) and len(value) > MOST_LISTED:
+            yield f"{prefix}{key}.length", str(len(value))
+            continue
         if isinstance(value, list):
             value = {str(number): one for number, one in enumerate(value)}
         if isinstance(value, Mapping):

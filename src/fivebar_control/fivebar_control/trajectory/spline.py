@@ -1,0 +1,162 @@
+"""Motions through points at given times: splines of fifth degree in the platform's coordinates or the motor angles."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_control.model.kinematics import platform_acceleration, state_from_motors
+from fivebar_control.model.line import Line
+from fivebar_control.model.state import Platform
+from fivebar_control.trajectory.joint_segment import NO_LINE
+from fivebar_description.parameters import FiveBar
+
+FloatArray = NDArray[np.float64]
+
+
+class Knot(NamedTuple):
+    """Both coordinates at a time (s) after the beginning, with their first and second derivatives."""
+
+    time: float
+    one: float
+    two: float
+    rate_one: float
+    rate_two: float
+    bend_one: float
+    bend_two: float
+
+
+class SplineSegment(NamedTuple):
+    """One motion from rest to rest through knots.
+
+    Attributes:
+        knots: the first at time 0.
+        robot: whose geometry gives the platform, where the coordinates are motor angles.
+        assembly: its assembly mode, the sign of det A; 0 where the coordinates are those of the platform.
+        start_time: s since sample 0.
+    """
+
+    knots: tuple[Knot, ...]
+    robot: FiveBar
+    assembly: int
+    start_time: float = 0.0
+
+    @property
+    def duration(self) -> float:
+        """From the first knot to the last (s)."""
+        return self.knots[-1].time
+
+    def coordinates_at(self, t: float) -> Knot:
+        """Return both coordinates at time t (s); before and after the segment they rest."""
+        since = t - self.start_time
+        for end, outside in ((self.knots[0], since < 0.0), (self.knots[-1], since >= self.duration)):
+            if outside:
+                return Knot(since, end.one, end.two, 0.0, 0.0, 0.0, 0.0)
+        number = bisect_right(self.knots, since, key=lambda knot: knot.time)
+        begin, end = self.knots[number - 1], self.knots[number]
+        one = _between(begin.time, end.time, since, *begin[1::2], *end[1::2])
+        two = _between(begin.time, end.time, since, *begin[2::2], *end[2::2])
+        return Knot(since, one[0], two[0], one[1], two[1], one[2], two[2])
+
+    def at(self, t: float) -> Platform:
+        """Return the reference at time t (s); NaN where the distal links cannot meet."""
+        _, one, two, rate_one, rate_two, bend_one, bend_two = self.coordinates_at(t)
+        if self.assembly == 0:
+            return Platform(one, two, rate_one, rate_two, bend_one, bend_two)
+        state = state_from_motors(self.robot, self.assembly, one, two, rate_one, rate_two)
+        return Platform(state.x, state.y, state.vx, state.vy, *platform_acceleration(state, bend_one, bend_two))
+
+    def line(self) -> Line:
+        """Return NaN: the way in the plane is no line."""
+        return NO_LINE
+
+
+def _between(
+    begin: float, end: float, t: float, p0: float, v0: float, a0: float, p1: float, v1: float, a1: float
+) -> tuple[float, float, float]:
+    """Return the polynomial of fifth degree that has both ends' values and derivatives, and its derivatives."""
+    h, s = end - begin, t - begin
+    # what is left to the end value, speed and acceleration of the parabola from the beginning
+    gap = p1 - p0 - h * (v0 + 0.5 * h * a0)
+    speed, bend = (v1 - v0 - h * a0) * h, (a1 - a0) * h * h
+    c3 = (10.0 * gap - 4.0 * speed + 0.5 * bend) / h**3
+    c4 = (-15.0 * gap + 7.0 * speed - bend) / h**4
+    c5 = (6.0 * gap - 3.0 * speed + 0.5 * bend) / h**5
+    return (
+        p0 + s * (v0 + s * (0.5 * a0 + s * (c3 + s * (c4 + s * c5)))),
+        v0 + s * (a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5))),
+        a0 + s * (6.0 * c3 + s * (12.0 * c4 + s * 20.0 * c5)),
+    )
+
+
+def completed(
+    times: Sequence[float],
+    positions: Sequence[tuple[float, float]],
+    rates: Sequence[tuple[float, float] | None],
+    bends: Sequence[tuple[float, float] | None],
+) -> tuple[Knot, ...]:
+    """Return knots with what is not given chosen so that the motion is as smooth as it can be.
+
+    Where a knot between the ends lacks its rates and bends, the third and fourth derivatives go through it without a
+    step; where it lacks its bends alone, the third.
+
+    Args:
+        times: of the knots (s), rising.
+        positions: both coordinates of each.
+        rates: their first derivatives, None where they are not given; those of both ends are.
+        bends: their second derivatives; as `rates`.
+    """
+    columns = [
+        _column(
+            times,
+            [place[axis] for place in positions],
+            [None if one is None else one[axis] for one in rates],
+            [None if one is None else one[axis] for one in bends],
+        )
+        for axis in (0, 1)
+    ]
+    return tuple(
+        Knot(time, *place, rate_one, rate_two, bend_one, bend_two)
+        for time, place, (rate_one, bend_one), (rate_two, bend_two) in zip(times, positions, *columns, strict=True)
+    )
+
+
+def _column(
+    times: Sequence[float], places: Sequence[float], rates: Sequence[float | None], bends: Sequence[float | None]
+) -> list[tuple[float, float]]:
+    """Return rate and bend of every knot in one coordinate."""
+    count = len(times)
+    matrix, right = np.zeros((2 * count, 2 * count)), np.zeros(2 * count)
+    for number, (rate, bend) in enumerate(zip(rates, bends, strict=True)):
+        for column, given, order in ((2 * number, rate, 4), (2 * number + 1, bend, 3)):
+            if given is not None:
+                matrix[column, column], right[column] = 1.0, given
+                continue
+            for side, first in ((1.0, number - 1), (-1.0, number)):
+                h = times[first + 1] - times[first]
+                row, constant = _derivative(order, h, places[first + 1] - places[first], at_end=side > 0.0)
+                matrix[column, 2 * first : 2 * first + 4] += side * row
+                right[column] -= side * constant
+    # rates and bends have other units: without scales the matrix is ill-conditioned for short intervals
+    scale = (times[-1] - times[0]) / max(count - 1, 1)
+    weights = np.tile([1.0, 1.0 / scale], count)
+    largest = np.abs(matrix * weights).max(axis=1)
+    solved = np.linalg.solve(matrix * weights / largest[:, None], right / largest) * weights
+    return [(float(one), float(two)) for one, two in solved.reshape(count, 2)]
+
+
+def _derivative(order: int, h: float, gap: float, at_end: bool) -> tuple[FloatArray, float]:
+    """Return the third or fourth derivative at an end of an interval of h (s).
+
+    Returns:
+        Its coefficients for rate and bend at the beginning and at the end, and the constant.
+    """
+    if order == 3:
+        row = [-24.0, -3.0 * h, -36.0, 9.0 * h] if at_end else [-36.0, -9.0 * h, -24.0, 3.0 * h]
+        return np.array(row) / h**2, 60.0 * gap / h**3
+    row = [-168.0, -24.0 * h, -192.0, 36.0 * h] if at_end else [192.0, 36.0 * h, 168.0, -24.0 * h]
+    return np.array(row) / h**3, (360.0 if at_end else -360.0) * gap / h**4
