@@ -358,6 +358,61 @@ def test_a_motion_is_cancelled_within_the_limits(bench: Bench) -> None:
     driver.step_until_status("moving")
 
 
+def test_a_motion_pauses_and_goes_on(bench: Bench) -> None:
+    driver = start(bench)
+
+    def ask(name: str) -> tuple[bool, str]:
+        answer = driver.probe.call(Trigger, f"/trajectory_generator/{name}", Trigger.Request())
+        return answer.success, answer.message
+
+    driver.steps(60)
+    assert ask("pause") == (False, "no motion is under way")
+    assert ask("resume") == (False, "no motion has paused")
+    driver.request(x=0.0, y=0.03, duration=2.0)
+    driver.wait_for_status("planning")
+    driver.step_until_status("moving")
+    moving = driver.statuses()[-1]
+    driver.steps(100)
+    assert ask("pause")[0]
+    assert ask("pause")[0]
+    driver.step_until_status("pausing")
+    assert ask("resume") == (False, "the motion is still slowing down")
+    pausing = driver.statuses()[-1]
+    driver.step_until_status("paused")
+    rest = driver.steps(3)
+    assert rest[0] == rest[-1]
+    assert 0.03 < rest[0][1] < 0.14
+    driver.request(x=0.0, y=0.14)
+    assert "expected resume or cancel first" in driver.wait_for_status("refused")["reason"]
+    assert ask("resume") == (True, "the motion goes on")
+    resumed = driver.wait_for_status("resumed")
+    driver.step_until_status("arrived")
+    driver.step()
+    references = driver.references()
+    first, last = moving["first_sample"], resumed["last_sample"]
+    assert references[last] == pytest.approx(GOAL_REFERENCE)
+    places = [references[number] for number in range(first, last + 1)]
+    assert max(abs(after[1] - here[1]) for here, after in pairwise(places)) < 1.0 / RATE_HZ
+    assert max(abs(after[3] - here[3]) for here, after in pairwise(places)) < 20.0 / RATE_HZ
+    # the same way at the same pace once it is as quick again
+    shift = resumed["first_sample"] - first + round((0.5 * resumed["rising_s"] - resumed["path_time_s"]) * RATE_HZ)
+    assert shift == last - moving["last_sample"]
+    assert pausing["last_sample"] <= resumed["first_sample"]
+
+    driver.request(x=0.0, y=0.14, duration=2.0)
+    driver.wait_for_status("planning")
+    driver.step_until_status("moving")
+    driver.steps(600)
+    assert ask("pause")[0]
+    driver.step_until_status("pausing")
+    driver.step_until_status("paused")
+    assert ask("cancel") == (True, "the motion that has paused is dropped")
+    driver.wait_for_status("cancelled")
+    assert ask("resume") == (False, "no motion has paused")
+    driver.request(x=0.0, y=0.14)
+    driver.wait_for_status("planning")
+
+
 def pose(frame: str, x: float, y: float, z: float) -> PoseStamped:
     message = PoseStamped()
     message.header.frame_id = frame

@@ -123,10 +123,7 @@ ELSEWHERE = {
         "fivebar_sim.ros.ros2_control",
     ),
     "ros/test_domain_member.py": ("fivebar_description.ros.qos",),
-    "unit/control/planning/test_stopping.py": (
-        "fivebar_control.planning.plan_along",
-        "fivebar_control.trajectory.stopped",
-    ),
+    "unit/control/planning/test_stopping.py": ("fivebar_control.trajectory.stopped",),
     "ros/test_goals.py": (
         "fivebar_bringup.nodes.goal_client",
         "fivebar_control.ros.goal_server",

@@ -21,7 +21,10 @@ from fivebar_description.outside_text import (
 RUN_STATES = ("running", "completed", "failed")
 """States of a run."""
 
-GOAL_STATES = ("planning", "moving", "stopping", "arrived", "cancelled", "refused", "stopped")
+GOAL_STATES = (
+    *("planning", "moving", "pausing", "paused", "resumed", "stopping"),
+    *("arrived", "cancelled", "refused", "stopped"),
+)
 """States of a request for a motion."""
 
 PROGRAM_STATES = ("idle", "running", "completed", "refused", "stopped")
@@ -75,7 +78,9 @@ GOAL_STATUS_FIELDS = {
     "time_law": Field(is_text, "a name"),
     "payload_kg": Field(is_number, "a mass in kg"),
     "knots": Field(list_of(list_of(is_number, 7)), "times, coordinates and their derivatives"),
-    "assembly_mode": Field(one_of((-1, 0, 1)), "-1, 0 or 1"),
+    "path_time_s": Field(is_number, "a time in s"),
+    "rising_s": Field(is_number, "a time in s"),
+    "assembly_mode": Field(is_number, "-1, 0 or 1"),
 }
 
 

@@ -10,7 +10,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.plan_along import plan_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import AnySegment, Path
-from fivebar_control.trajectory.planner import QUINTIC, Plan, plan_motion
+from fivebar_control.trajectory.planner import QUINTIC, Crossing, Plan, plan_motion
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_control.trajectory.spline import Knot, SplineSegment
 from fivebar_description.interface import GOAL_STATUS, JOINT_STATES, PROGRAM_STATUS
@@ -19,6 +19,9 @@ from fivebar_description.status_texts import read_goal_status
 
 MOVES = {"first_sample", "waypoints", "durations_s"}
 """Fields without which a status does not say how the robot moved."""
+
+CHANGES = ("stopping", "pausing", "resumed")
+"""States of a motion under way that is changed."""
 
 
 def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
@@ -34,15 +37,25 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
         return plan
     try:
         statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False) if asked else []
-        moved = [status for status in statuses if status["state"] == "stopping" or status.keys() >= MOVES]
+        moved = [status for status in statuses if status["state"] in CHANGES or status.keys() >= MOVES]
         segments: list[AnySegment] = list(plan.path.segments)
         crossings = list(plan.crossings)
+        ahead: list[Crossing] = []
+        motion_begin = 0.0
         for status in moved:
             begin = status["first_sample"] / scenario.rate_hz
-            if status["state"] == "stopping":
-                # it does not stop near the locus: what is still ahead is not crossed
+            if status["state"] == "resumed":
+                # from the beginning that the motion would have had without its rest
+                late = begin + 0.5 * status["rising_s"] - status["path_time_s"] - motion_begin
+                crossings += [crossing._replace(time=crossing.time + late) for crossing in ahead]
+                motion_begin = begin
+                continue
+            if status["state"] in CHANGES:
+                # it does not stop near the locus: what is still ahead is not crossed, or later
+                ahead = [crossing for crossing in crossings if crossing.time >= begin]
                 crossings = [crossing for crossing in crossings if crossing.time < begin]
                 continue
+            motion_begin = begin
             motion = _requested(scenario, plan, status)
             crossings += [
                 crossing._replace(segment=crossing.segment + len(segments), time=crossing.time + begin)

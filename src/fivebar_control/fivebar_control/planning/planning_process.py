@@ -19,7 +19,7 @@ from fivebar_control.planning.limits import MotionLimits, Risk, motion_limits_of
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
-from fivebar_control.planning.stopping import StopRequest, plan_stop
+from fivebar_control.planning.stopping import Stop, StopRequest, plan_stop
 from fivebar_control.planning.timed_points import TrajectoryRequest, plan_points
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
@@ -27,7 +27,6 @@ from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
-from fivebar_control.trajectory.stopped import StoppedSegment
 from fivebar_description.forbidden import kept_clear_of
 from fivebar_description.interpreter import module_command
 from fivebar_description.loads import NO_LOADS, Loads
@@ -91,14 +90,14 @@ class Planned(NamedTuple):
         course: where it goes.
         durations: of the legs (s).
         segments: between rests, as planned: who follows them needs no planner.
-        stop: the motion that was under way, stopped on its way.
+        stop: how the motion under way stops, and goes on where it pauses.
     """
 
     refused: str = ""
     course: Course = NO_COURSE
     durations: tuple[float, ...] = ()
     segments: tuple[AnySegment, ...] = ()
-    stop: StoppedSegment | None = None
+    stop: Stop | None = None
 
     def path(self) -> Path:
         """Return the motion."""

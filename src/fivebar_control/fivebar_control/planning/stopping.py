@@ -13,7 +13,7 @@ from fivebar_control.planning.plan_along import plan_along, state_along
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_control.trajectory.stopped import StoppedSegment
+from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
 from fivebar_description.parameters import FiveBar
 
 SLOWING = (0.1, 0.2, 0.4, 0.8)
@@ -34,12 +34,21 @@ class StopRequest(NamedTuple):
         working_mode: of the whole motion.
         earliest: when it may begin to slow down (s).
         payload: what the platform carries (kg).
+        pauses: whether the motion is to go on afterwards.
     """
 
     segments: tuple[AnySegment, ...]
     working_mode: tuple[int, int]
     earliest: float
     payload: float = 0.0
+    pauses: bool = False
+
+
+class Stop(NamedTuple):
+    """How a motion stops, and goes on afterwards where it pauses."""
+
+    stop: StoppedSegment
+    resumed: ResumedSegment | None = None
 
 
 def plan_stop(
@@ -49,14 +58,20 @@ def plan_stop(
     follower: TunedController,
     limits: MotionLimits,
     sensing: Sensing | None,
-) -> StoppedSegment:
-    """Return the earliest and quickest stop that keeps the limits.
+) -> Stop:
+    """Return the earliest and quickest stop that keeps the limits; one from which the motion can go on, if it pauses.
 
     Raises:
         PlanRefused: there is none before the motion ends.
     """
     path = Path(request.segments)
     screened, reason = 0, "it ends before it could"
+
+    def judged(motion: StoppedSegment | ResumedSegment) -> str:
+        """Return why a motion is not feasible, "" if it is."""
+        plan = plan_along(robot, motion.as_path(), request.working_mode, rate_hz)
+        return "; ".join(screen_run(robot, plan, rate_hz, follower, limits, sensing).reasons)
+
     begin = request.earliest
     while begin < path.duration and screened < MOST_SCREENED:
         for slowing in SLOWING:
@@ -64,17 +79,16 @@ def plan_stop(
             if stop.end >= path.duration or _nearest(robot, request, stop, rate_hz) < limits.rest:
                 continue
             screened += 1
-            verdict = screen_run(
-                robot,
-                plan_along(robot, stop.as_path(), request.working_mode, rate_hz),
-                rate_hz,
-                follower,
-                limits,
-                sensing,
-            )
-            if verdict.feasible:
-                return stop
-            reason = "; ".join(verdict.reasons)
+            refused = judged(stop)
+            if not refused and not request.pauses:
+                return Stop(stop)
+            if not refused:
+                for resumed in (ResumedSegment(path, stop.end, rising) for rising in SLOWING):
+                    refused = judged(resumed)
+                    if not refused:
+                        return Stop(stop, resumed)
+                refused = f"it could not go on from there: {refused}"
+            reason = refused
         begin += max(1, round(LATER * rate_hz)) / rate_hz
     raise PlanRefused(f"the motion goes on to its end, since no stop is feasible: {reason}")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -33,6 +34,7 @@ from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import QUINTIC
 from fivebar_control.trajectory.spline import SplineSegment
+from fivebar_control.trajectory.stopped import ResumedSegment
 from fivebar_description.interface import BASE_FRAME, GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.node import GraphNode
@@ -48,6 +50,8 @@ than the time after which the plant publishes a sample again."""
 
 STOP_NOTICE = 0.3
 """Time (s) from a request to stop until the motion may begin to slow down: how long a stop takes to be planned."""
+
+STOPS = "the motion stops as soon as the limits allow, which goal/status tells"
 
 NOTICE = 2
 """Samples from the current one to the first that may belong to a new motion: the next is already published."""
@@ -93,7 +97,9 @@ class GoalServer:
         self._stopping: ScheduledPath | None = None
         """The motion that is to stop, while that is being planned."""
         self._notice = STOP_NOTICE
-        self._cancelled = False
+        self._cancelled = self._pauses = self._paused = False
+        self._rest: ResumedSegment | None = None
+        """What is left of the motion that pauses, or is to."""
         self._payload = self._planned_payload = 0.0
         self._status = node.advertise(GOAL_STATUS)
         self._shown = ShownMotions(node)
@@ -105,7 +111,8 @@ class GoalServer:
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
         node.listen(GOAL_POSE, self._on_pose, awaited=False)
         node.listen(GOAL_TRAJECTORY, self._on_trajectory, awaited=False)
-        node.create_service(Trigger, "~/cancel", self._on_cancel)
+        for name, ask in (("cancel", self._cancel), ("pause", self._pause), ("resume", self._resume)):
+            node.create_service(Trigger, f"~/{name}", partial(_answered, ask))
         listen_to_payload(node, self._carry)
 
     def restart(self, queue: MotionQueue) -> None:
@@ -113,7 +120,7 @@ class GoalServer:
         self._planning.forget()
         self._queue = queue
         self._sample, self._goal, self._arrival = -1, None, None
-        self._stopping, self._cancelled = None, False
+        self._settle()
 
     def prepared(self) -> bool:
         """Return whether a request would be planned at once, as far as that matters."""
@@ -139,31 +146,89 @@ class GoalServer:
         elif self._arrival is None:
             self._take_answer(self._goal)
         elif sample >= self._arrival:
-            self._end("cancelled" if self._cancelled else "arrived")
+            self._rest_here()
         elif self._stopping is not None:
             self._take_stop(self._stopping)
 
-    def _on_cancel(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Stop the motion under way as soon as that is possible within the limits, or drop the one being planned."""
-        response.success, response.message = self._cancel()
-        return response
+    def _rest_here(self) -> None:
+        """Report that the motion has come to rest: at its end, or where it was to stop."""
+        if self._rest is None:
+            self._end("cancelled" if self._cancelled else "arrived")
+        elif not self._paused:
+            self._paused = True
+            self._report("paused", self._target, self._id)
 
     def _cancel(self) -> tuple[bool, str]:
-        if not self._open:
-            return False, f"motions are not cancelled: that needs controller {' or '.join(GOAL_CONTROLLERS)}"
-        if self._held:
-            return False, "a fault holds the robot where it stands"
+        """Stop the motion under way as soon as that is possible within the limits, or drop the one being planned."""
+        refused = self._unable("cancelled")
+        if refused:
+            return False, refused
         if self._goal is not None and self._arrival is None:
             self._planning.forget()
             self._end("cancelled", "before it began")
             return True, "the motion that was being planned is dropped"
+        if self._paused:
+            self._end("cancelled")
+            return True, "the motion that has paused is dropped"
+        if self._rest is not None or self._stopping is not None:
+            # it slows down already, or is about to
+            self._pauses, self._cancelled, self._rest = False, self._rest is not None, None
+            return True, STOPS
+        return self._slow_down(pauses=False)
+
+    def _pause(self) -> tuple[bool, str]:
+        """Stop the motion under way as soon as that is possible within the limits, and keep what is left of it."""
+        refused = self._unable("paused")
+        if refused:
+            return False, refused
+        if self._rest is not None:
+            return True, "the motion has paused" if self._paused else STOPS
+        if self._cancelled or (self._stopping is not None and not self._pauses):
+            return False, "the motion is being cancelled"
+        return self._slow_down(pauses=True)
+
+    def _resume(self) -> tuple[bool, str]:
+        """Go on with what is left of the motion that has paused."""
+        refused = self._unable("resumed")
+        if refused:
+            return False, refused
+        if not self._paused or self._rest is None:
+            slows = self._rest is not None or (self._stopping is not None and self._pauses)
+            return False, "the motion is still slowing down" if slows else "no motion has paused"
+        left, first = self._rest, self._sample + NOTICE
+        self._queue.reserve()
+        self._queue.begin(first, left.as_path())
+        self._arrival = self._queue.resting_from()
+        self._settle()
+        timing = {"first_sample": first, "last_sample": self._arrival}
+        self._report("resumed", self._target, self._id, **timing, path_time_s=left.begin, rising_s=left.rising)
+        return True, "the motion goes on"
+
+    def _unable(self, done: str) -> str:
+        """Return why no motion can be `done`, "" where it can."""
+        if not self._open:
+            return f"motions are not {done}: that needs controller {' or '.join(GOAL_CONTROLLERS)}"
+        return "a fault holds the robot where it stands" if self._held else ""
+
+    def _slow_down(self, pauses: bool) -> tuple[bool, str]:
         motion = self._queue.under_way(self._sample + NOTICE)
         if self._sample < 0 or motion is None or isinstance(motion.path, StandingStill):
             return False, "no motion is under way"
         if self._stopping is None and not self._cancelled:
-            self._notice = STOP_NOTICE
+            self._notice, self._pauses = STOP_NOTICE, pauses
             self._ask_to_stop(motion)
-        return True, "the motion stops as soon as the limits allow, which goal/status tells"
+        return True, STOPS
+
+    def _settle(self) -> None:
+        """Forget that the motion was to stop."""
+        self._stopping = self._rest = None
+        self._cancelled = self._pauses = self._paused = False
+
+    @property
+    def _target(self) -> list[float]:
+        """Where the motion goes (m)."""
+        assert self._goal is not None
+        return [self._goal.x, self._goal.y]
 
     def _ask_to_stop(self, motion: ScheduledPath) -> None:
         assert isinstance(motion.path, Path)
@@ -173,9 +238,8 @@ class GoalServer:
             self._goal, self._id, self._arrival = Goal(rest.x, rest.y), "", self._queue.resting_from()
         self._stopping = motion
         earliest = self._sample + round(self._notice * self._rate_hz) - motion.first
-        order = StopRequest(
-            motion.path.segments, self._queue.working_mode, earliest / self._rate_hz, self._planned_payload
-        )
+        segments, mode = motion.path.segments, self._queue.working_mode
+        order = StopRequest(segments, mode, earliest / self._rate_hz, self._planned_payload, self._pauses)
         self._planning.ask(order)
 
     def _take_stop(self, motion: ScheduledPath) -> None:
@@ -184,20 +248,22 @@ class GoalServer:
         if planned is None:
             return
         self._stopping = None
-        stop = planned.stop
-        if stop is not None and motion.first + stop.begin * self._rate_hz < self._sample + NOTICE:
+        found = planned.stop
+        if found is not None and motion.first + found.stop.begin * self._rate_hz < self._sample + NOTICE:
             self._notice *= 2.0
             self._ask_to_stop(motion)
             return
-        assert self._goal is not None
-        goal = [self._goal.x, self._goal.y]
-        if stop is None:
-            self._report("moving", goal, self._id, last_sample=self._arrival, reason=one_line(planned.refused))
+        if found is None:
+            reason = one_line(planned.refused)
+            self._pauses = False
+            self._report("moving", self._target, self._id, last_sample=self._arrival, reason=reason)
             return
-        self._queue.stop(stop.as_path())
-        self._arrival, self._cancelled = self._queue.resting_from(), True
-        first = motion.first + round(stop.begin * self._rate_hz)
-        self._report("stopping", goal, self._id, first_sample=first, last_sample=self._arrival)
+        self._queue.stop(found.stop.as_path())
+        self._arrival = self._queue.resting_from()
+        self._rest, self._cancelled = (found.resumed, False) if self._pauses else (None, True)
+        first = motion.first + round(found.stop.begin * self._rate_hz)
+        state = "pausing" if self._pauses else "stopping"
+        self._report(state, self._target, self._id, first_sample=first, last_sample=self._arrival)
 
     def _carry(self, payload: float) -> None:
         self._payload = payload
@@ -235,6 +301,8 @@ class GoalServer:
                 raise GoalRefused("the run has not begun")
             if self._held:
                 raise GoalRefused("a fault holds the robot where it stands: reset it first")
+            if self._rest is not None:
+                raise GoalRefused("the motion has paused: expected resume or cancel first")
             goal = self._ask_for(wanted)
             self._planned_payload = self._payload
         except GoalRefused as refusal:
@@ -295,16 +363,21 @@ class GoalServer:
         }
 
     def _end(self, state: str, reason: str = "") -> None:
-        assert self._goal is not None
-        goal, self._goal, self._arrival = self._goal, None, None
+        target, self._goal, self._arrival = self._target, None, None
         if self._stopping is not None:
             self._planning.forget()
-        self._stopping, self._cancelled = None, False
+        self._settle()
         self._queue.cancel()
-        self._report(state, [goal.x, goal.y], self._id, **({"reason": reason} if reason else {}))
+        self._report(state, target, self._id, **({"reason": reason} if reason else {}))
 
     def _report(self, state: str, goal: list[float], request_id: str, **more: Any) -> None:
         content = {"state": state, "goal": [value if abs(value) < 1e6 else None for value in goal], **more}
         if request_id:
             content["id"] = request_id
         self._status.publish(String(data=json.dumps(content)))
+
+
+def _answered(ask: Callable[[], tuple[bool, str]], request: Trigger.Request, response: Trigger.Response) -> Any:
+    """Answer a trigger with what was done, or why nothing was."""
+    response.success, response.message = ask()
+    return response

@@ -214,7 +214,7 @@ def plan_motion(
     zone_time = rule.lasts(rate_hz)
     crossings: list[Crossing] = []
     for index, (segment, (mode1, mode2)) in enumerate(zip(segments, modes[: len(segments)], strict=True)):
-        if isinstance(segment, JointSegment):
+        if not isinstance(segment, Segment | RoundedSegment):
             continue
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
             _refuse_unreachable(segment, index + 1, leg, leg_number)

@@ -120,7 +120,7 @@ def completed(
         for axis in (0, 1)
     ]
     return tuple(
-        Knot(time, *place, rate_one, rate_two, bend_one, bend_two)
+        Knot(time, place[0], place[1], rate_one, rate_two, bend_one, bend_two)
         for time, place, (rate_one, bend_one), (rate_two, bend_two) in zip(times, positions, *columns, strict=True)
     )
 

@@ -23,7 +23,7 @@ CONDITIONS = Conditions("dextar", 500, 2.0, 15.0)
 
 def stop_from(earliest: float) -> StoppedSegment | str:
     planned = plan_once(CONDITIONS, StopRequest(PATH.segments, (1, -1), earliest))
-    return planned.refused if planned.stop is None else planned.stop
+    return planned.refused if planned.stop is None else planned.stop.stop
 
 
 def test_a_motion_stops_at_once_where_it_can() -> None:
@@ -51,6 +51,30 @@ def test_a_stop_near_the_locus_is_put_off(earliest: float) -> None:
         place = stop.at(stop.begin + stop.slowing * number / 19)
         kappa = inverse_condition(state_from_platform(load_robot("dextar"), 1, -1, place.x, place.y, 0.0, 0.0))
         assert kappa >= MotionLimits().rest
+
+
+@pytest.mark.parametrize("earliest", [0.15, 0.36, 0.55])
+def test_a_pause_goes_on_along_the_same_path(earliest: float) -> None:
+    """Where it could not gather speed before the locus it is put off until the platform is past it."""
+    request = StopRequest(PATH.segments, (1, -1), earliest, pauses=True)
+    found = plan_once(CONDITIONS, request).stop
+    assert found is not None
+    assert found.resumed is not None
+    stop, resumed = found
+    here, there = stop.at(stop.duration), resumed.at(0.0)
+    assert (here.x, here.y) == pytest.approx((there.x, there.y), abs=1e-12)
+    assert (there.vx, there.vy, there.ax, there.ay) == (0.0, 0.0, 0.0, 0.0)
+    assert resumed.at(resumed.duration) == pytest.approx(PATH.at(1.0), abs=1e-12)
+    # at the locus it is as quick as planned, since only then it meets the dynamic criterion
+    for t in (resumed.rising, resumed.rising + 0.1, resumed.duration - 0.02):
+        assert resumed.at(t) == pytest.approx(PATH.at(resumed.begin + t - 0.5 * resumed.rising), abs=1e-12)
+    assert resumed.begin > 0.5 or resumed.begin + 0.5 * resumed.rising < 0.5
+    step = 1e-5
+    for share in (0.2, 0.5, 0.8):
+        t = share * resumed.rising
+        before, here, after = (resumed.at(t + shift) for shift in (-step, 0.0, step))
+        assert here.vy == pytest.approx((after.y - before.y) / (2.0 * step), abs=1e-6)
+        assert here.ay == pytest.approx((after.vy - before.vy) / (2.0 * step), abs=1e-2)
 
 
 def test_a_motion_that_ends_before_it_could_stop_goes_on() -> None:
