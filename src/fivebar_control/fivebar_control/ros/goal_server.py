@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -29,17 +30,19 @@ from fivebar_control.planning.timed_points import TimedPoints, end_of, read_poin
 from fivebar_control.ros.placed_frames import PlacedFrames
 from fivebar_control.ros.shown_motions import ShownMotions
 from fivebar_control.ros.trajectory_messages import points_of
+from fivebar_control.ros.transform_lookup import TransformLookup
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import QUINTIC
 from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment
-from fivebar_description.interface import BASE_FRAME, GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
+from fivebar_description.interface import GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.qos import qos_profile
+from fivebar_description.static_frames import Vector
 
 LONGEST_ID = 64
 """Largest number of characters of a request's id, which `goal/status` names."""
@@ -50,6 +53,9 @@ than the time after which the plant publishes a sample again."""
 
 STOP_NOTICE = 0.3
 """Time (s) from a request to stop until the motion may begin to slow down: how long a stop takes to be planned."""
+
+LOOKUP_TIME = 2.0
+"""Time (s) within which tf2 has to know the frame of a request: longer than static transforms take to be heard."""
 
 STOPS = "the motion stops as soon as the limits allow, which goal/status tells"
 
@@ -104,7 +110,10 @@ class GoalServer:
         self._status = node.advertise(GOAL_STATUS)
         self._shown = ShownMotions(node)
         self._frames = PlacedFrames(node, scenario.robot)
-        self._base = node.frame(BASE_FRAME)
+        self._lookup = TransformLookup(node)
+        self._looked_up: PoseStamped | None = None
+        """A request in a frame that is being looked up."""
+        self._look_until = 0.0
         self._robot = scenario.five_bar()
         self._angles = (math.nan, math.nan)
         # not required for readiness: a run needs no requests
@@ -139,6 +148,8 @@ class GoalServer:
             angles: of the motors as measured (rad).
         """
         self._sample, self._held, self._angles = sample, held, angles
+        if self._looked_up is not None:
+            self._look_up(self._looked_up)
         if self._goal is None:
             return
         if held:
@@ -278,17 +289,42 @@ class GoalServer:
 
     def _on_pose(self, message: PoseStamped) -> None:
         """Take a request by the place alone; the platform has no direction, so that of the pose says nothing."""
-        position = message.pose.position
+        if self._frames.knows(message.header.frame_id):
+            self._take_place(message, message.header.frame_id, _place_of(message))
+        elif self._lookup.begin():
+            self._looked_up = message
+            self._look_until = time.monotonic() + LOOKUP_TIME
+        else:
+            self._refuse_frame(message, "tf2_ros, which finds others, is not installed")
 
+    def _take_place(self, message: PoseStamped, frame: str, place: Vector) -> None:
         def read() -> Goal:
-            x, y = self._frames.in_plane(message.header.frame_id, (position.x, position.y, position.z))
-            return read_goal(("x", "y"), (x, y))
+            return read_goal(("x", "y"), self._frames.in_plane(frame, place))
 
-        self._take(read, [position.x, position.y], "")
+        self._take(read, list(_place_of(message)[:2]), "")
+
+    def _look_up(self, message: PoseStamped) -> None:
+        """Take a request in a frame of others once tf2 knows it, or refuse it after some time."""
+        frame = message.header.frame_id.removeprefix("/")
+        place = self._lookup.found(self._frames.base, frame, _place_of(message))
+        if place is None and time.monotonic() < self._look_until:
+            return
+        self._looked_up = None
+        self._lookup.end()
+        if place is None:
+            self._refuse_frame(message, f"tf2 knows no transform to {self._frames.base}")
+        else:
+            self._take_place(message, self._frames.base, place)
+
+    def _refuse_frame(self, message: PoseStamped, reason: str) -> None:
+        def read() -> Goal:
+            raise self._frames.unknown(message.header.frame_id, reason)
+
+        self._take(read, list(_place_of(message)[:2]), "")
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
         """Take a request for a motion through points at given times."""
-        self._take(lambda: read_points(*points_of(message, self._base)), [], "")
+        self._take(lambda: read_points(*points_of(message, self._frames.base)), [], "")
 
     def _take(self, read: Callable[[], Goal | TimedPoints], asked: list[float], request_id: str) -> None:
         """Hand a request to the planner, or say why it is refused."""
@@ -375,6 +411,11 @@ class GoalServer:
         if request_id:
             content["id"] = request_id
         self._status.publish(String(data=json.dumps(content)))
+
+
+def _place_of(message: PoseStamped) -> Vector:
+    position = message.pose.position
+    return position.x, position.y, position.z
 
 
 def _answered(ask: Callable[[], tuple[bool, str]], request: Trigger.Request, response: Trigger.Response) -> Any:

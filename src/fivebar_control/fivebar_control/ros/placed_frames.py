@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 from fivebar_control.planning.motion_queue import GoalRefused
-from fivebar_description.interface import frame_prefix
+from fivebar_description.interface import BASE_FRAME, frame_prefix
 from fivebar_description.outside_text import one_line
 from fivebar_description.robot_description import robot_description
 from fivebar_description.robot_file import read_robot
@@ -30,20 +30,30 @@ class PlacedFrames:
         urdf = robot_description(file.five_bar(), file.name, weighed=file.weighed())
         return {f"{self._prefix}{name}": placed for name, placed in static_frames(urdf).items()}
 
+    @property
+    def base(self) -> str:
+        """The frame of the base."""
+        return f"{self._prefix}{BASE_FRAME}"
+
+    def knows(self, frame: str) -> bool:
+        """Return whether a frame is one of these."""
+        return frame.removeprefix("/") in self._frames
+
+    def unknown(self, frame: str, reason: str) -> GoalRefused:
+        """Return the refusal of a frame that is none of these."""
+        known = ", ".join(self._frames)
+        return GoalRefused(f"frame {one_line(frame)!r}: expected one that is fixed to the base: {known}; {reason}")
+
     def in_plane(self, frame: str, point: Vector) -> tuple[float, float]:
-        """Return a point (m) in a frame as a place (m) in the robot's plane.
+        """Return a point (m) in one of these frames as a place (m) in the robot's plane.
 
         Raises:
-            GoalRefused: the frame is none of these, or the point is not in the plane.
+            GoalRefused: the point is not in the plane.
         """
-        name = frame.removeprefix("/")
-        if name not in self._frames:
-            known = ", ".join(self._frames)
-            raise GoalRefused(f"frame {one_line(frame)!r}: expected one that is fixed to the base: {known}")
-        x, y, z = self._frames[name].to_base(point)
+        x, y, z = self._frames[frame.removeprefix("/")].to_base(point)
         if abs(z) > OFF_PLANE:
             raise GoalRefused(
-                f"({x:.4f}, {y:.4f}, {z:.4f}) m in {self._prefix}base_link: expected a place in the robot's plane,"
+                f"({x:.4f}, {y:.4f}, {z:.4f}) m in {self.base}: expected a place in the robot's plane,"
                 f" z at most {OFF_PLANE:g} m from 0"
             )
         return x, y
