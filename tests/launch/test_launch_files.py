@@ -26,6 +26,7 @@ import yaml
 from doc_blocks import blocks, command_lines
 from fivebar_command import LONG, RUN_DEADLINE, CommandCall
 from graph_probe import DDS_VARIABLES, RATE_HZ, ChildProcess, Probe, clean_environment
+from sensor_msgs.msg import JointState
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.recorded.bag.reader import read_bag
@@ -35,6 +36,8 @@ from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_description.interface import (
     CELL_CLOCK,
+    GOAL,
+    GOAL_STATUS,
     NANOSECONDS,
     RUN_STATUS,
     STATE_QOS,
@@ -63,6 +66,12 @@ SHORT = {
 }
 
 PAGE = Path(__file__).parents[2] / "docs" / "ros.md"
+
+
+def installed(package: str) -> bool:
+    """Whether a package of ROS is installed, as launch files find it."""
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    return any(Path(one, "share", "ament_index", "resource_index", "packages", package).is_file() for one in prefixes)
 
 
 def dds_variables() -> dict[str, str]:
@@ -238,7 +247,7 @@ def test_drives_on_a_bus_wait_for_the_operator(launch: Launch) -> None:
     call.expect_no_process(0.0)
 
 
-@pytest.mark.skipif(shutil.which("ros2") is None, reason="robot_state_publisher comes with a ROS 2 installation")
+@pytest.mark.skipif(not installed("robot_state_publisher"), reason="robot_state_publisher is not installed")
 def test_the_view_publishes_the_described_robot(tmp_path: Path, domain: int) -> None:
     probe = Probe(domain)
     description = Topic("robot_description", "std_msgs/msg/String", STATE_QOS)
@@ -326,6 +335,93 @@ def test_two_robots_share_a_cell(tmp_path: Path, domain: int) -> None:
 
 def stamp_of_clock(message: Any) -> int:
     return int(message.clock.sec) * NANOSECONDS + int(message.clock.nanosec)
+
+
+@pytest.mark.skipif(shutil.which("ros2") is None, reason="ros2cli comes with a ROS 2 installation")
+def test_goals_are_sent_and_followed_from_the_command_line(tmp_path: Path, domain: int) -> None:
+    """The commands of docs/ros.md: poses and trajectories are driven to, a motion pauses, goes on and is cancelled."""
+    (command,) = command_lines(PAGE, "ros2 launch fivebar_bringup control.launch.py")
+    poses, trajectories = (command_lines(PAGE, f"ros2 topic pub --once /{name}") for name in ("goal_pose", "goal_traj"))
+    echoes = command_lines(PAGE, "ros2 topic echo --once --field message")
+    calls = {line.split("/")[2].split()[0]: line for line in command_lines(PAGE, "ros2 service call")}
+    probe = Probe(domain)
+    probe.listen(GOAL_STATUS, RUN_STATUS)
+    probe.advertise(GOAL)
+    call = LaunchCall(tmp_path / "goals", domain, "control", *shlex.split(command)[4:], **dds_variables())
+
+    def told() -> list[str]:
+        return [json.loads(status.data)["state"] for status in probe.received[GOAL_STATUS.name]]
+
+    def wait_for(state: str) -> None:
+        probe.wait_for(
+            lambda: call.status is not None or told()[-1:] == [state], f"{state}, told: {told()}", deadline=RUN_DEADLINE
+        )
+        assert call.status is None, call.output
+
+    def rests() -> bool:
+        return any(json.loads(one.data)["state"] == "completed" for one in probe.received[RUN_STATUS.name])
+
+    try:
+        probe.wait_for(lambda: call.status is not None or rests(), "the end of the crossing", deadline=RUN_DEADLINE)
+        for (line,) in (poses, trajectories):
+            call.ask(line)
+            wait_for("arrived")
+            assert told()[-3:] == ["planning", "moving", "arrived"]
+            assert call.ask(echoes[0]).splitlines()[0] == "arrived"
+        probe.publish(GOAL, JointState(name=["x", "y", "duration"], position=[0.0, 0.01, 80.0]))
+        for name, state in (("pause", "paused"), ("resume", "resumed"), ("cancel", "cancelled")):
+            wait_for({"pause": "moving", "resume": "paused", "cancel": "resumed"}[name])
+            assert "success=True" in call.ask(calls[name])
+            wait_for(state)
+        call.ask("ros2 daemon stop")
+        call.send(signal.SIGINT)
+        call.finish()
+        call.expect_no_process(RUN_DEADLINE)
+    finally:
+        call.close()
+        probe.close()
+
+
+def test_emulated_robots_share_a_cell(tmp_path: Path, domain: int) -> None:
+    """The second command of docs/ros.md, without RViz where that is not installed: both robots are powered and move."""
+    (_, command) = command_lines(PAGE, "ros2 launch fivebar_bringup cell.launch.py")
+    arguments = shlex.split(command)[4:]
+    if not installed("rviz2"):
+        arguments.remove("rviz:=true")
+    probes = [Probe(domain, robot) for robot in ("left", "right")]
+    for probe in probes:
+        probe.listen(RUN_STATUS)
+    call = LaunchCall(tmp_path / "cell", domain, "cell", *arguments, **dds_variables())
+    try:
+        for probe in probes:
+            probe.wait_for(
+                lambda probe=probe: (
+                    call.status is not None
+                    or any(json.loads(one.data)["sample"] > 100 for one in probe.received[RUN_STATUS.name])
+                ),
+                "a robot that moves",
+                deadline=RUN_DEADLINE,
+            )
+            assert call.status is None, call.output
+        call.send(signal.SIGINT)
+        call.finish()
+        call.expect_no_process(RUN_DEADLINE)
+    finally:
+        call.close()
+        for probe in probes:
+            probe.close()
+
+
+@pytest.mark.skipif(installed("rviz2"), reason="rviz2 is installed")
+@pytest.mark.parametrize("name", ["view", "control", "cell"])
+def test_without_rviz_its_windows_are_refused_in_one_line(tmp_path: Path, domain: int, name: str) -> None:
+    call = LaunchCall(tmp_path / "rviz", domain, name, "rviz:=true")
+    try:
+        assert call.finish() != 0
+        (line,) = [line for line in call.output.splitlines() if "rviz2" in line]
+        assert line.endswith("expected installed packages of ROS")
+    finally:
+        call.close()
 
 
 @pytest.mark.parametrize(

@@ -77,6 +77,7 @@ ELSEWHERE = {
     "unit/bringup/recorded/test_bag.py": ("fivebar_description.topic_contents",),
     "unit/bringup/studies/test_bench.py": ("fivebar_bringup.nodes.bare_chain",),
     "launch/test_launch_files.py": (
+        "fivebar_bringup.ros.installed_packages",
         "fivebar_bringup.ros.launch_arguments",
         "fivebar_bringup.ros.launch_scope",
         "fivebar_bringup.ros.launched_nodes",
@@ -130,6 +131,7 @@ ELSEWHERE = {
         "fivebar_control.ros.placed_frames",
         "fivebar_control.ros.shown_motions",
         "fivebar_control.ros.trajectory_messages",
+        "fivebar_control.ros.transform_lookup",
     ),
     "ros/test_motkin_bridge.py": ("fivebar_control.ros.inner_loop_targets",),
     "ros/test_answers.py": (

@@ -17,6 +17,7 @@ from launch_ros.actions import Node
 
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import RECORDER, Mode
+from fivebar_bringup.ros.installed_packages import refuse_missing
 from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import namespace_within, parameters_for_all
 from fivebar_bringup.ros.launched_nodes import launched_nodes
@@ -41,6 +42,8 @@ def start_cell(context):
     robots, mode, hardware, record, activate, stay, rviz, spacing = (
         LaunchConfiguration(name).perform(context) for name in words
     )
+    if rviz == YES:
+        refuse_missing("rviz:=true", "robot_state_publisher", "rviz2", "tf2_ros")
     scenarios = read_robots(robots)
     actions, recorders = [], {}
     for robot, scenario in scenarios.items():

@@ -14,6 +14,7 @@ from launch.substitutions import LaunchConfiguration
 
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.ros.installed_packages import refuse_missing
 from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import parameters_for_all
 from fivebar_bringup.ros.launched_nodes import launched_nodes
@@ -31,6 +32,8 @@ def start_nodes(context):
     namespace, clock, rviz = (
         LaunchConfiguration(name).perform(context) for name in ("namespace", "use_sim_time", "rviz")
     )
+    if rviz == YES:
+        refuse_missing("rviz:=true", "robot_state_publisher", "rviz2")
     request = ControlRequest(**words, **switches, parameters=parameters_for_all(context))
     own = {"use_sim_time": True} if clock == YES else {}
     actions = launched_nodes(described_processes(request), namespace, own, request.shutdown)

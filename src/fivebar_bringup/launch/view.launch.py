@@ -15,8 +15,9 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from fivebar_bringup.ros.installed_packages import refuse_missing
 from fivebar_bringup.ros.launch_scope import namespace_within
-from fivebar_bringup.runs.launching import described_by_command, rviz_configuration
+from fivebar_bringup.runs.launching import YES, described_by_command, rviz_configuration
 from fivebar_description.interface import frame_prefix
 
 
@@ -25,6 +26,8 @@ def start_view(context):
     robot, scenario, namespace = (
         LaunchConfiguration(name).perform(context) for name in ("robot", "scenario", "namespace")
     )
+    shown = ["rviz2"] if LaunchConfiguration("rviz").perform(context) == YES else []
+    refuse_missing("view.launch.py", "robot_state_publisher", *shown)
     within = namespace_within(context, namespace)
     clock = {"use_sim_time": ParameterValue(LaunchConfiguration("use_sim_time"), value_type=bool)}
     # the simulated time of a robot in a namespace is its own
