@@ -78,6 +78,7 @@ GOAL_STATUS_FIELDS = {
     "time_law": Field(is_text, "a name"),
     "payload_kg": Field(is_number, "a mass in kg"),
     "knots": Field(list_of(list_of(is_number, 7)), "times, coordinates and their derivatives"),
+    "slowing_s": Field(is_number, "a time in s"),
     "path_time_s": Field(is_number, "a time in s"),
     "rising_s": Field(is_number, "a time in s"),
     "assembly_mode": Field(is_number, "-1, 0 or 1"),

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.plan_along import plan_along
-from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import QUINTIC, Crossing, Plan, plan_motion
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_control.trajectory.spline import Knot, SplineSegment
+from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
 from fivebar_description.interface import GOAL_STATUS, JOINT_STATES, PROGRAM_STATUS
 from fivebar_description.parameters import laden
 from fivebar_description.status_texts import read_goal_status
@@ -20,8 +21,8 @@ from fivebar_description.status_texts import read_goal_status
 MOVES = {"first_sample", "waypoints", "durations_s"}
 """Fields without which a status does not say how the robot moved."""
 
-CHANGES = ("stopping", "pausing", "resumed")
-"""States of a motion under way that is changed."""
+STOPS, RESUMED = ("stopping", "pausing"), "resumed"
+"""States of a motion under way that is to stop, and of one that goes on."""
 
 
 def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
@@ -37,40 +38,54 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
         return plan
     try:
         statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False) if asked else []
-        moved = [status for status in statuses if status["state"] in CHANGES or status.keys() >= MOVES]
-        segments: list[AnySegment] = list(plan.path.segments)
-        crossings = list(plan.crossings)
-        ahead: list[Crossing] = []
-        motion_begin = 0.0
-        for status in moved:
-            begin = status["first_sample"] / scenario.rate_hz
-            if status["state"] == "resumed":
-                # from the beginning that the motion would have had without its rest
-                late = begin + 0.5 * status["rising_s"] - status["path_time_s"] - motion_begin
-                crossings += [crossing._replace(time=crossing.time + late) for crossing in ahead]
-                motion_begin = begin
-                continue
-            if status["state"] in CHANGES:
-                # it does not stop near the locus: what is still ahead is not crossed, or later
-                ahead = [crossing for crossing in crossings if crossing.time >= begin]
-                crossings = [crossing for crossing in crossings if crossing.time < begin]
-                continue
-            motion_begin = begin
-            motion = _requested(scenario, plan, status)
-            crossings += [
-                crossing._replace(segment=crossing.segment + len(segments), time=crossing.time + begin)
-                for crossing in motion.crossings
-            ]
-            segments += [
-                segment._replace(start_time=segment.start_time + begin)
-                for segment in motion.path.segments
-                if not isinstance(segment, JointSegment)
-            ]
+        moved = [status for status in statuses if status["state"] in (*STOPS, RESUMED) or status.keys() >= MOVES]
+        motions = _motions(scenario, plan, moved)
     except (ValueError, KeyError, TypeError) as error:
         raise BagError(recording.path, f"/{GOAL_STATUS.name}: is not the status of a request: {error}") from error
     numbers = recording.samples(JOINT_STATES, scenario.rate_hz)
     last = int(numbers.max()) / scenario.rate_hz if numbers.size else 0.0
+    segments: list[AnySegment] = []
+    crossings: list[Crossing] = []
+    for motion in motions:
+        crossings += [
+            one._replace(segment=one.segment + len(segments), time=one.time + motion.begin) for one in motion.crossings
+        ]
+        segments += [one._replace(start_time=one.start_time + motion.begin) for one in motion.segments]
     return plan._replace(path=Path(segments, last), crossings=tuple(crossings))
+
+
+class _Motion(NamedTuple):
+    """A motion that begins at a time (s); its segments and crossings count from there."""
+
+    begin: float
+    segments: tuple[AnySegment, ...]
+    crossings: tuple[Crossing, ...]
+
+
+def _motions(scenario: Scenario, plan: Plan, statuses: Sequence[dict[str, Any]]) -> list[_Motion]:
+    """Return the motion of a run, and those that its statuses tell of, as far as they were followed."""
+    motions = [_Motion(0.0, plan.path.segments, plan.crossings)]
+    whole = motions[0]
+    for status in statuses:
+        begin = status["first_sample"] / scenario.rate_hz
+        if status["state"] in STOPS:
+            # it does not stop near the locus: what is still ahead is not crossed, or later
+            whole, at = motions[-1], begin - motions[-1].begin
+            slowing = status.get("slowing_s", status["last_sample"] / scenario.rate_hz - begin)
+            stopped = StoppedSegment(Path(whole.segments), at, slowing)
+            crossed = tuple(one._replace(segment=0) for one in whole.crossings if one.time < at)
+            motions[-1] = _Motion(whole.begin, stopped.as_path().segments, crossed)
+        elif status["state"] == RESUMED:
+            since, rising = status["path_time_s"], status["rising_s"]
+            late = 0.5 * rising - since
+            ahead = tuple(one._replace(segment=0, time=one.time + late) for one in whole.crossings if one.time >= since)
+            motions.append(
+                _Motion(begin, ResumedSegment(Path(whole.segments), since, rising).as_path().segments, ahead)
+            )
+        else:
+            asked = _requested(scenario, plan, status)
+            motions.append(_Motion(begin, asked.path.segments, asked.crossings))
+    return motions
 
 
 def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any]) -> Plan:

@@ -274,7 +274,8 @@ class GoalServer:
         self._rest, self._cancelled = (found.resumed, False) if self._pauses else (None, True)
         first = motion.first + round(found.stop.begin * self._rate_hz)
         state = "pausing" if self._pauses else "stopping"
-        self._report(state, self._target, self._id, first_sample=first, last_sample=self._arrival)
+        timing = {"first_sample": first, "last_sample": self._arrival, "slowing_s": found.stop.slowing}
+        self._report(state, self._target, self._id, **timing)
 
     def _carry(self, payload: float) -> None:
         self._payload = payload

@@ -146,7 +146,10 @@ def _column(
     weights = np.tile([1.0, 1.0 / scale], count)
     largest = np.abs(matrix * weights).max(axis=1)
     solved = np.linalg.solve(matrix * weights / largest[:, None], right / largest) * weights
-    return [(float(one), float(two)) for one, two in solved.reshape(count, 2)]
+    return [
+        (float(found[0]) if rate is None else rate, float(found[1]) if bend is None else bend)
+        for found, rate, bend in zip(solved.reshape(count, 2), rates, bends, strict=True)
+    ]
 
 
 def _derivative(order: int, h: float, gap: float, at_end: bool) -> tuple[FloatArray, float]:

@@ -42,7 +42,7 @@ def test_given_speeds_are_kept_and_the_jerk_does_not_step(dextar: FiveBar) -> No
     knots = completed(TIMES, PLACES, rates, [REST, *[None] * 4, REST])
     assert [knot[3:5] for knot in knots] == rates
     segment = SplineSegment(knots, dextar, 0)
-    step = 1e-6
+    step = 1e-8
     for knot in knots[1:-1]:
         before, at, after = (np.array(segment.at(knot.time + shift))[4:] for shift in (-step, 0.0, step))
         np.testing.assert_allclose((after - at) / step, (at - before) / step, rtol=1e-2, atol=1.0)
