@@ -129,6 +129,8 @@ class GoalServer:
         self._planning.forget()
         self._queue = queue
         self._sample, self._goal, self._arrival = -1, None, None
+        self._looked_up = None
+        self._lookup.end()
         self._settle()
 
     def prepared(self) -> bool:
@@ -211,6 +213,8 @@ class GoalServer:
         self._queue.begin(first, left.as_path())
         self._arrival = self._queue.resting_from()
         self._settle()
+        target = (self._target[0], self._target[1])
+        self._shown.show_goal(left.as_path(), self._rate_hz, self._stamp(first), target)
         timing = {"first_sample": first, "last_sample": self._arrival}
         self._report("resumed", self._target, self._id, **timing, path_time_s=left.begin, rising_s=left.rising)
         return True, "the motion goes on"
