@@ -19,6 +19,9 @@ from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.suggestion import expected_one_of
 
+OF_CONTROLLER = "controller"
+"""In place of one of `SUPERVISIONS`: the controller's own."""
+
 CONDITION, SIGMOID, ESTIMATE = SUPERVISIONS = ("condition", "sigmoid", "estimate")
 """Blending by 1/cond(A) in the planned zones (4.1.2, supervision by performance), by a sigmoid in time around each
 planned crossing (figure 1.10, prerouted), or in zones as wide as the estimated state's speed makes them."""

@@ -25,6 +25,7 @@ from fivebar_control.laws.law import Law, TunedLaw
 from fivebar_control.laws.multi_model import ReducedCtcSettings
 from fivebar_control.laws.registry import (
     CONTROLLERS,
+    OF_CONTROLLER,
     Controller,
     TunedController,
     controller_problem,
@@ -496,7 +497,7 @@ class ControlScenario(StrictModel):
         """Return how the controller is put together."""
         found = unopened_controller(self.controller) if self._law_unopened else find_controller(self.controller)
         chosen = self.zone.supervision
-        return found if chosen is None or not found.blended else found._replace(weighting=chosen)
+        return found if chosen == OF_CONTROLLER or not found.blended else found._replace(weighting=chosen)
 
     @property
     def law_unopened(self) -> bool:

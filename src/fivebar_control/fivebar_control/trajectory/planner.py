@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Annotated, NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY
-from fivebar_control.laws.registry import SUPERVISIONS
+from fivebar_control.laws.registry import OF_CONTROLLER, SUPERVISIONS
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import (
@@ -79,14 +79,14 @@ class ZoneSettings(NamedTuple):
         float, Setting("Half width of the zones in 1/cond(A), for the fixed rule.", above=0.0, below=0.5)
     ] = 0.05
     supervision: Annotated[
-        str | None,
+        str,
         Setting(
             "What decides where the constraint law of a blended controller acts: 1/cond(A) in the planned zones,"
-            " a sigmoid in time around each planned crossing, or 1/cond(A) in zones as wide as the estimated state's"
-            " own speed makes them. By default that of the controller.",
-            choices=SUPERVISIONS,
+            " a sigmoid in time around each planned crossing, 1/cond(A) in zones as wide as the estimated state's"
+            " own speed makes them, or what the controller has of its own.",
+            choices=(OF_CONTROLLER, *SUPERVISIONS),
         ),
-    ] = None
+    ] = OF_CONTROLLER
 
     def as_rule(self) -> ZoneRule:
         """Return the rule for the planner."""
