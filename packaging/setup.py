@@ -9,7 +9,8 @@ from setuptools import setup
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGES = ("fivebar_description", "fivebar_control", "fivebar_sim", "fivebar_bringup")
 # setuptools does not put this folder on the path
-section = run_path(str(ROOT / "packaging" / "requirements.py"))["section"]
+requirements = run_path(str(ROOT / "packaging" / "requirements.py"))
+section, name_of = requirements["section"], requirements["name_of"]
 
 version = ElementTree.parse(ROOT / "src" / "fivebar_bringup" / "package.xml").findtext("version")
 setup(
@@ -22,7 +23,10 @@ setup(
     maintainer="fivebar maintainers",
     python_requires=">=3.11,<3.14",
     packages=[],
-    extras_require={"data": [one for one in section("tests") if one.startswith(("pandas", "pyarrow"))]},
+    extras_require={
+        extra: [one for one in section("tests") if name_of(one) in names]
+        for extra, names in {"data": ("pandas", "pyarrow"), "moteus": ("moteus",)}.items()
+    },
     install_requires=[
         *(f"{package}=={version}" for package in PACKAGES),
         *section("ROS 2"),

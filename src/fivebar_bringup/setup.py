@@ -68,6 +68,7 @@ setup(
         "fivebar.drives": [
             "canopen = fivebar_bringup.drives.kinds:CANOPEN_DRIVES",
             "motkin = fivebar_bringup.drives.kinds:MOTKIN_BOARD",
+            "moteus = fivebar_bringup.drives.kinds:MOTEUS_DRIVES",
             "odrive = fivebar_bringup.drives.kinds:ODRIVES",
             "ros2_control = fivebar_bringup.drives.kinds:CONTROLLED_JOINTS",
         ],

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from fivebar_description.known_drives import CANOPEN, NO_INTERFACE
@@ -38,6 +39,8 @@ class DriveKind(NamedTuple):
         beside: name of a node that runs beside the bridge, with the same configuration as its parameter `drives`; empty
             for none.
         on_topics: whether they are reached by topics, so that a run on real ones is in their DDS domain.
+        library: the vendor's module that the connection needs; empty for none.
+        installed_by: what `pip install` gets it by.
     """
 
     name: str
@@ -48,6 +51,8 @@ class DriveKind(NamedTuple):
     bridge: str = OWN_BRIDGE
     beside: str = ""
     on_topics: bool = False
+    library: str = ""
+    installed_by: str = ""
 
 
 def drive_kind(name: str) -> DriveKind:
@@ -66,6 +71,19 @@ def drive_kind(name: str) -> DriveKind:
         known = ", ".join(sorted(registered))
         raise InputError(f"interface of the drives: {name!r}: expected one of {known}, or my_package.my_drives:KIND")
     return _checked(name, load_part(registered[wanted]))
+
+
+def confirm_installed(kind: DriveKind) -> None:
+    """Confirm that there is what the connection to drives needs.
+
+    Raises:
+        InputError: it is not installed; the text says by what it gets there.
+    """
+    if kind.library and find_spec(kind.library) is None:
+        raise InputError(
+            f"interface of the drives: {kind.name!r}: needs the module {kind.library}, which is not installed:"
+            f" pip install '{kind.installed_by}'"
+        )
 
 
 def named_interface(content: object, source: str) -> str | None:

@@ -126,11 +126,10 @@ def run(
 
     Example: `fivebar run experiment.yaml --hardware external --drives joints.yaml --namespace fivebar`
     """
-    from fivebar_bringup.drives.choice import interface_of_run, real_drives
+    from fivebar_bringup.drives.choice import interface_of_run, kind_of, real_drives
     from fivebar_bringup.runs.admission import load_admitted
     from fivebar_bringup.runs.injection import read_injection, refuse_late
     from fivebar_bringup.runs.run import run_with_ros
-    from fivebar_description.drive_kinds import drive_kind
     from fivebar_description.ros.scheduling import Scheduling
 
     with input_errors(), keyboard_interrupts():
@@ -145,7 +144,7 @@ def run(
         if drives is not None and simulated:
             raise InputError("--drives: expected --hardware emulated, real, external, socketcan or usb")
         interface = None if simulated else interface_of_run(loaded, drives)
-        kind = None if interface is None else drive_kind(interface)
+        kind = None if interface is None else kind_of(loaded, drives)
         real = None if kind is None or emulated else real_drives(loaded, kind, hardware, drives, port)
         if real is None and port is not None:
             raise InputError("--port: expected together with --hardware usb or real, and only there")

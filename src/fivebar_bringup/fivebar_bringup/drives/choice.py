@@ -9,7 +9,7 @@ from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.drives.run_files import DriveFiles, RunFiles
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.connection import interface_of
-from fivebar_description.drive_kinds import DriveKind, drive_kind, load_part
+from fivebar_description.drive_kinds import DriveKind, confirm_installed, drive_kind, load_part
 from fivebar_description.errors import InputError
 from fivebar_description.known_drives import CANOPEN, MOTKIN, ROS2_CONTROL
 from fivebar_description.robot_file import read_robot
@@ -52,9 +52,11 @@ def kind_of(scenario: Scenario, configuration: str | None = None) -> DriveKind:
     """Return the interface of a run's drives.
 
     Raises:
-        InputError: there is no such file or interface, or it cannot be loaded.
+        InputError: there is no such file or interface, it cannot be loaded, or what it needs is not installed.
     """
-    return drive_kind(interface_of_run(scenario, configuration))
+    kind = drive_kind(interface_of_run(scenario, configuration))
+    confirm_installed(kind)
+    return kind
 
 
 def run_files_of(kind: DriveKind) -> RunFiles:

@@ -42,3 +42,14 @@ CONTROLLED_JOINTS = DriveKind(
     on_topics=True,
 )
 """Two joints under a controller manager of ros2_control."""
+
+MOTEUS_DRIVES = DriveKind(
+    "moteus",
+    connection="fivebar_control.hardware.moteus:CONNECTION",
+    emulation="fivebar_sim.motors.moteus:EMULATOR",
+    run_files="fivebar_bringup.drives.moteus_files:RUN_FILES",
+    faults="fivebar_control.hardware.moteus_faults:FAULTS",
+    library="moteus",
+    installed_by="fivebar[moteus]",
+)
+"""Two moteus drives on a CAN FD bus."""

@@ -16,12 +16,14 @@ from fivebar_description.network import can_problem
 WAKE_PERIOD = 0.1
 """Longest time (s) until the receiving thread notices that it should end."""
 
+LARGEST_11_BIT_ID = 0x7FF
+
 BUS_OFF_CLASS = 0x40
 """Bit of a socketcan error frame's id that says that the controller has gone off the bus."""
 
 
-def open_bus(bus: Bus) -> can.BusABC:
-    """Open the CAN interface that a configuration names.
+def open_bus(bus: Bus, fd: bool = False) -> can.BusABC:
+    """Open the CAN interface that a configuration names, for CAN FD or for classical CAN.
 
     Raises:
         DriveError: it cannot be opened.
@@ -29,9 +31,9 @@ def open_bus(bus: Bus) -> can.BusABC:
     options: dict[str, Any] = {"interface": bus.interface, "channel": bus.channel}
     if bus.interface == "udp_multicast":
         # hop limit 0 keeps the frames on this machine
-        options |= {"port": bus.port, "hop_limit": 0, "fd": False}
+        options |= {"port": bus.port, "hop_limit": 0, "fd": fd}
     elif bus.interface == "socketcan":
-        options |= {"bitrate": bus.bitrate}
+        options |= {"bitrate": bus.bitrate, **({"fd": True} if fd else {})}
     try:
         return can.Bus(**options)
     except (can.CanError, OSError, ValueError) as error:
@@ -41,25 +43,34 @@ def open_bus(bus: Bus) -> can.BusABC:
 class CanPort:
     """An open CAN interface. A thread of its own passes received frames on; others are counted."""
 
-    def __init__(self, bus: can.BusABC, handle: Callable[[int, bytes], None]) -> None:
-        """Start to receive; `handle` gets id and data of every data frame with an 11-bit id."""
+    def __init__(self, bus: can.BusABC, handle: Callable[[int, bytes], None], fd: bool = False) -> None:
+        """Start to receive; `handle` gets id and data of every data frame.
+
+        Of classical CAN these are the frames with an 11-bit id; with CAN FD all of them.
+        """
         self.bus = bus
         self._handle = handle
+        self._fd = fd
         self._ending = threading.Event()
         self.unreadable = 0
-        """Frames that were no data frames with an 11-bit id, that could not be decoded, or that broke their handler."""
+        """Frames of another kind than `handle` gets, that could not be decoded, or that broke their handler."""
         self.off = False
         """Whether the controller has reported bus off."""
         self._thread = threading.Thread(target=self._receive, name="can", daemon=True)
         self._thread.start()
 
     def send(self, can_id: int, data: bytes) -> None:
-        """Send a data frame.
+        """Send a data frame, whose length is one that CAN or CAN FD has.
 
         Raises:
             can.CanError, OSError: it cannot be sent.
         """
-        self.bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+        extended = can_id > LARGEST_11_BIT_ID
+        self.bus.send(
+            can.Message(
+                arbitration_id=can_id, data=data, is_extended_id=extended, is_fd=self._fd, bitrate_switch=self._fd
+            )
+        )
 
     def request(self, can_id: int) -> None:
         """Send a remote frame, which asks for a data frame of this id.
@@ -93,7 +104,7 @@ class CanPort:
         if message.is_error_frame:
             self.off = self.off or bool(message.arbitration_id & BUS_OFF_CLASS)
             self.unreadable += 1
-        elif message.is_extended_id or message.is_remote_frame or message.is_fd:
+        elif message.is_remote_frame or (not self._fd and (message.is_extended_id or message.is_fd)):
             self.unreadable += 1
         else:
             self._handle(message.arbitration_id, bytes(message.data))

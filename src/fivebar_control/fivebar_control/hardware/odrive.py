@@ -7,14 +7,11 @@ from __future__ import annotations
 
 import math
 import struct
-import threading
 import time
 from collections.abc import Mapping
 
-import can
-
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.can_port import CanPort, open_bus
+from fivebar_control.hardware.can_pair import CanPair, DriveOnBus, finite
 from fivebar_control.hardware.configuration import Bus
 from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.motors_file import MotorsFile
@@ -66,8 +63,6 @@ HEARTBEAT_TIMEOUT = 0.35
 ASK_PERIOD = 0.1
 """Shortest time (s) between two requests of the same axis state, and of why an axis was disarmed."""
 
-VERSION_TIMEOUT = 1.0
-
 FAULTS: Mapping[str, tuple[str, str]] = {
     "odrive_error": (
         "An axis is in error or was disarmed; the message names the vendor's errors.",
@@ -81,12 +76,11 @@ FAULTS: Mapping[str, tuple[str, str]] = {
 """Meaning and recovery of the faults."""
 
 
-class Axis:
+class Axis(DriveOnBus):
     """What is known of one drive."""
 
     def __init__(self, node: int, joint: str) -> None:
-        self.node = node
-        self.place = f"{joint} (node {node})"
+        super().__init__(node, joint, "node")
         self.version: tuple[int, int] | None = None
         self.state, self.errors, self.disarmed = 0, 0, 0
         self.heard = -math.inf
@@ -107,7 +101,7 @@ def error_names(errors: int) -> str:
     return ", ".join([*names, *([f"{unknown:#x}"] if unknown else [])])
 
 
-class ODrives:
+class ODrives(CanPair[Axis]):
     """Both drives on an open bus, in torque control."""
 
     def __init__(self, file: MotorsFile) -> None:
@@ -118,60 +112,52 @@ class ODrives:
         """
         bus = validate(dict(file.link), Bus, f"{file.name}: link")
         first, second = (Axis(motor.id, joint) for motor, joint in zip(file.pair, ACTIVE_JOINTS, strict=True))
-        self._axes = first, second
-        self._by_node = {axis.node: axis for axis in self._axes}
-        self._received = threading.Condition()
         self._power = False
         self._torques = (0.0, 0.0)
-        self._port = CanPort(open_bus(bus), self._take)
+        super().__init__(bus, (first, second))
         try:
             self._check_firmware()
-            for axis in self._axes:
-                self._send(axis, SET_CONTROLLER_MODE, struct.pack("<II", TORQUE_CONTROL, PASSTHROUGH))
+            for axis in self.drives:
+                self._command(axis, SET_CONTROLLER_MODE, struct.pack("<II", TORQUE_CONTROL, PASSTHROUGH))
         except DriveError:
-            self._port.close()
+            self.leave()
             raise
 
     def exchange(self, command: PairCommand, timeout: float) -> PairAnswer:
         """Send state and torque, and ask for the encoder estimates that they find."""
         now = time.monotonic()
-        for axis, torque in zip(self._axes, command.torques, strict=True):
-            axis.estimate = None
+        for axis, torque in zip(self.drives, command.torques, strict=True):
+            axis.estimate, axis.awaited = None, True
             self._ask_for_power(axis, command.power, now)
             # in any state, since it feeds the drive's watchdog
-            self._send(axis, SET_INPUT_TORQUE, struct.pack("<f", torque if command.power else 0.0))
+            self._command(axis, SET_INPUT_TORQUE, struct.pack("<f", torque if command.power else 0.0))
             self._request(axis, GET_ENCODER_ESTIMATES)
-        with self._received:
-            self._received.wait_for(lambda: all(axis.estimate is not None for axis in self._axes), timeout)
+        self.wait_for_both(lambda axis: not axis.awaited, timeout)
+        with self.received:
             first, second = (
-                self._reading(axis, torque) for axis, torque in zip(self._axes, self._torques, strict=True)
+                self._reading(axis, torque) for axis, torque in zip(self.drives, self._torques, strict=True)
             )
-            powered = all(axis.state == CLOSED_LOOP_CONTROL for axis in self._axes)
+            powered = all(axis.state == CLOSED_LOOP_CONTROL for axis in self.drives)
             fault = self._fault(now, command.power)
         self._power, self._torques = command
-        return PairAnswer((first, second), powered, fault)
+        return PairAnswer((first, second), powered, fault, late=self.take_late())
 
     def clear(self) -> None:
         """Clear the errors of both drives."""
-        for axis in self._axes:
-            self._send(axis, CLEAR_ERRORS, b"\x00")
+        for axis in self.drives:
+            self._command(axis, CLEAR_ERRORS, b"\x00")
             axis.errors = axis.disarmed = 0
 
     def close(self) -> None:
         """Leave the bus, both axes idle."""
-        for axis in self._axes:
-            self._send(axis, SET_AXIS_STATE, struct.pack("<I", IDLE))
-        self._port.close()
+        for axis in self.drives:
+            self._command(axis, SET_AXIS_STATE, struct.pack("<I", IDLE))
+        self.leave()
 
     def _check_firmware(self) -> None:
-        for axis in self._axes:
-            self._request(axis, GET_VERSION)
-        with self._received:
-            self._received.wait_for(lambda: all(axis.version is not None for axis in self._axes), VERSION_TIMEOUT)
-        for axis in self._axes:
-            if axis.version is None:
-                raise DriveError(Fault("drive_missing", f"{axis.place}: no answer in {VERSION_TIMEOUT:g} s"))
-            if axis.version != FIRMWARE:
+        self.expect_both(lambda axis: axis.version is not None, lambda axis: self._request(axis, GET_VERSION))
+        for axis in self.drives:
+            if axis.version is not None and axis.version != FIRMWARE:
                 found, expected = (".".join(map(str, version)) for version in (axis.version, FIRMWARE))
                 raise DriveError(Fault("odrive_firmware", f"{axis.place}: firmware {found}, expected {expected}"))
 
@@ -179,7 +165,7 @@ class ODrives:
         wanted = CLOSED_LOOP_CONTROL if power else IDLE
         if power != self._power or (axis.state != wanted and now - axis.asked > ASK_PERIOD and not axis.errors):
             axis.asked = now
-            self._send(axis, SET_AXIS_STATE, struct.pack("<I", wanted))
+            self._command(axis, SET_AXIS_STATE, struct.pack("<I", wanted))
 
     def _reading(self, axis: Axis, commanded: float) -> ShaftReading | None:
         """Return a reading; the torque is what was commanded where the drive does not publish its own."""
@@ -189,7 +175,7 @@ class ODrives:
         return ShaftReading(math.tau * turns, math.tau * speed, commanded if axis.torque is None else axis.torque)
 
     def _fault(self, now: float, power: bool) -> Fault | None:
-        for axis in self._axes:
+        for axis in self.drives:
             if axis.errors or axis.disarmed:
                 return Fault("odrive_error", f"{axis.place}: {error_names(axis.errors | axis.disarmed)}")
             if now - axis.heard > HEARTBEAT_TIMEOUT and axis.heard > 0.0:
@@ -198,43 +184,31 @@ class ODrives:
                 self._request(axis, GET_ERROR)
         return None
 
-    def _send(self, axis: Axis, command: int, data: bytes) -> None:
-        try:
-            self._port.send(frame_id(axis.node, command), data)
-        except (can.CanError, OSError):
-            # a frame that is not sent has no answer, and that is noticed
-            return
+    def _command(self, axis: Axis, command: int, data: bytes) -> None:
+        self.send(frame_id(axis.id, command), data)
 
     def _request(self, axis: Axis, command: int) -> None:
-        try:
-            self._port.request(frame_id(axis.node, command))
-        except (can.CanError, OSError):
-            return
+        self.request(frame_id(axis.id, command))
 
-    def _take(self, can_id: int, data: bytes) -> None:
-        """Take a frame; called in the receiving thread. Frames of other nodes and lengths are not used."""
-        axis, command = self._by_node.get(can_id >> 5), can_id & 31
+    def take(self, can_id: int, data: bytes) -> None:
+        """Take a frame. Frames of other nodes and lengths are not used."""
+        axis, command = self.by_id.get(can_id >> 5), can_id & 31
         if axis is None or len(data) != 8:
             return
-        with self._received:
-            if command == HEARTBEAT:
-                axis.errors, axis.state = struct.unpack_from("<IB", data)
-                axis.heard = time.monotonic()
-            elif command == GET_ENCODER_ESTIMATES:
-                axis.estimate = _finite(struct.unpack("<ff", data))
-            elif command == GET_TORQUES:
-                torques = _finite(struct.unpack("<ff", data))
-                axis.torque = None if torques is None else torques[1]
-            elif command == GET_ERROR:
-                axis.errors, axis.disarmed = struct.unpack("<II", data)
-            elif command == GET_VERSION:
-                axis.version = data[4], data[5]
-            self._received.notify_all()
-
-
-def _finite(values: tuple[float, ...]) -> tuple[float, float] | None:
-    first, second = values
-    return (first, second) if math.isfinite(first) and math.isfinite(second) else None
+        if command == HEARTBEAT:
+            axis.errors, axis.state = struct.unpack_from("<IB", data)
+            axis.heard = time.monotonic()
+        elif command == GET_ENCODER_ESTIMATES:
+            position, velocity = struct.unpack("<ff", data)
+            axis.estimate = (position, velocity) if finite(position, velocity) else None
+            self.note_answer(axis)
+        elif command == GET_TORQUES:
+            target, torque = struct.unpack("<ff", data)
+            axis.torque = torque if finite(target, torque) else None
+        elif command == GET_ERROR:
+            axis.errors, axis.disarmed = struct.unpack("<II", data)
+        elif command == GET_VERSION:
+            axis.version = data[4], data[5]
 
 
 CONNECTION = connecting(ODrives)

@@ -67,12 +67,14 @@ class PairAnswer(NamedTuple):
         powered: whether both have power.
         fault: what a drive or the link reports, None while nothing is wrong.
         periods: sampling periods since the last answer, by the drives' own clock where they have one.
+        late: answers to earlier commands that have come since the last exchange.
     """
 
     readings: tuple[ShaftReading | None, ShaftReading | None]
     powered: bool
     fault: Fault | None = None
     periods: int = 1
+    late: int = 0
 
 
 NO_POWER = PairCommand(False, ZERO)
@@ -108,7 +110,7 @@ class TwoMotors:
         self._power = self._enabled = False
         self._torques: Torques = ZERO
         self._silent = [0, 0]
-        self._missing = 0
+        self._missing = self._late = 0
         self._positions = (0.0, 0.0)
         self.notes: tuple[str, ...] = ()
         """Nothing that the operator would have to know."""
@@ -120,8 +122,8 @@ class TwoMotors:
 
     @property
     def unused(self) -> tuple[tuple[str, int], ...]:
-        """Answers that did not come so far."""
-        return (("missing_answers", self._missing),)
+        """Answers that did not come in time so far, and those that came late."""
+        return ("missing_answers", self._missing), ("late_answers", self._late)
 
     def set_up(self) -> None:
         """Wait until both drives answer a command without power.
@@ -246,6 +248,7 @@ class TwoMotors:
     def _judged(self, answer: PairAnswer) -> Exchange:
         """Return the exchange of an answer; for a fault both drives lose their power."""
         fault = answer.fault
+        self._late += answer.late
         for number, reading in enumerate(answer.readings):
             self._silent[number] = self._silent[number] + self._file.patience if reading is None else 0
             self._missing += reading is None

@@ -24,11 +24,11 @@ FRAMES_AT_ONCE = 64
 """Frames that are processed before the next such check."""
 
 
-def open_bus(bus: CanChannel) -> can.BusABC:
-    """Open the bus of a configuration; frames over UDP never leave this machine."""
+def open_bus(bus: CanChannel, fd: bool = False) -> can.BusABC:
+    """Open the bus of a configuration, of CAN FD or of classical CAN; frames over UDP never leave this machine."""
     if bus.interface == "udp_multicast":
-        return can.Bus(interface=bus.interface, channel=bus.channel, port=bus.port, hop_limit=0, fd=False)
-    return can.Bus(interface=bus.interface, channel=bus.channel)
+        return can.Bus(interface=bus.interface, channel=bus.channel, port=bus.port, hop_limit=0, fd=fd)
+    return can.Bus(interface=bus.interface, channel=bus.channel, **({"fd": True} if fd else {}))
 
 
 def is_plain(message: can.Message) -> bool:

@@ -12,9 +12,8 @@ import time
 import can
 
 from fivebar_description.drive_file import CanChannel
-from fivebar_description.network import can_problem
-from fivebar_description.strict_yaml import InputError, StrictModel, validate
-from fivebar_sim.drives.emulation import open_bus
+from fivebar_description.strict_yaml import StrictModel
+from fivebar_sim.motors.can_link import CanLink
 from fivebar_sim.motors.configuration import MotorsEmulationFile
 from fivebar_sim.motors.emulation import emulating
 from fivebar_sim.motors.motors import EmulatedMotors, ShaftState, SimulatedMotor
@@ -79,7 +78,7 @@ class AxisState:
         self.found: ShaftState | None = None
 
 
-class ODriveBus:
+class ODriveBus(CanLink[ODriveLinkFile]):
     """The `MotorLink` of two ODrives."""
 
     def __init__(self, file: MotorsEmulationFile) -> None:
@@ -88,34 +87,19 @@ class ODriveBus:
         Raises:
             InputError: it cannot be opened.
         """
-        self._link = validate(dict(file.link), ODriveLinkFile, f"{file.name}: link")
-        try:
-            self._bus = open_bus(self._link)
-        except (can.CanError, OSError) as error:
-            raise InputError(can_problem(self._link.interface, self._link.channel, error)) from error
+        super().__init__(file, ODriveLinkFile)
         self._axes = AxisState(), AxisState()
         self._beat_due = 0.0
-        self.place = f"{self._link.interface} {self._link.channel}"
 
-    def serve(self, motors: EmulatedMotors, timeout: float) -> None:
-        """Wait for a frame for a time (s), and answer it; send the heartbeats that are due."""
-        message = self._bus.recv(timeout)
-        self._watch(motors)
-        if message is not None and not (message.is_extended_id or message.is_error_frame or message.is_fd):
-            number = motors.number_of(message.arbitration_id >> 5)
-            if number is not None:
-                self._answer(motors, number, message)
+    def tend(self, motors: EmulatedMotors) -> None:
+        """Send the heartbeats that are due."""
         now = time.monotonic()
         if now >= self._beat_due:
             self._beat_due = now + HEARTBEAT_PERIOD
             for number in range(2):
                 self._beat(motors, number)
 
-    def close(self) -> None:
-        """Leave the bus."""
-        self._bus.shutdown()
-
-    def _watch(self, motors: EmulatedMotors) -> None:
+    def watch(self, motors: EmulatedMotors) -> None:
         """Note injected faults, and power that the watchdog has taken."""
         for number, (axis, motor) in enumerate(zip(self._axes, motors.motors, strict=True)):
             before = axis.errors
@@ -127,12 +111,16 @@ class ODriveBus:
                 axis.disarmed, axis.wanted = axis.errors, False
                 self._beat(motors, number)
 
-    def _answer(self, motors: EmulatedMotors, number: int, message: can.Message) -> None:
+    def answer(self, motors: EmulatedMotors, message: can.Message) -> None:
+        """Answer a frame to one of the drives."""
+        number = motors.number_of(message.arbitration_id >> 5)
+        if number is None:
+            return
         axis, motor, command = self._axes[number], motors.motors[number], message.arbitration_id & 31
         data = bytes(message.data)
         if message.is_remote_frame:
             if command == 0x00:
-                self._send(motor, command, bytes((PROTOCOL, 5, 2, 0, *self._link.firmware, 11, 0)))
+                self._send(motor, command, bytes((PROTOCOL, 5, 2, 0, *self.link.firmware, 11, 0)))
             elif command == 0x03:
                 self._send(motor, command, struct.pack("<II", axis.errors, axis.disarmed))
             elif command == 0x09:
@@ -162,8 +150,7 @@ class ODriveBus:
             self._send(motor, 0x01, struct.pack("<IBBBx", axis.errors, state, 0, 0))
 
     def _send(self, motor: SimulatedMotor, command: int, data: bytes) -> None:
-        can_id = motor.facts.id << 5 | command
-        self._bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+        self.send(motor.facts.id << 5 | command, data)
 
 
 EMULATOR = emulating(ODriveBus, ERRORS)

@@ -4,59 +4,32 @@ from __future__ import annotations
 
 import struct
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
 import can
 import pytest
-from closed_posture import closed_posture
+from served_motors import bridge_file, served
 
 from fivebar_bringup.drives.odrive_files import private_link
 from fivebar_control.hardware import odrive
 from fivebar_control.hardware.fault import DriveError
-from fivebar_control.hardware.motors_file import MotorsFile, load_motors
 from fivebar_control.hardware.odrive import FAULTS, ODrives, error_names, frame_id
 from fivebar_control.hardware.two_motors import TwoMotors
-from fivebar_description.strict_yaml import InputError, validate
+from fivebar_description.strict_yaml import InputError
 from fivebar_sim.motors import odrive as emulated
-from fivebar_sim.motors.configuration import MotorsEmulationFile
 from fivebar_sim.motors.emulation import MotorsEmulation
 from fivebar_sim.motors.odrive import ODriveBus
 
-LINK = {"interface": "virtual", "channel": "odrives"}
 
-
-UNHURRIED = {"period_us": 20_000, "gather_deadline_us": 19_000, "missing_limit": 1000, "watchdog_ms": 5000}
-"""For both sides as far as they have the keys: none of these tests is about time."""
-
-
-def bridge_file(**changed: Any) -> MotorsFile:
-    content = load_motors("odrive").model_dump(mode="json")
-    return validate({**content, **UNHURRIED, "link": LINK, **changed}, MotorsFile, "test")
-
-
-@contextmanager
-def drives(watchdog_ms: int = UNHURRIED["watchdog_ms"], **link: Any) -> Iterator[MotorsEmulation]:
-    """Serve two emulated drives in a thread."""
-    motors = {joint: {"id": number, "counts_per_revolution": 20000} for number, joint in enumerate(("q11", "q21"))}
-    content = {"name": "test", "robot": "dextar", "initial_joints": closed_posture(), "watchdog_ms": watchdog_ms}
-    file = validate({**content, "motors": motors, "link": {**LINK, **link}}, MotorsEmulationFile, "test")
-    emulation, ending = MotorsEmulation(file, ODriveBus, emulated.ERRORS), threading.Event()
-    thread = threading.Thread(target=emulation.run, args=(ending,))
-    thread.start()
-    try:
-        yield emulation
-    finally:
-        ending.set()
-        thread.join()
-        emulation.close()
+def drives(**changed: Any) -> AbstractContextManager[MotorsEmulation]:
+    return served("odrive", ODriveBus, emulated.ERRORS, (0, 1), **changed)
 
 
 def test_torque_and_angle_go_over_the_bus() -> None:
     with drives() as emulation:
-        motors = TwoMotors(bridge_file(), ODrives(bridge_file()))
+        motors = TwoMotors(bridge_file("odrive"), ODrives(bridge_file("odrive")))
         motors.set_up()
         motors.enable(2.0)
         motors.write((1.5, -1.5))
@@ -76,7 +49,7 @@ def test_torque_and_angle_go_over_the_bus() -> None:
 @pytest.mark.parametrize("name", ["DC_BUS_UNDER_VOLTAGE", "BRAKE_RESISTOR_DISARMED", "ESTOP_REQUESTED"])
 def test_an_error_has_the_vendor_s_name_and_is_cleared_by_a_reset(name: str) -> None:
     with drives() as emulation:
-        motors = TwoMotors(bridge_file(), ODrives(bridge_file()))
+        motors = TwoMotors(bridge_file("odrive"), ODrives(bridge_file("odrive")))
         motors.set_up()
         motors.enable(2.0)
         emulation.obey(f"fault 2 {name}")
@@ -91,19 +64,19 @@ def test_an_error_has_the_vendor_s_name_and_is_cleared_by_a_reset(name: str) -> 
 
 def test_another_firmware_is_refused() -> None:
     with drives(firmware=(0, 5)), pytest.raises(DriveError, match=r"odrive_firmware: q11 .*0\.5, expected 0\.6"):
-        ODrives(bridge_file())
+        ODrives(bridge_file("odrive"))
 
 
 def test_a_drive_of_another_id_is_missing() -> None:
-    motors = bridge_file().model_dump(mode="json")["motors"]
+    motors = bridge_file("odrive").model_dump(mode="json")["motors"]
     motors["q21"]["id"] = 7
     with drives(), pytest.raises(DriveError, match=r"drive_missing: q21 \(node 7\)"):
-        ODrives(bridge_file(motors=motors))
+        ODrives(bridge_file("odrive", motors=motors))
 
 
 def test_the_watchdog_of_a_drive_disarms_it() -> None:
     with drives(watchdog_ms=500) as emulation:
-        motors = TwoMotors(bridge_file(), ODrives(bridge_file()))
+        motors = TwoMotors(bridge_file("odrive"), ODrives(bridge_file("odrive")))
         motors.set_up()
         motors.enable(2.0)
         deadline = threading.Event()
@@ -124,7 +97,7 @@ def test_both_sides_know_the_same_errors() -> None:
 
 def test_a_wrong_link_is_refused() -> None:
     with pytest.raises(InputError, match="link: interface"):
-        ODrives(bridge_file(link={"interface": "canusb", "channel": "can0"}))
+        ODrives(bridge_file("odrive", link={"interface": "canusb", "channel": "can0"}))
     assert private_link({}, Path())["interface"] == "udp_multicast"
 
 
@@ -145,7 +118,7 @@ def test_every_frame_is_the_vendor_s() -> None:
     names = of(odrive.GET_ERROR).get_signal_by_name("Active_Errors").choices
     assert {int(value): str(name) for value, name in names.items() if value} == odrive.ERRORS
     sent: list[can.Message] = []
-    with drives() as emulation, can.Bus(interface="virtual", channel="odrives") as bus:
+    with drives() as emulation, can.Bus(interface="virtual", channel="odrive") as bus:
         for command in (odrive.GET_VERSION, odrive.GET_ERROR, odrive.GET_ENCODER_ESTIMATES):
             bus.send(can.Message(arbitration_id=command, is_remote_frame=True, dlc=8, is_extended_id=False))
         while {one.arbitration_id & 31 for one in sent} < {0, 1, 3, 9}:

@@ -1,0 +1,58 @@
+"""Two emulated drives on a bus within the process of a test, and the file of the bridge to them."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from closed_posture import closed_posture
+
+from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_description.strict_yaml import validate
+from fivebar_sim.motors.configuration import MotorsEmulationFile
+from fivebar_sim.motors.emulation import MotorLink, MotorsEmulation
+
+UNHURRIED = {"period_us": 20_000, "gather_deadline_us": 19_000, "missing_limit": 1000, "watchdog_ms": 5000}
+"""For both sides as far as they have the keys: for tests that are not about time."""
+
+
+def virtual_link(name: str) -> dict[str, Any]:
+    """Return the bus of a vendor's drives, which both sides name."""
+    return {"interface": "virtual", "channel": name}
+
+
+def bridge_file(name: str, **changed: Any) -> MotorsFile:
+    """Return a shipped configuration on the virtual bus, with other keys."""
+    content = load_motors(name).model_dump(mode="json")
+    return validate({**content, **UNHURRIED, "link": virtual_link(name), **changed}, MotorsFile, "test")
+
+
+@contextmanager
+def served(
+    name: str,
+    open_link: Callable[[MotorsEmulationFile], MotorLink],
+    errors: Collection[str],
+    ids: tuple[int, int],
+    watchdog_ms: int = UNHURRIED["watchdog_ms"],
+    motors: tuple[dict[str, Any], dict[str, Any]] = ({}, {}),
+    **link: Any,
+) -> Iterator[MotorsEmulation]:
+    """Serve two emulated drives in a thread, with further keys of the motors and of the section `link`."""
+    facts = {
+        joint: {"id": number, "counts_per_revolution": 20000, **others}
+        for joint, number, others in zip(("q11", "q21"), ids, motors, strict=True)
+    }
+    content = {"name": "test", "robot": "dextar", "initial_joints": closed_posture(), "watchdog_ms": watchdog_ms}
+    content |= {"motors": facts, "link": {**virtual_link(name), **link}}
+    file = validate(content, MotorsEmulationFile, "test")
+    emulation, ending = MotorsEmulation(file, open_link, errors), threading.Event()
+    thread = threading.Thread(target=emulation.run, args=(ending,))
+    thread.start()
+    try:
+        yield emulation
+    finally:
+        ending.set()
+        thread.join()
+        emulation.close()
