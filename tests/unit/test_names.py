@@ -33,6 +33,11 @@ ELSEWHERE = {
     "unit/control/estimation/test_readings.py": ("fivebar_description.known_sensors",),
     "unit/control/hardware/test_configuration.py": ("fivebar_control.hardware.drive_setup",),
     "unit/control/hardware/test_inner_loop.py": ("fivebar_control.hardware.board_units",),
+    "unit/control/hardware/test_moteus.py": (
+        "fivebar_control.hardware.can_pair",
+        "fivebar_control.hardware.moteus_faults",
+        "fivebar_control.hardware.moteus_frames",
+    ),
     "unit/control/hardware/test_two_motors.py": (
         "fivebar_control.hardware.connection",
         "fivebar_control.hardware.cycle_pace",

@@ -133,7 +133,7 @@ def test_manifest_setup_and_requirements_ask_for_the_same() -> None:
 
 
 def test_packages_of_ros_are_declared() -> None:
-    known = {*sys.stdlib_module_names, *DISTRIBUTIONS, "pydantic_core", "pandas", "pyarrow", "fivebar"}
+    known = {*sys.stdlib_module_names, *DISTRIBUTIONS, "pydantic_core", "pandas", "pyarrow", "moteus", "fivebar"}
     known |= {requirements.name_of(one) for one in requirements.section("runtime")}
     for manifest in MANIFESTS:
         declared = {node.text for node in ElementTree.parse(manifest).iter("exec_depend")}

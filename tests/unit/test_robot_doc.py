@@ -13,6 +13,7 @@ from fivebar_control.hardware.bus_load import bus_load, cycle_bits
 from fivebar_control.hardware.configuration import Bus, Drive, load_drives
 from fivebar_control.hardware.controlled_joints import FAULTS as JOINT_FAULTS
 from fivebar_control.hardware.controlled_joints import JointsLink
+from fivebar_control.hardware.moteus_faults import FAULTS as MOTEUS_FAULTS
 from fivebar_control.hardware.odrive import FAULTS as ODRIVE_FAULTS
 from fivebar_control.hardware.paced_file import StartPosture
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
@@ -27,9 +28,11 @@ CONTROL = ROOT / "src" / "fivebar_control" / "fivebar_control"
 
 ODRIVE_PAGE = (ROOT / "docs" / "odrive.md").read_text(encoding="utf-8")
 BOARD_ONLY = {CONTROL / "hardware" / name for name in ("motor_board.py", "board_faults.py")}
+MOTEUS_PAGE = (ROOT / "docs" / "moteus.md").read_text(encoding="utf-8")
 ODRIVE_ONLY = {CONTROL / "hardware" / "odrive.py"}
 JOINT_PAGE = (ROOT / "docs" / "ros2_control.md").read_text(encoding="utf-8")
 JOINTS_ONLY = {CONTROL / "ros" / name for name in ("joints_port.py", "ros2_control.py")}
+MOTEUS_ONLY = {CONTROL / "hardware" / "moteus.py"}
 
 
 def raised(paths: Iterable[Path]) -> set[str]:
@@ -50,12 +53,14 @@ def told(page: str) -> set[str]:
 
 
 def test_every_fault_has_its_recovery_and_no_other_is_told() -> None:
-    shared = {*(CONTROL / "hardware").glob("*.py"), CONTROL / "ros" / "drive_bridge.py"} - BOARD_ONLY - ODRIVE_ONLY
+    vendors = BOARD_ONLY | ODRIVE_ONLY | MOTEUS_ONLY
+    shared = {*(CONTROL / "hardware").glob("*.py"), CONTROL / "ros" / "drive_bridge.py"} - vendors
     assert told(PAGE) == raised(shared)
     assert told(BOARD_PAGE) == raised(BOARD_ONLY | {CONTROL / "hardware" / "paced_file.py"}) | {
         name for name, _ in CAUSES.values()
     }
     assert raised(ODRIVE_ONLY) <= set(ODRIVE_FAULTS) == told(ODRIVE_PAGE)
+    assert raised(MOTEUS_ONLY) <= set(MOTEUS_FAULTS) == told(MOTEUS_PAGE)
     # published as texts: a second publisher's by a shared function, the watchdog's by a node
     assert raised(JOINTS_ONLY) | {"second_publisher", "command_lost"} == set(JOINT_FAULTS) == told(JOINT_PAGE)
 

@@ -32,7 +32,10 @@ def test_every_part_of_a_shipped_one_is_there(kind: DriveKind) -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("odrif", r"'odrif': expected one of canopen, motkin, odrive, ros2_control, or my_package.my_drives:KIND"),
+        (
+            "odrif",
+            r"'odrif': expected one of canopen, moteus, motkin, odrive, ros2_control, or my_package.my_drives:KIND",
+        ),
         ("no_such_module:KIND", r"no_such_module:KIND: cannot be loaded"),
         ("fivebar_bringup.drives.kinds:NO_KIND", r"cannot be loaded: .*NO_KIND"),
         ("fivebar_description.drive_kinds:GROUP", r"expected a fivebar_description.drive_kinds.DriveKind, found str"),

@@ -33,7 +33,7 @@ def open_bus(bus: Bus, fd: bool = False) -> can.BusABC:
         # hop limit 0 keeps the frames on this machine
         options |= {"port": bus.port, "hop_limit": 0, "fd": fd}
     elif bus.interface == "socketcan":
-        options |= {"bitrate": bus.bitrate, **({"fd": True} if fd else {})}
+        options |= {"bitrate": bus.bitrate, "fd": fd}
     try:
         return can.Bus(**options)
     except (can.CanError, OSError, ValueError) as error:

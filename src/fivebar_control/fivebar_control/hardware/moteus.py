@@ -17,8 +17,8 @@ from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.moteus_faults import error_name
 from fivebar_control.hardware.moteus_frames import (
     BROADCAST,
+    BusFrame,
     DriveFrames,
-    Frame,
     Mode,
     Register,
     registers_in,
@@ -155,7 +155,7 @@ class MoteusDrives(CanPair[MoteusDrive]):
             drive.mode, drive.answer = registers[Register.MODE], registers
             self.note_answer(drive)
 
-    def _ask(self, drive: MoteusDrive, frame: Frame) -> None:
+    def _ask(self, drive: MoteusDrive, frame: BusFrame) -> None:
         drive.awaited = True
         self.send(*frame)
 
@@ -163,7 +163,7 @@ class MoteusDrives(CanPair[MoteusDrive]):
         for drive in self.drives:
             self._ask(drive, drive.frames.stop)
 
-    def _command(self, drive: MoteusDrive, power: bool, torque: float) -> Frame:
+    def _command(self, drive: MoteusDrive, power: bool, torque: float) -> BusFrame:
         """Return what a drive is told. One without power is only asked, since `stop` would clear its fault."""
         if power:
             return drive.frames.torque(torque)

@@ -14,7 +14,7 @@ import moteus
 from moteus.multiplex import NOP, STREAM_SERVER_DATA, StreamSubframe, parse_frame
 from moteus.protocol import Mode, Register, parse_registers
 
-__all__ = ["BROADCAST", "DriveFrames", "Frame", "Mode", "Register", "registers_in", "sender", "text_in"]
+__all__ = ["BROADCAST", "BusFrame", "DriveFrames", "Mode", "Register", "registers_in", "sender", "text_in"]
 
 BROADCAST = 0x7F
 """The id that every drive answers to."""
@@ -29,18 +29,18 @@ CHANNEL, TEXT_AT_ONCE = 1, 48
 """The channel of the diagnostic protocol, and how many characters of it a frame asks for."""
 
 
-class Frame(NamedTuple):
+class BusFrame(NamedTuple):
     """Id on the bus, and data."""
 
     can_id: int
     data: bytes
 
 
-class _Queried(moteus.QueryResolution):  # type: ignore[misc]
+class _Queried(moteus.QueryResolution):
     """What every answer has: mode, position, velocity and torque, and voltage, temperature and fault."""
 
 
-class _Compact(moteus.PositionResolution):  # type: ignore[misc]
+class _Compact(moteus.PositionResolution):
     """Torques and the watchdog's time as they are; the rest is zero or not a number, for which a byte is enough."""
 
     position = velocity = kp_scale = kd_scale = ilimit_scale = velocity_limit = accel_limit = moteus.INT8
@@ -71,7 +71,7 @@ class DriveFrames:
         self.poll = self._framed(self._made.make_diagnostic_read(TEXT_AT_ONCE, CHANNEL).data)
         """Asks for what the diagnostic protocol has to say."""
 
-    def torque(self, torque: float) -> Frame:
+    def torque(self, torque: float) -> BusFrame:
         """Return the command to follow a torque (Nm), without any other loop."""
         command = self._made.make_position(
             position=math.nan,
@@ -89,13 +89,13 @@ class DriveFrames:
         )
         return self._framed(command.data)
 
-    def say(self, line: str) -> Frame:
+    def say(self, line: str) -> BusFrame:
         """Return a line of the diagnostic protocol; to this frame alone there is no answer."""
         data = self._made.make_diagnostic_write(f"{line}\n".encode("ascii"), CHANNEL).data
-        return Frame(self._number, padded(data))
+        return BusFrame(self._number, padded(data))
 
-    def _framed(self, data: bytes) -> Frame:
-        return Frame(self._number | WITH_ANSWER, padded(data))
+    def _framed(self, data: bytes) -> BusFrame:
+        return BusFrame(self._number | WITH_ANSWER, padded(data))
 
 
 def padded(data: bytes) -> bytes:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from typing import Any
 
 import can
 
@@ -26,9 +27,12 @@ FRAMES_AT_ONCE = 64
 
 def open_bus(bus: CanChannel, fd: bool = False) -> can.BusABC:
     """Open the bus of a configuration, of CAN FD or of classical CAN; frames over UDP never leave this machine."""
+    options: dict[str, Any] = {"interface": bus.interface, "channel": bus.channel}
     if bus.interface == "udp_multicast":
-        return can.Bus(interface=bus.interface, channel=bus.channel, port=bus.port, hop_limit=0, fd=fd)
-    return can.Bus(interface=bus.interface, channel=bus.channel, **({"fd": True} if fd else {}))
+        options |= {"port": bus.port, "hop_limit": 0, "fd": fd}
+    elif bus.interface == "socketcan":
+        options |= {"fd": fd}
+    return can.Bus(**options)
 
 
 def is_plain(message: can.Message) -> bool:

@@ -130,7 +130,7 @@ class Commanded(NamedTuple):
     ends: float
 
 
-class DriveState:
+class MoteusState:
     """What a drive remembers."""
 
     def __init__(self, link: MoteusLinkFile) -> None:
@@ -167,7 +167,7 @@ class MoteusBus(CanLink[MoteusLinkFile]):
             InputError: it cannot be opened.
         """
         super().__init__(file, MoteusLinkFile, fd=True)
-        self.states = DriveState(self.link), DriveState(self.link)
+        self.states = MoteusState(self.link), MoteusState(self.link)
 
     def watch(self, motors: EmulatedMotors) -> None:
         """Note injected faults, a supply that has gone, and commands that have ended."""
@@ -219,7 +219,7 @@ class MoteusBus(CanLink[MoteusLinkFile]):
         return said
 
     def _command(self, motors: EmulatedMotors, number: int, written: Mapping[int, float]) -> ShaftState:
-        """Obey what a frame writes, and return what its command finds. A frame without one finds a drive at rest."""
+        """Obey what a frame writes, and return the state that it finds; without a mode it commands nothing."""
         state, motor, now = self.states[number], motors.motors[number], time.monotonic()
         mode = written.get(MODE_REGISTER)
         if mode == STOPPED:
@@ -230,12 +230,12 @@ class MoteusBus(CanLink[MoteusLinkFile]):
             registers = DEFAULT_COMMANDS | {key: written[key] for key in COMMAND_REGISTERS if key in written}
             ends = registers.get(0x027, 0.0) or float(state.settings["servo.default_timeout_s"])
             state.commanded = Commanded(registers, motor.state.position, math.inf if math.isnan(ends) else now + ends)
-        elif state.mode == IN_POSITION_MODE:
+        else:
             return motor.state
         powered = state.mode == IN_POSITION_MODE
         return motors.command(number, powered, _torque(state, motor.state) if powered else 0.0, now)
 
-    def _to_position_mode(self, state: DriveState, motor: SimulatedMotor) -> None:
+    def _to_position_mode(self, state: MoteusState, motor: SimulatedMotor) -> None:
         if state.mode == STOPPED:
             state.mode, state.enabling = ENABLING, ENABLING_COMMANDS
         elif state.mode == ENABLING:
@@ -247,7 +247,7 @@ class MoteusBus(CanLink[MoteusLinkFile]):
                 elif not self.link.encoder_validity & 1:
                     _fail(state, motor, "THETA_INVALID")
 
-    def _registers(self, motor: SimulatedMotor, state: DriveState, found: ShaftState) -> dict[int, float]:
+    def _registers(self, motor: SimulatedMotor, state: MoteusState, found: ShaftState) -> dict[int, float]:
         """Return what can be read of a drive whose last frame has found a state."""
         turns, speed = found.position / math.tau, found.velocity / math.tau
         return {
@@ -285,12 +285,12 @@ def _read(registers: Mapping[int, float], asked: wire.Subframe) -> bytes:
     return wire.reply(register, registers[register], resolution, KINDS.get(register, wire.WHOLE))
 
 
-def _fail(state: DriveState, motor: SimulatedMotor, error: str) -> None:
+def _fail(state: MoteusState, motor: SimulatedMotor, error: str) -> None:
     state.mode, state.fault = FAULT, ERRORS[error]
     motor.command(False, 0.0)
 
 
-def _torque(state: DriveState, found: ShaftState) -> float:
+def _torque(state: MoteusState, found: ShaftState) -> float:
     """Return the torque (Nm) of the last command: that of the loop about its position, and what is fed forward."""
     registers, held, _ = state.commanded
     position, speed = registers.get(0x020, 0.0), registers.get(0x021, 0.0)

@@ -93,7 +93,8 @@ def reply(register: int, value: float, resolution: int, kind: int) -> bytes:
         largest = _largest(resolution)
         steps = value / UNITS[kind][resolution]
         raw = int(max(-largest, min(largest, steps))) if math.isfinite(value) else -largest - 1
-    return bytes((0x21 | resolution << 2, *_varuint(register))) + struct.pack(FORMATS[resolution], raw)
+    head = bytes((0x21 | resolution << 2, *_varuint(register)))
+    return head + bytes(struct.pack(FORMATS[resolution], raw))
 
 
 def read_error(register: int) -> bytes:
@@ -108,7 +109,8 @@ def said(channel: int, text: bytes) -> bytes:
 
 def filled(data: bytes) -> bytes:
     """Return data with the number of bytes that a frame has, filled up with what means nothing."""
-    return data + b"\x50" * (min(length for length in LENGTHS if length >= len(data)) - len(data))
+    length: int = min(length for length in LENGTHS if length >= len(data))
+    return data.ljust(length, b"\x50")
 
 
 def kinds(table: Mapping[int, tuple[int, ...]]) -> dict[int, int]:
