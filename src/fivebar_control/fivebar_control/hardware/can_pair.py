@@ -72,8 +72,13 @@ class CanPair(ABC, Generic[D]):
 
     def note_answer(self, drive: D) -> None:
         """Note the answer of a drive, which is late where none is awaited; called from `take`."""
-        self._late += not drive.awaited
+        if not drive.awaited:
+            self.note_late()
         drive.awaited = False
+
+    def note_late(self) -> None:
+        """Note an answer to an earlier command; called from `take`."""
+        self._late += 1
 
     def take_late(self) -> int:
         """Return how many answers have come late since the last call, in which the drives answered earlier commands."""

@@ -17,6 +17,7 @@ from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.moteus_faults import error_name
 from fivebar_control.hardware.moteus_frames import (
     BROADCAST,
+    TAGS,
     BusFrame,
     DriveFrames,
     Mode,
@@ -82,6 +83,8 @@ class MoteusDrive(DriveOnBus):
         self.identity: dict[int, float] | None = None
         self.mode: float = Mode.STOPPED
         self.answer: dict[int, float] = {}
+        self.tag: int | None = None
+        """That of the answer which is awaited; None where any is taken."""
         self.text = b""
         self.polled = False
 
@@ -97,6 +100,7 @@ class MoteusDrives(CanPair[MoteusDrive]):
         """
         self._link = validate(dict(file.link), MoteusLink, f"{file.name}: link")
         self._heard: set[int] = set()
+        self._tag = 0
         first, second = (
             MoteusDrive(motor, joint, file.watchdog_ms / 1e3)
             for motor, joint in zip(file.pair, ACTIVE_JOINTS, strict=True)
@@ -112,9 +116,9 @@ class MoteusDrives(CanPair[MoteusDrive]):
 
     def exchange(self, command: PairCommand, timeout: float) -> PairAnswer:
         """Send both drives a torque, or take their power; return the measurements that the commands found."""
+        self._tag = (self._tag + 1) % TAGS
         for drive, torque in zip(self.drives, command.torques, strict=True):
-            drive.answer = {}
-            self._ask(drive, self._command(drive, command.power, torque))
+            self._ask(drive, self._command(drive, command.power, torque), self._tag if command.power else None)
         self.wait_for_both(_has_answered, timeout)
         with self.received:
             first, second = map(_reading, self.drives)
@@ -152,11 +156,15 @@ class MoteusDrives(CanPair[MoteusDrive]):
         if Register.FIRMWARE_VERSION in registers:
             drive.identity = registers
         elif Register.MODE in registers:
+            if drive.tag is not None and drive.frames.tag_of(registers) != drive.tag:
+                self.note_late()
+                return
             drive.mode, drive.answer = registers[Register.MODE], registers
             self.note_answer(drive)
 
-    def _ask(self, drive: MoteusDrive, frame: BusFrame) -> None:
-        drive.awaited = True
+    def _ask(self, drive: MoteusDrive, frame: BusFrame, tag: int | None = None) -> None:
+        with self.received:
+            drive.answer, drive.tag, drive.awaited = {}, tag, True
         self.send(*frame)
 
     def _stop(self) -> None:
@@ -166,7 +174,7 @@ class MoteusDrives(CanPair[MoteusDrive]):
     def _command(self, drive: MoteusDrive, power: bool, torque: float) -> BusFrame:
         """Return what a drive is told. One without power is only asked, since `stop` would clear its fault."""
         if power:
-            return drive.frames.torque(torque)
+            return drive.frames.torque(torque, self._tag)
         return drive.frames.query if drive.mode in (Mode.STOPPED, Mode.FAULT) else drive.frames.stop
 
     def _fault(self, power: bool) -> Fault | None:

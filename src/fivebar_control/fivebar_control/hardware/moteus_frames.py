@@ -7,14 +7,15 @@ answer to an earlier command for one to the last.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import ClassVar, NamedTuple
 
 import can
 import moteus
 from moteus.multiplex import NOP, STREAM_SERVER_DATA, StreamSubframe, parse_frame
 from moteus.protocol import Mode, Register, parse_registers
 
-__all__ = ["BROADCAST", "BusFrame", "DriveFrames", "Mode", "Register", "registers_in", "sender", "text_in"]
+__all__ = ["BROADCAST", "TAGS", "BusFrame", "DriveFrames", "Mode", "Register", "registers_in", "sender", "text_in"]
 
 BROADCAST = 0x7F
 """The id that every drive answers to."""
@@ -24,6 +25,9 @@ WITH_ANSWER = 0x8000
 
 NO_LIMIT = -1.0
 """A limit of a trajectory that does not hold, nor does the configured one."""
+
+TAGS, TAG_STEP = 8, 1.0 / 1024.0
+"""Number of tags by which answers are told apart, and by how much (relative) each lengthens the watchdog's time."""
 
 CHANNEL, TEXT_AT_ONCE = 1, 48
 """The channel of the diagnostic protocol, and how many characters of it a frame asks for."""
@@ -37,7 +41,9 @@ class BusFrame(NamedTuple):
 
 
 class _Queried(moteus.QueryResolution):
-    """What every answer has: mode, position, velocity and torque, and voltage, temperature and fault."""
+    """What every answer has: mode, motion, torque, voltage, temperature, fault, and the tag of the command."""
+
+    _extra: ClassVar = {Register.COMMAND_TIMEOUT: moteus.F32}
 
 
 class _Compact(moteus.PositionResolution):
@@ -71,8 +77,8 @@ class DriveFrames:
         self.poll = self._framed(self._made.make_diagnostic_read(TEXT_AT_ONCE, CHANNEL).data)
         """Asks for what the diagnostic protocol has to say."""
 
-    def torque(self, torque: float) -> BusFrame:
-        """Return the command to follow a torque (Nm), without any other loop."""
+    def torque(self, torque: float, tag: int) -> BusFrame:
+        """Return the command to follow a torque (Nm), without any other loop, whose answer has a tag from 0 on."""
         command = self._made.make_position(
             position=math.nan,
             velocity=0.0,
@@ -81,13 +87,19 @@ class DriveFrames:
             kd_scale=0.0,
             ilimit_scale=0.0,
             maximum_torque=self._limit,
-            watchdog_timeout=self._watchdog,
+            # the protocol has no number of a command, but a drive repeats this time
+            watchdog_timeout=self._watchdog * (1.0 + TAG_STEP * tag),
             # without a trajectory there is no feedforward of its acceleration
             velocity_limit=NO_LIMIT,
             accel_limit=NO_LIMIT,
             query=True,
         )
         return self._framed(command.data)
+
+    def tag_of(self, registers: Mapping[int, float]) -> int:
+        """Return the tag of the command that an answer is to; -1 for one without."""
+        time = registers.get(Register.COMMAND_TIMEOUT, 0.0)
+        return round((time / self._watchdog - 1.0) / TAG_STEP) if self._watchdog and math.isfinite(time) else -1
 
     def say(self, line: str) -> BusFrame:
         """Return a line of the diagnostic protocol; to this frame alone there is no answer."""

@@ -58,8 +58,12 @@ LOWEST_VOLTAGE = 4.0
 
 MODE_REGISTER = 0x000
 COMMAND_REGISTERS = range(0x020, 0x02E)
-DEFAULT_COMMANDS = {0x023: 1.0, 0x024: 1.0, 0x02B: 1.0} | dict.fromkeys((0x025, 0x026, 0x028, 0x029), math.nan)
-"""What a command that leaves registers out means by them, where that is not 0."""
+DEFAULT_COMMANDS = (
+    dict.fromkeys(COMMAND_REGISTERS, 0.0)
+    | dict.fromkeys((0x023, 0x024, 0x02B), 1.0)
+    | dict.fromkeys((0x025, 0x026, 0x028, 0x029, 0x02A, 0x02C), math.nan)
+)
+"""What a command that leaves registers out means by them."""
 
 UUID, UUID_MASKS = range(0x150, 0x154), range(0x154, 0x158)
 INTEGERS_ONLY = {*range(0x100, 0x103), *UUID}
@@ -130,13 +134,16 @@ class Commanded(NamedTuple):
     ends: float
 
 
+NOTHING_COMMANDED = Commanded(DEFAULT_COMMANDS, 0.0, math.inf)
+
+
 class MoteusState:
     """What a drive remembers."""
 
     def __init__(self, link: MoteusLinkFile) -> None:
         self.mode, self.fault, self.enabling = STOPPED, 0, 0
         self.voltage = link.voltage
-        self.commanded = Commanded({}, 0.0, math.inf)
+        self.commanded = NOTHING_COMMANDED
         self.heard, self.to_say = b"", b""
         ratio = f"{link.rotor_to_output_ratio:f}"
         self.settings = SETTINGS | {"motor_position.rotor_to_output_ratio": ratio} | dict(link.settings)
@@ -224,11 +231,12 @@ class MoteusBus(CanLink[MoteusLinkFile]):
         mode = written.get(MODE_REGISTER)
         if mode == STOPPED:
             state.mode = state.fault = STOPPED
+            state.commanded = NOTHING_COMMANDED
             motor.faulty = False
         elif mode == IN_POSITION_MODE:
             self._to_position_mode(state, motor)
             registers = DEFAULT_COMMANDS | {key: written[key] for key in COMMAND_REGISTERS if key in written}
-            ends = registers.get(0x027, 0.0) or float(state.settings["servo.default_timeout_s"])
+            ends = registers[0x027] or float(state.settings["servo.default_timeout_s"])
             state.commanded = Commanded(registers, motor.state.position, math.inf if math.isnan(ends) else now + ends)
         else:
             return motor.state
@@ -293,12 +301,12 @@ def _fail(state: MoteusState, motor: SimulatedMotor, error: str) -> None:
 def _torque(state: MoteusState, found: ShaftState) -> float:
     """Return the torque (Nm) of the last command: that of the loop about its position, and what is fed forward."""
     registers, held, _ = state.commanded
-    position, speed = registers.get(0x020, 0.0), registers.get(0x021, 0.0)
+    position, speed = registers[0x020], registers[0x021]
     turns = (held / math.tau if math.isnan(position) else position) - found.position / math.tau
     rate = (0.0 if math.isnan(speed) else speed) - found.velocity / math.tau
     kp, kd = (float(state.settings[f"servo.pid_position.{gain}"]) for gain in ("kp", "kd"))
     kp_scale = registers[0x023]
-    torque = kp_scale * kp * turns + min(registers[0x024], kp_scale) * kd * rate + registers.get(0x022, 0.0)
+    torque = kp_scale * kp * turns + min(registers[0x024], kp_scale) * kd * rate + registers[0x022]
     limit = registers[0x025]
     return torque if math.isnan(limit) else max(-limit, min(limit, torque))
 

@@ -23,7 +23,7 @@ from fivebar_control.hardware import moteus_faults
 from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.moteus import MoteusDrives
 from fivebar_control.hardware.moteus_frames import DriveFrames, registers_in, sender, text_in
-from fivebar_control.hardware.two_motors import NO_POWER, TwoMotors
+from fivebar_control.hardware.two_motors import NO_POWER, PairCommand, TwoMotors
 from fivebar_description.drive_kinds import confirm_installed
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.motors import moteus as emulated
@@ -207,6 +207,12 @@ def test_an_answer_that_comes_late_is_counted_and_not_taken_for_the_next() -> No
         with driver.received:
             assert driver.received.wait_for(lambda: driver._late == 1, 2.0)
         assert driver.exchange(NO_POWER, 2.0).late == 1
+        # one that comes once the next command is out
+        driver.exchange(PairCommand(True, (0.0, 0.0)), 2.0)
+        stale, driver._tag = driver._tag, driver._tag + 1
+        driver.send(*drive.frames.torque(0.0, stale))
+        answer = driver.exchange(PairCommand(True, (0.0, 0.0)), 2.0)
+        assert (answer.late, None in answer.readings) == (1, False)
         driver.close()
 
 
@@ -235,17 +241,18 @@ def test_frames_are_those_of_the_vendor_s_transport() -> None:
     frames = DriveFrames(5, 1.5, 0.02)
     sent = moteus.Transport([])._command_to_frame(made.make_stop(query=True))
     assert frames.stop.can_id == sent.arbitration_id == 0x8005
-    read = moteus.parse_registers(frames.torque(0.75).data)
+    read = moteus.parse_registers(frames.torque(0.75, 3).data)
     command = read.command
     assert command[Register.MODE] == moteus.Mode.POSITION
     assert math.isnan(command[Register.COMMAND_POSITION])
     assert command[Register.COMMAND_FEEDFORWARD_TORQUE] == 0.75
     assert command[Register.COMMAND_POSITION_MAX_TORQUE] == 1.5
-    assert command[Register.COMMAND_TIMEOUT] == pytest.approx(0.02)
+    assert command[Register.COMMAND_TIMEOUT] == pytest.approx(0.02, rel=0.01)
+    assert frames.tag_of(command) == 3
     gains = (Register.COMMAND_KP_SCALE, Register.COMMAND_KD_SCALE, Register.COMMAND_ILIMIT_SCALE)
     assert [command[one] for one in gains] == [0.0, 0.0, 0.0]
     assert command[Register.COMMAND_VELOCITY_LIMIT] < 0.0 > command[Register.COMMAND_ACCEL_LIMIT]
-    assert {int(register) for register, _ in read.query} == {0, 1, 2, 3, 13, 14, 15}
+    assert {int(register) for register, _ in read.query} == {0, 1, 2, 3, 13, 14, 15, 0x27}
     assert (sender(0x500), sender(0x8005), sender(0x501)) == (5, None, None)
     assert text_in(b"\x41\x01\x02ab\x50") == b"ab"
     assert text_in(frames.query.data) is None
@@ -263,7 +270,7 @@ def test_the_emulation_s_values_are_the_vendor_s() -> None:
         assert registers_in(data) == pytest.approx(values, abs=step)
         nothing = wire.reply(0x001, math.nan, resolution, wire.POSITION)
         assert math.isnan(registers_in(nothing)[0x001])
-    asked = list(wire.subframes(DriveFrames(1, 1.5, 0.02).torque(0.75).data))
+    asked = list(wire.subframes(DriveFrames(1, 1.5, 0.02).torque(0.75, 3).data))
     written = {
         one.register: wire.scaled(one.raw, one.resolution, emulated.KINDS.get(one.register, wire.WHOLE))
         for one in asked
