@@ -22,9 +22,9 @@ def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Pat
     [
         *(
             pytest.param(f"{moment} fault 1 UNDER_VOLTAGE", "moteus_error: q11 (id 1): UNDER_VOLTAGE (40)")
-            for moment in (0.0, 0.3, 0.5, 1.0, 1.5)
+            for moment in (0.1, 0.3, 0.5, 1.0, 1.5)
         ),
-        pytest.param("1.2 unplug", "feedback_missing: q11 (id 1): no answer"),
+        pytest.param("1.2 unplug", "feedback_missing: "),
         pytest.param("0.5 silent 2", "feedback_missing: q21 (id 2): no answer"),
         pytest.param("1.2 frozen 2", "encoder_frozen: "),
         pytest.param("0.5 kill drive_bridge", "node_died: drive_bridge "),
