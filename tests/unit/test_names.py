@@ -35,6 +35,7 @@ ELSEWHERE = {
     "unit/control/hardware/test_inner_loop.py": ("fivebar_control.hardware.board_units",),
     "unit/control/hardware/test_moteus.py": (
         "fivebar_control.hardware.can_pair",
+        "fivebar_control.hardware.fdcanusb",
         "fivebar_control.hardware.moteus_faults",
         "fivebar_control.hardware.moteus_frames",
     ),

@@ -11,7 +11,11 @@ import can
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import Bus
 from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.fdcanusb import FdcanusbBus
 from fivebar_description.network import can_problem
+
+FDCANUSB = "fdcanusb"
+"""The interface of the adapters of moteus drives on their serial port."""
 
 WAKE_PERIOD = 0.1
 """Longest time (s) until the receiving thread notices that it should end."""
@@ -35,7 +39,7 @@ def open_bus(bus: Bus, fd: bool = False) -> can.BusABC:
     elif bus.interface == "socketcan":
         options |= {"bitrate": bus.bitrate, "fd": fd}
     try:
-        return can.Bus(**options)
+        return FdcanusbBus(bus.channel) if bus.interface == FDCANUSB else can.Bus(**options)
     except (can.CanError, OSError, ValueError) as error:
         raise DriveError(Fault("bus_missing", can_problem(bus.interface, bus.channel, error))) from error
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from typing import Literal
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_pair import ANSWER_TIMEOUT, CanPair, DriveOnBus, finite
@@ -65,12 +66,13 @@ STOP_TIMEOUT, STOPS = 0.02, 3
 
 
 class MoteusLink(Bus):
-    """Section `link`; see `Bus` for the other keys.
+    """Section `link`; see `Bus` for the other keys. The `channel` of `fdcanusb` is a serial port.
 
     `rotor_to_output_ratio` is what both drives have under that name. With another one than 1 the keys of a motor, such
     as its gear ratio and its counts, are those of the drive's output.
     """
 
+    interface: Literal["socketcan", "fdcanusb", "udp_multicast", "virtual"]  # type: ignore[assignment]
     rotor_to_output_ratio: Positive = 1.0
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import math
+import os
+import queue
 import re
 import struct
 import threading
@@ -20,12 +22,14 @@ from served_motors import bridge_file, served, virtual_link
 from fivebar_bringup.drives.kinds import MOTEUS_DRIVES
 from fivebar_bringup.drives.moteus_files import private_link
 from fivebar_control.hardware import moteus_faults
+from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.fault import DriveError
-from fivebar_control.hardware.moteus import MoteusDrives
+from fivebar_control.hardware.fdcanusb import received
+from fivebar_control.hardware.moteus import MoteusDrives, MoteusLink
 from fivebar_control.hardware.moteus_frames import DriveFrames, registers_in, sender, text_in
 from fivebar_control.hardware.two_motors import NO_POWER, PairCommand, TwoMotors
 from fivebar_description.drive_kinds import confirm_installed
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.motors import moteus as emulated
 from fivebar_sim.motors import moteus_subframes as wire
 from fivebar_sim.motors.emulation import MotorsEmulation
@@ -315,3 +319,42 @@ def test_a_frame_that_is_cut_off_is_no_answer() -> None:
         bus.send(can.Message(arbitration_id=0x100, data=b"\x2f\x01\x00", is_extended_id=False, is_fd=True))
         assert motors.exchange().fault is None
         motors.close()
+
+
+def test_a_fdcanusb_carries_frames_as_the_vendor_s_transport_does() -> None:
+    """Against the vendor's own lines, on a pty in the place of the adapter."""
+    written: list[bytes] = []
+
+    class Port:
+        def write(self, line: bytes) -> None:
+            written.append(line)
+
+    vendor = moteus.FdcanusbDevice.__new__(moteus.FdcanusbDevice)
+    vendor._serial, vendor._disable_brs, vendor._checksum_active = Port(), False, False
+    vendor._padding_hex, vendor._debug_log = "50", None
+    made = DriveFrames(1, 1.5, 0.02)
+    frame = moteus.Frame(made.stop.can_id, made.stop.data, is_fd=True, bitrate_switch=True)
+    asyncio.run(vendor._write_send_frame(frame))
+    adapter, host = os.openpty()
+    bus = open_bus(validate({"interface": "fdcanusb", "channel": os.ttyname(host)}, MoteusLink, "test"), fd=True)
+    try:
+        port = CanPort(bus, lambda can_id, data: taken.put((can_id, data)), fd=True)
+        taken: queue.Queue[tuple[int, bytes]] = queue.Queue()
+        port.send(*made.stop)
+        assert os.read(adapter, 512) == written[0]
+        os.write(adapter, b"OK\r\nERR no\r\nrcv 100 210000 B F\r\nrcv zz\nrcv 10")
+        assert taken.get(timeout=2.0) == (0x100, b"\x21\x00\x00")
+        os.write(adapter, b"0 2100 E B F\n")
+        assert taken.get(timeout=2.0) == (0x100, b"\x21\x00")
+        assert port.unreadable == 2
+        parsed = vendor._parse_frame(b"rcv 100 210000 B F")
+        ours = received(b"rcv 100 210000 B F")
+        assert ours is not None
+        assert (ours.arbitration_id, ours.is_fd, ours.bitrate_switch) == (parsed.arbitration_id, True, True)
+        assert bytes(ours.data) == parsed.data
+        port.close()
+    finally:
+        os.close(adapter)
+        os.close(host)
+    with pytest.raises(DriveError, match="bus_missing: fdcanusb /no/port: "):
+        MoteusDrives(bridge_file("moteus", link={"interface": "fdcanusb", "channel": "/no/port"}))
