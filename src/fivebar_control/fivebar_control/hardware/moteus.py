@@ -113,7 +113,7 @@ class MoteusDrives(CanPair[MoteusDrive]):
             for drive in self.drives:
                 self._check_settings(drive)
         except DriveError:
-            self.leave()
+            self.close()
             raise
 
     def exchange(self, command: PairCommand, timeout: float) -> PairAnswer:
