@@ -3,39 +3,17 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar, tip_masses
-from fivebar_description.settings import declared, sections
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.observation import ImuMotion
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects
 from fivebar_sim.effects.simulation import EffectsMotion, started_at
-
-MUJOCO_HAS: Mapping[str, tuple[str, ...]] = {
-    "links": ("l_11", "l_12", "l_21", "l_22", "base_1", "base_2", "distal_inertia"),
-    "friction": ("stribeck", "stribeck_speed", "viscous", "passive"),
-    "motors": (
-        "constant_1",
-        "constant_2",
-        "ripple",
-        "ripple_periods",
-        "cogging",
-        "cogging_periods",
-        "current_loop_hz",
-    ),
-    "transmission": ("frequency", "damping", "rotor_share", "backlash"),
-    "platform_joint": ("stiffness", "damping"),
-    "encoders": ("zero_1", "zero_2", "eccentricity"),
-    "tilt": ("angle", "heading", "leg_moment"),
-    "push": ("force", "heading", "along", "start", "length"),
-    "bus": ("lost_commands", "lost_from", "lost_within"),
-    "timing": ("command_delay", "command_jitter", "reading_age", "reading_jitter"),
-}
-"""The effects that MuJoCo's robot has, by section; any other one is refused, so that none is ignored."""
+from fivebar_sim.mujoco_robot import check_has_effects
 
 
 class SimulatedMechanism(Protocol):
@@ -72,7 +50,7 @@ def motion_of(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Seq
     Raises:
         InputError: the posture cannot be, effects contradict each other, or the engine does not have them.
     """
-    check_engine(settings)
+    check_engine(robot, settings, rate_hz)
     if settings.engine != MUJOCO:
         return EffectsMotion(robot, settings, rate_hz, joints)
     # loaded where it is used: most runs do without it
@@ -93,7 +71,7 @@ def check_plant(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: S
         InputError: the posture cannot be, no bodies have such masses and inertias, effects contradict each other, or
             the engine does not have them.
     """
-    check_engine(settings)
+    check_engine(robot, settings, rate_hz)
     try:
         tip_masses(actual_robot(robot, settings))
     except ValueError as error:
@@ -103,21 +81,14 @@ def check_plant(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: S
         started_at(mechanism_of(robot, settings, rate_hz), joints)
 
 
-def check_engine(settings: PlantSettings) -> None:
-    """Check that the engine of a plant is there and has its effects.
+def check_engine(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> None:
+    """Check that the engine of a robot's plant is there and has its effects.
 
     Raises:
-        InputError: it is not there, or does not have one of them.
+        InputError: it is not there or does not have one of them, or effects contradict each other.
     """
     if settings.engine != MUJOCO:
         return
-    for section, kind in sections(PlantSettings).items():
-        for one in declared(kind):
-            value = getattr(getattr(settings, section), one.name)
-            if value != one.default and one.name not in MUJOCO_HAS.get(section, ()):
-                raise InputError(
-                    f"plant.{section}.{one.name}: {value}: MuJoCo's robot does not have this: expected {one.default},"
-                    " or plant.engine pinocchio"
-                )
+    check_has_effects(robot, settings, rate_hz)
     if importlib.util.find_spec("mujoco") is None:
         raise InputError("plant.engine: mujoco is not installed: expected pinocchio, or pip install mujoco-core")

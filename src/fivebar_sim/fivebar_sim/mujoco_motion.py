@@ -12,7 +12,7 @@ import numpy as np
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.encoders import seen
-from fivebar_sim.effects.friction import FrictionCurve, friction
+from fivebar_sim.effects.friction import friction
 from fivebar_sim.effects.loads import held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
 from fivebar_sim.effects.motors import current_after, motor_torque
@@ -21,7 +21,7 @@ from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.simulation import started_at
 from fivebar_sim.effects.timing import moments_after
 from fivebar_sim.effects.transmission import transmitted
-from fivebar_sim.mujoco_model import mjcf_text
+from fivebar_sim.mujoco_robot import MujocoRobot, mujoco_robot
 
 MAX_STEP = 1e-4
 """Longest integration step (s)."""
@@ -52,14 +52,14 @@ class MujocoMotion:
         steps = math.ceil(self.mechanism.period / min(MAX_STEP, longest_step(self.mechanism)) - 1e-9)
         self.step = self.mechanism.period / steps
         """Longest of the integration (s)."""
-        self._model: Any = mujoco.MjModel.from_xml_string(mjcf_text(robot, settings, self.step))
+        self._robot: MujocoRobot = mujoco_robot(robot, settings, self.mechanism, self.step)
+        self._model: Any = mujoco.MjModel.from_xml_string(self._robot.model)
         self._data: Any = mujoco.MjData(self._model)
         self._links = [self._address(name) for name in LINKS]
         self._motors = [self._address(name) for name in (("m1", "m2") if self.mechanism.elastic else ("q11", "q21"))]
         self._distal = [self._model.body(name).id for name in ("distal_1", "distal_2")]
         self._arms = self._arms_of_distal_links()
         self._sites = [self._model.site(name).id for name in ("tip_1", "tip_2")]
-        self._dry = [_dry(leg.motor_friction) for leg in (self.mechanism.leg1, self.mechanism.leg2)]
         self._currents = [0.0, 0.0]
         self._wanted = (0.0, 0.0)
         self._number = 0
@@ -88,14 +88,14 @@ class MujocoMotion:
         (_, q12, _, q22), (_, v12, _, v22) = (values.tolist() for values in self.joints)
         angle1, angle2 = self._data.qpos[self._motors].tolist()
         speed1, speed2 = self._data.qvel[self._motors].tolist()
-        one = seen(self.mechanism.leg1.disc, angle1, speed1)
-        two = seen(self.mechanism.leg2.disc, angle2, speed2)
+        one = seen(self._robot.leg1.disc, angle1, speed1)
+        two = seen(self._robot.leg2.disc, angle2, speed2)
         return (one.angle, q12, two.angle, q22), (one.speed, v12, two.speed, v22)
 
     def advance(self, applied: tuple[float, float]) -> float:
         """Move on by a sample under applied torques (Nm); return the loop's gap (m), infinite where that cannot be."""
         period = self.mechanism.period
-        moments = moments_after(self.mechanism.delays, self._number, period)
+        moments = moments_after(self._robot.delays, self._number, period)
         reached = 0.0
         for moment in sorted({*moments, period}):
             if moment > reached:
@@ -123,20 +123,22 @@ class MujocoMotion:
         self._currents = self._currents_after(length)
 
     def _currents_after(self, time: float) -> list[float]:
-        band = self.mechanism.bandwidth
+        band = self._robot.bandwidth
         return [
             current_after(one, wanted, band, time) for one, wanted in zip(self._currents, self._wanted, strict=True)
         ]
 
     def hold(self, x: float, y: float) -> None:
         """Hold a force (N) on the platform from now on, in place of any push, such as that of a hand."""
-        self.mechanism = self.mechanism._replace(push=held(x, y))
+        self._robot = self._robot._replace(push=held(x, y))
         self._data.xfrc_applied[:] = 0.0
 
     def carry(self, robot: FiveBar) -> None:
         """Go on with another mass of the platform, that of a modelled robot."""
-        self.mechanism = mechanism_of(robot, self._settings, self._rate_hz)._replace(push=self.mechanism.push)
-        self._model = mujoco.MjModel.from_xml_string(mjcf_text(robot, self._settings, self.step))
+        self.mechanism = mechanism_of(robot, self._settings, self._rate_hz)
+        made = mujoco_robot(robot, self._settings, self.mechanism, self.step)
+        self._robot = made._replace(push=self._robot.push)
+        self._model = mujoco.MjModel.from_xml_string(self._robot.model)
         self._arms = self._arms_of_distal_links()
         before, self._data = self._data, mujoco.MjData(self._model)
         self._data.qpos[:], self._data.qvel[:] = before.qpos, before.qvel
@@ -168,41 +170,35 @@ class MujocoMotion:
 
     def _apply(self, currents: Sequence[float], time: float, ahead: float) -> None:
         """Apply what MuJoCo has not, at a time (s) after sample 0, which is ahead (s) of the state."""
-        mechanism, data = self.mechanism, self._data
+        robot, data = self._robot, self._data
         rates = data.qvel + ahead * data.qacc
         places = data.qpos + ahead * data.qvel
         force = np.zeros_like(rates)
         q11, q12, q21, q22 = self._links
-        for leg, dry, current, motor, link in zip(
-            (mechanism.leg1, mechanism.leg2), self._dry, currents, self._motors, (q11, q21), strict=True
-        ):
-            force[motor] += motor_torque(leg.motor, current, places[motor]) - friction(dry, 0.0, rates[motor])
-            if mechanism.half_play > 0.0:
+        for leg, current, motor, link in zip((robot.leg1, robot.leg2), currents, self._motors, (q11, q21), strict=True):
+            dry = friction(leg.motor_friction, 0.0, rates[motor])
+            force[motor] += motor_torque(leg.motor, current, places[motor]) - dry
+            if robot.half_play > 0.0:
                 twist, rate = places[motor] - places[link], rates[motor] - rates[link]
-                spring = transmitted(leg.stiffness, 0.0, mechanism.half_play, twist, 0.0)
-                flank = transmitted(leg.stiffness, leg.damping, mechanism.half_play, twist, rate) - spring
+                spring = transmitted(leg.stiffness, 0.0, robot.half_play, twist, 0.0)
+                flank = transmitted(leg.stiffness, leg.damping, robot.half_play, twist, rate) - spring
                 force[motor] -= flank
                 force[link] += flank
-        if mechanism.platform_friction.coulomb > 0.0:
-            force[q12] -= friction(mechanism.leg1.elbow_friction, 0.0, rates[q12])
-            force[q22] -= friction(mechanism.leg2.elbow_friction, 0.0, rates[q22])
-            between = friction(mechanism.platform_friction, 0.0, rates[q11] + rates[q12] - rates[q21] - rates[q22])
+        if robot.platform_friction.coulomb > 0.0:
+            force[q12] -= friction(robot.leg1.elbow_friction, 0.0, rates[q12])
+            force[q22] -= friction(robot.leg2.elbow_friction, 0.0, rates[q22])
+            between = friction(robot.platform_friction, 0.0, rates[q11] + rates[q12] - rates[q21] - rates[q22])
             # on one distal link against the other, each against the world through both its joints
             force[[q11, q12]] -= between
             force[[q21, q22]] += between
         data.qfrc_applied[:] = force
-        if mechanism.push.force > 0.0:
+        if robot.push.force > 0.0:
             self._push(places, time)
 
     def _push(self, places: Vector, time: float) -> None:
         theta = [float(places[one] + places[two]) for one, two in zip(self._links[::2], self._links[1::2], strict=True)]
-        push = push_at(self.mechanism.push, time, math.cos(theta[0]), math.sin(theta[0]))
+        push = push_at(self._robot.push, time, math.cos(theta[0]), math.sin(theta[0]))
         for body, angle, arm in zip(self._distal, theta, self._arms, strict=True):
             # half of it on each tip, as a force at the centre of mass and a torque
             torque = 0.5 * arm * (math.cos(angle) * push.y - math.sin(angle) * push.x)
             self._data.xfrc_applied[body] = 0.5 * push.x, 0.5 * push.y, 0.0, 0.0, 0.0, torque
-
-
-def _dry(curve: FrictionCurve) -> FrictionCurve:
-    """Return a curve without its viscous term, which is MuJoCo's."""
-    return curve._replace(viscous=0.0)

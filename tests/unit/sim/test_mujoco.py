@@ -12,17 +12,21 @@ import pytest
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
-from fivebar_description.settings import sections
+from fivebar_description.settings import as_numbers, sections
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim import mujoco_motion
+from fivebar_sim import mujoco_motion, mujoco_robot
+from fivebar_sim.effects.bus import BusEffects
+from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.links import LinkErrors
-from fivebar_sim.effects.loads import Tilt
+from fivebar_sim.effects.loads import LOCUS, Push, Tilt
+from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings
 from fivebar_sim.effects.simulation import EffectsMotion
+from fivebar_sim.effects.timing import Timing
 from fivebar_sim.effects.transmission import Transmission
-from fivebar_sim.engines import MUJOCO_HAS, SimulatedMechanism, motion_of
+from fivebar_sim.engines import SimulatedMechanism, check_engine, motion_of
 from fivebar_sim.mujoco_model import links_of
 from fivebar_sim.mujoco_motion import MujocoMotion
 from fivebar_sim.plant import Plant, PlantDiverged
@@ -111,21 +115,55 @@ def test_a_slender_link_has_the_mass_matrix_that_the_parameters_say(dextar: Five
         links_of(leg, leg.inertia, tip_mass, -2e-3, moment)
 
 
+EVERYTHING = PlantSettings(
+    links=LinkErrors(1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 1e-6),
+    friction=FrictionEffects(stribeck=1.3, stribeck_speed=0.2, viscous=0.01, passive=0.003),
+    motors=MotorEffects(0.05, 0.05, 0.03, 40.0, 0.04, 80.0, 1000.0),
+    transmission=Transmission(250.0, 0.05, 0.6, 1e-4),
+    platform_joint=PlatformJoint(3e5, 0.06),
+    encoders=EncoderErrors(1e-4, 1e-4, 1e-3),
+    tilt=Tilt(0.03, 1.0, 0.02),
+    push=Push(1.0, 0.5, LOCUS, 0.1, 0.06),
+    bus=BusEffects(2, 0.1, 0.2),
+    timing=Timing(1e-4, 1e-4, 1e-4, 1e-4),
+)
+"""Every effect that MuJoCo's robot has, each number another one than by default."""
+
+
+def lacking(robot: FiveBar, plant: PlantSettings) -> str:
+    """The key by which a plant is refused with MuJoCo, "" where it is not."""
+    try:
+        check_engine(robot, plant._replace(engine=MUJOCO), RATE)
+    except InputError as error:
+        return str(error).partition(": ")[0]
+    return ""
+
+
 def test_what_it_lacks_is_refused(dextar: FiveBar) -> None:
-    lacking = {
-        (section, name)
+    assert not lacking(dextar, EVERYTHING)
+    left = {
+        f"{section}.{name}"
         for section, kind in sections(PlantSettings).items()
-        for name in set(kind._fields) - set(MUJOCO_HAS.get(section, ()))  # type: ignore[attr-defined]
+        for name, value in zip(kind._fields, getattr(EVERYTHING, section), strict=True)  # type: ignore[attr-defined]
+        if value == getattr(kind(), name)
     }
-    assert lacking >= {("friction", "presliding"), ("platform_joint", "clearance")}
-    stiff: Any = {"platform_joint": PlatformJoint(1e6)}
-    for section, name in lacking:
-        plant = PlantSettings(**stiff)
-        effect = getattr(plant, section)._replace(**{name: 1e-5})
-        plant = plant._replace(**{section: effect})
-        with pytest.raises(InputError, match=f"plant.{section}.{name}: 1e-05: MuJoCo's robot does not have this: exp"):
-            Plant(dextar, home(dextar), RATE, plant._replace(engine=MUJOCO))
-        Plant(dextar, home(dextar), RATE, plant)
+    assert left == {"friction.presliding", "friction.presliding_damping", "platform_joint.clearance"}
+    sticky = EVERYTHING._replace(friction=EVERYTHING.friction._replace(presliding=1e-3, presliding_damping=0.1))
+    loose = EVERYTHING._replace(platform_joint=EVERYTHING.platform_joint._replace(clearance=1e-5))
+    assert lacking(dextar, sticky) == "plant.friction.presliding"
+    assert lacking(dextar, loose) == "plant.platform_joint.clearance"
+    with pytest.raises(InputError, match=r"1e-05: MuJoCo's robot does not have this: expected 0\.0, or plant\.engine"):
+        Plant(dextar, home(dextar), RATE, loose._replace(engine=MUJOCO))
+
+
+def test_what_it_lacks_follows_from_what_it_is_made_of(dextar: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a list to be kept: a robot that takes no push is refused one."""
+    made_of = mujoco_robot.mujoco_robot
+    monkeypatch.setattr(
+        mujoco_robot, "mujoco_robot", lambda *robot: made_of(*robot)._replace(push=as_numbers(Push(length=1.0)))
+    )
+    assert lacking(dextar, EVERYTHING) == "plant.push.force"
+    assert not lacking(dextar, EVERYTHING._replace(push=Push()))
 
 
 def test_without_its_module_it_is_refused(dextar: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,7 +41,7 @@ def _read(path: Path, parameters: Mapping[str, Any]) -> Scenario:
     from fivebar_bringup.simulation.seen_start import as_seen
 
     try:
-        check_engine(scenario.plant)
+        check_engine(scenario.five_bar(), scenario.plant, scenario.rate_hz)
         return as_seen(scenario)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error

@@ -17,9 +17,9 @@ from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.studies.compare.cases import AS_GIVEN, COMPARED_RIGS, on_rig
 from fivebar_control.model.kinematics import state_from_joints
+from fivebar_description.settings import sections
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.settings import MUJOCO, PINOCCHIO
-from fivebar_sim.engines import MUJOCO_HAS
+from fivebar_sim.effects.settings import MUJOCO, PINOCCHIO, PlantSettings
 
 EFFECTS: dict[str, dict[str, Any]] = {
     "links": {"l_11": 2e-5, "l_12": -1e-5, "l_21": -1e-5, "l_22": 2e-5, "base_2": 1e-5, "distal_inertia": -7e-5},
@@ -104,7 +104,7 @@ def test_a_path_across_the_uncontrollable_direction_is_crossed_there_too() -> No
 
 
 def test_every_effect_is_here() -> None:
-    assert EFFECTS.keys() == MUJOCO_HAS.keys()
+    assert EFFECTS.keys() == sections(PlantSettings).keys()
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
