@@ -13,7 +13,7 @@ from pydantic import Field
 from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import StrictModel
 
-CLOCK = "clock"
+BY_THE_CLOCK = "clock"
 """What moves a real robot on."""
 
 TORQUE_CONSTANT = 0.062

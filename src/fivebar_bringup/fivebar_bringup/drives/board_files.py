@@ -15,7 +15,7 @@ from fivebar_bringup.drives.run_files import (
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.board_file import BoardFile, load_board
 from fivebar_control.hardware.configuration import MICROSECONDS
-from fivebar_description.board_file import CLOCK
+from fivebar_description.board_file import BY_THE_CLOCK
 from fivebar_sim.boards.configuration import BoardEmulationFile
 
 SHIPPED = "motkin"
@@ -66,7 +66,7 @@ class BoardRunFiles:
 RUN_FILES = BoardRunFiles()
 
 
-def write_board_file(scenario: Scenario, port: str, path: Path, board: str, pace: str = CLOCK) -> None:
+def write_board_file(scenario: Scenario, port: str, path: Path, board: str, pace: str = BY_THE_CLOCK) -> None:
     """Write the bridge's file of a motor board on a port, real or emulated: a named one, changed for this scenario.
 
     With the pace `commands` time waits for the bridge, as it can with an emulated board alone.

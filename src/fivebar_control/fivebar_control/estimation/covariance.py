@@ -29,7 +29,7 @@ joints (m), actual minus nominal; relative error of the gyroscope's sensitivity.
 
 ERRORS_END = 16
 
-CLOCK, PASSIVE, FX, FY = range(ERRORS_END, 20)
+CLOCK_ERROR, PASSIVE, FX, FY = range(ERRORS_END, 20)
 """Constants of optional sensors: by how much the gyroscope's stamps are late (s), and the zero of a passive
 joint's encoder (rad); and the force on the platform (N). They come last, so that without them all sums round as if they
 did not exist."""
@@ -120,7 +120,7 @@ def propagated(covariance: Matrix, transition: Matrix, noise: ProcessNoise) -> M
         p[D1 + axis, D1 + axis] += noise.disturbance
         p[FX + axis, FX + axis] += noise.force
     p[BIAS, BIAS] += noise.bias
-    p[CLOCK, CLOCK] += noise.clock
+    p[CLOCK_ERROR, CLOCK_ERROR] += noise.clock
     return p
 
 

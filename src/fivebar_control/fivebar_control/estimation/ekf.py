@@ -27,7 +27,7 @@ from fivebar_control.estimation.covariance import (
     BASE1,
     BASE2,
     BIAS,
-    CLOCK,
+    CLOCK_ERROR,
     D1,
     D2,
     ERRORS,
@@ -123,7 +123,7 @@ def as_vector(estimate: Estimate) -> Vector:
     vector[D1], vector[D2], vector[BIAS] = estimate.d1, estimate.d2, estimate.bias
     for index, error in enumerate(estimate.errors):
         vector[ERRORS + index] = error
-    vector[CLOCK], vector[PASSIVE] = estimate.clock, estimate.passive
+    vector[CLOCK_ERROR], vector[PASSIVE] = estimate.clock, estimate.passive
     vector[FX], vector[FY] = estimate.fx, estimate.fy
     return vector
 
@@ -132,7 +132,7 @@ def from_vector(vector: Vector) -> Estimate:
     """Return the estimate with the entries of a vector, [SIZE]."""
     v = vector
     errors = ConstantErrors(v[ZERO1], v[ZERO2], v[L11], v[L12], v[L21], v[L22], v[BASE1], v[BASE2], v[SCALE])
-    return Estimate(v[X], v[Y], v[VX], v[VY], v[D1], v[D2], v[BIAS], v[CLOCK], v[PASSIVE], v[FX], v[FY], errors)
+    return Estimate(v[X], v[Y], v[VX], v[VY], v[D1], v[D2], v[BIAS], v[CLOCK_ERROR], v[PASSIVE], v[FX], v[FY], errors)
 
 
 class Belief(NamedTuple):

@@ -15,7 +15,7 @@ from fivebar_control.estimation.covariance import (
     BASE1,
     BASE2,
     BIAS,
-    CLOCK,
+    CLOCK_ERROR,
     D1,
     D2,
     ERRORS,
@@ -85,7 +85,7 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     p[VX, VX] = p[VY, VY] = model.noise.velocity
     p[D1, D1] = p[D2, D2] = model.disturbance_initial * model.disturbance_initial
     p[BIAS, BIAS] = model.gyro_bias * model.gyro_bias
-    p[CLOCK, CLOCK] = model.gyro_clock * model.gyro_clock
+    p[CLOCK_ERROR, CLOCK_ERROR] = model.gyro_clock * model.gyro_clock
     p[PASSIVE, PASSIVE] = model.passive_zero * model.passive_zero
     p[FX, FX] = p[FY, FY] = model.force_deviation * model.force_deviation
     return Belief(Estimate(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NO_ERRORS), p)
@@ -233,7 +233,7 @@ def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: f
     leg = model.robot.leg2
     moving = leg_motion(leg, model.mode2, x, y, vx, vy)
     row = turn_row(leg, moving, vx, vy)
-    row[CLOCK] = -slope
+    row[CLOCK_ERROR] = -slope
     innovation = rate - (moving.dtheta + slope * (lag - clock)) - bias - share_of_errors(e, row)
     return _taken(belief, row, innovation, model.gyro_noise * model.gyro_noise)
 

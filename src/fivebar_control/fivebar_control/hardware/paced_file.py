@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds, check_period
 from fivebar_control.hardware.fault import DriveError
-from fivebar_description.board_file import CLOCK
+from fivebar_description.board_file import BY_THE_CLOCK
 from fivebar_description.interface import ACTIVE_JOINTS
 from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import StrictModel
@@ -82,7 +82,7 @@ class PacedFile(StrictModel):
     @property
     def paced_by_commands(self) -> bool:
         """Whether time waits for the commands."""
-        return self.pace != CLOCK
+        return self.pace != BY_THE_CLOCK
 
     @property
     def patience(self) -> int:

@@ -70,13 +70,6 @@ class MotorMap(NamedTuple):
         ]
         return plain
 
-    def cogging_at(self, angle: float) -> float:
-        """Return the torque (Nm) that has to be commanded against the cogging at an angle (rad)."""
-        return sum(
-            one.cosine.value * math.cos(one.periods * angle) + one.sine.value * math.sin(one.periods * angle)
-            for one in self.cogging
-        )
-
 
 def map_motors(robot: FiveBar, record: Record, harmonics: Sequence[int] = ()) -> tuple[MotorMap, MotorMap]:
     """Return the maps of both motors of a robot whose lengths, inertias and mass are known.

@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Iterator
 
-from fivebar_description.board_file import CLOCK
+from fivebar_description.board_file import BY_THE_CLOCK
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.motor import OFF, EmulatedMotor
 from fivebar_sim.boards.protocol import BUTTON, CommandFrame, CommandReader, StateFrame, fault_flags, write_state
@@ -113,7 +113,7 @@ class EmulatedBoard(MovedRobot):
                 self.ignore -= 1
                 continue
             self._command, self._commanded_at, self._expired = command, now, False
-            if self._file.pace != CLOCK:
+            if self._file.pace != BY_THE_CLOCK:
                 # the answer first: the client need not wait for the simulation of the next period
                 yield self._report()
                 self._reported_at = self._clock = now
@@ -127,7 +127,7 @@ class EmulatedBoard(MovedRobot):
         since = None if self._commanded_at is None else now - self._commanded_at
         watchdog = self._command.timeout_ms / 1e3
         self._expired = since is None or (watchdog > 0.0 and since > watchdog)
-        if self._file.pace == CLOCK:
+        if self._file.pace == BY_THE_CLOCK:
             return self._follow_clock(now, self._file.tick)
         if since is not None and since <= (watchdog or WITHOUT_WATCHDOG):
             # the next command, which may be late, moves the robot on

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fivebar_description.board_file import CLOCK
+from fivebar_description.board_file import BY_THE_CLOCK
 from fivebar_description.strict_yaml import validate
 from fivebar_sim.boards.board import BOTH, EmulatedBoard
 from fivebar_sim.boards.commands import USAGE, BoardOrder, read_order
@@ -62,7 +62,7 @@ class BoardEmulation:
     @property
     def waits(self) -> bool:
         """Whether the robot moves on with the commands alone."""
-        return self._file.pace != CLOCK
+        return self._file.pace != BY_THE_CLOCK
 
     def run(self, ending: threading.Event, between: Callable[[], None] = lambda: None) -> None:
         """Serve the port until `ending` is set; `between` is called between frames."""

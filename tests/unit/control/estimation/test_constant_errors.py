@@ -38,7 +38,9 @@ def test_an_estimate_and_its_vector_are_the_same(values: list[float]) -> None:
     history = empty_history(2)
     keep_belief(history, 3, Belief(estimate, np.zeros((cov.SIZE, cov.SIZE))))
     assert belief_at(history, 3).estimate == estimate
-    assert (estimate.x, estimate.vy, estimate.clock, estimate.fy) == tuple(vector[[cov.X, cov.VY, cov.CLOCK, cov.FY]])
+    assert (estimate.x, estimate.vy, estimate.clock, estimate.fy) == tuple(
+        vector[[cov.X, cov.VY, cov.CLOCK_ERROR, cov.FY]]
+    )
     assert (estimate.errors.zero2, estimate.errors.scale) == tuple(vector[[cov.ZERO2, cov.SCALE]])
 
 

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.constants import Drives, estimator_model
-from fivebar_control.estimation.covariance import CLOCK, ERRORS, PASSIVE, SCALE, SIZE
+from fivebar_control.estimation.covariance import CLOCK_ERROR, ERRORS, PASSIVE, SCALE, SIZE
 from fivebar_control.estimation.ekf import (
     NO_ERRORS,
     STIFFNESS_LIMIT,
@@ -346,7 +346,7 @@ def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
     # of the constant errors there is the gyroscope's scale alone: its tolerance is not 0 by default
     expected = np.zeros(SIZE)
     expected[2:ERRORS] = still, still, 0.3**2, 0.3**2, settings.gyro_bias**2
-    expected[SCALE], expected[CLOCK] = EXACT.gyro_scale**2 / 3.0, settings.gyro_clock**2
+    expected[SCALE], expected[CLOCK_ERROR] = EXACT.gyro_scale**2 / 3.0, settings.gyro_clock**2
     expected[PASSIVE] = EXACT.passive_zero**2 / 3.0
     np.testing.assert_allclose(covariance[2:, 2:], np.diag(expected[2:]), rtol=1e-12, atol=0.0)
     np.testing.assert_array_equal(covariance[:2, 2:], np.zeros((2, SIZE - 2)))

@@ -9,7 +9,7 @@ import pytest
 
 from fivebar_control.estimation.covariance import (
     BIAS,
-    CLOCK,
+    CLOCK_ERROR,
     ERRORS,
     ERRORS_END,
     FX,
@@ -51,7 +51,7 @@ def noise_matrix(noise: ProcessNoise) -> Matrix:
     q[2, 2] = q[3, 3] = noise.velocity
     q[4, 4] = q[5, 5] = noise.disturbance
     q[6, 6] = noise.bias
-    q[CLOCK, CLOCK] = noise.clock
+    q[CLOCK_ERROR, CLOCK_ERROR] = noise.clock
     q[FX, FX] = q[FY, FY] = noise.force
     q[0, 2] = q[2, 0] = q[1, 3] = q[3, 1] = noise.mixed
     return q
@@ -85,7 +85,7 @@ def test_noise_of_a_period_is_that_of_white_acceleration_and_random_walks() -> N
     added[2, 2] = added[3, 3] = acceleration**2 * h
     added[4, 4] = added[5, 5] = rate**2 * h
     added[BIAS, BIAS] = bias**2 * h
-    added[CLOCK, CLOCK] = clock**2 * h
+    added[CLOCK_ERROR, CLOCK_ERROR] = clock**2 * h
     # a force that forgets itself, and keeps its variance
     step[FX, FX] = step[FY, FY] = np.exp(-h / memory)
     added[FX, FX] = added[FY, FY] = 2.0 * force**2 / memory * h

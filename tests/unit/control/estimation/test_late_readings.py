@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.covariance import CLOCK, PASSIVE
+from fivebar_control.estimation.covariance import CLOCK_ERROR, PASSIVE
 from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, advanced, as_vector, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
@@ -225,8 +225,10 @@ def test_the_offset_of_an_unknown_clock_is_estimated(exact: Readings, offset: fl
     stamped = {number: [(number + offset, exact.rates[number])] for number in range(1, SAMPLES)}
     expected = estimated(exact, in_time(exact, range(1, SAMPLES)))
     found = estimated(exact, stamped, clock=0.005)
-    assert found.estimate.clock == pytest.approx(offset / RATE_HZ, abs=3.0 * math.sqrt(found.covariance[CLOCK, CLOCK]))
-    assert math.sqrt(found.covariance[CLOCK, CLOCK]) < 1e-3
+    assert found.estimate.clock == pytest.approx(
+        offset / RATE_HZ, abs=3.0 * math.sqrt(found.covariance[CLOCK_ERROR, CLOCK_ERROR])
+    )
+    assert math.sqrt(found.covariance[CLOCK_ERROR, CLOCK_ERROR]) < 1e-3
     assert np.hypot(*(as_vector(found.estimate) - as_vector(expected.estimate))[2:4]) < 2e-3
 
 

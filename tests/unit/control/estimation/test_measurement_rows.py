@@ -168,7 +168,7 @@ def test_the_row_of_the_gyroscope_is_the_derivative_of_the_links_rate(
                 leg_motion(erring(robot, error, size).leg2, modes[1], *point.tolist()).dtheta for size in (step, -step)
             )
             expected[error] = (ahead - behind) / (2.0 * step)
-        expected[cov.BIAS], expected[cov.SCALE], expected[cov.CLOCK] = 1.0, rate(point), -SLOPE
+        expected[cov.BIAS], expected[cov.SCALE], expected[cov.CLOCK_ERROR] = 1.0, rate(point), -SLOPE
         found = row_of_gyro(robot, modes, Estimate(*point.tolist(), 0.1, -0.1, 0.02, 2e-4))
         scale = 1.0 + float(np.abs(expected).max())
         np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * scale)
@@ -358,7 +358,7 @@ def test_what_is_not_known_at_the_start_is_as_the_settings_say(dextar: FiveBar) 
         cov.D1: 0.2**2,
         cov.D2: 0.2**2,
         cov.BIAS: 0.03**2,
-        cov.CLOCK: 1e-6,
+        cov.CLOCK_ERROR: 1e-6,
         cov.PASSIVE: 0.02**2 / 3.0,
         cov.FX: 1.5**2,
         cov.FY: 1.5**2,

@@ -217,9 +217,6 @@ def test_gains_friction_and_cogging_come_back(robot: FiveBar, noise: float) -> N
             if noise:
                 # fifteen values at 95 %: twice the half width holds all of them
                 assert abs(estimate.value - true) < 2.0 * estimate.half_width
-        cosine, sine = COGGING[7]
-        less = COGGING[12][0]
-        assert found.cogging_at(0.0) == pytest.approx((cosine + less) / gain, abs=4e-3)
 
 
 def test_the_gain_applies_to_what_residual_inertias_need(robot: FiveBar) -> None:
