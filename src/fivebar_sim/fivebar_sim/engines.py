@@ -13,7 +13,6 @@ from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.observation import ImuMotion
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects
 from fivebar_sim.effects.simulation import EffectsMotion, started_at
-from fivebar_sim.mujoco_robot import check_has_effects
 
 
 class SimulatedMechanism(Protocol):
@@ -89,6 +88,9 @@ def check_engine(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> None:
     """
     if settings.engine != MUJOCO:
         return
+    # loaded where it is used: most runs do without it
+    from fivebar_sim.mujoco_robot import check_has_effects
+
     check_has_effects(robot, settings, rate_hz)
     if importlib.util.find_spec("mujoco") is None:
         raise InputError("plant.engine: mujoco is not installed: expected pinocchio, or pip install mujoco-core")
