@@ -55,6 +55,9 @@ with contextlib.redirect_stdout(io.StringIO()), contextlib.suppress(SystemExit):
 print(json.dumps([*sys.modules]))
 """
 
+MOST_MODULES = 243
+"""Modules of this project that a simulation without a page loads at most."""
+
 NODES = [
     f"fivebar_control.nodes.{name}"
     for name in ("trajectory_generator", "supervisor", "ctc_controller", "vhc_controller", "blender", "imu_listener")
@@ -121,6 +124,11 @@ def test_the_library_loads_what_is_asked_of_it() -> None:
 def test_a_simulation_without_a_page_loads_neither_compiler_nor_scipy_nor_matplotlib(tmp_path: Path) -> None:
     names = loaded_by(SIMULATED.format(tmp_path / "run"))
     assert not {name.partition(".")[0] for name in names} & {"numba", "scipy", "matplotlib", "rclpy", "cv2", "mujoco"}
+    # nor what belongs to another plant, drives, studies or pages, and no more modules than a crossing needs
+    others = (".mujoco", ".boards.", ".emulators.", ".studies.", ".pages.", ".live.", ".hardware.", ".calibration.")
+    own = {name for name in names if name.startswith("fivebar_")}
+    assert not {name for name in own if any(other in name for other in others)}
+    assert len(own) <= MOST_MODULES
 
 
 def test_a_node_loads_neither_compiler_nor_scipy_nor_the_robot_of_the_plant() -> None:

@@ -16,7 +16,6 @@ from fivebar_bringup.recorded.summary import Summary, summarize
 from fivebar_bringup.recorded.timing import read_timing
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark, fault_marks
-from fivebar_bringup.report.page import html_page, overlay_page
 from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import JOINT_STATES
@@ -60,6 +59,7 @@ def write_summary_without_bag(run: RunDirectory) -> Summary:
 def _write_page(run: RunDirectory, recorded: _Recorded) -> None:
     # here, because matplotlib takes as long to load as all the rest of the command
     from fivebar_bringup.report.gallery import draw_pictures
+    from fivebar_bringup.report.page import html_page
     from fivebar_bringup.report.replay import replay_scripts
 
     analysis = recorded.analysis
@@ -76,6 +76,7 @@ def write_overlay(first: RunDirectory, second: RunDirectory) -> tuple[Path, tupl
         InputError: a directory does not hold a run or a run has no samples, or the page cannot be written.
         BagError: a bag cannot be read or does not hold a run of its scenario.
     """
+    from fivebar_bringup.report.page import overlay_page
     from fivebar_bringup.report.replay import replay_scripts
 
     names = first.path.resolve().name, second.path.resolve().name
