@@ -94,7 +94,8 @@ DECLARED, SEEN = "declared", "seen"
 
 
 CONTROLLER = Setting(
-    f"Controller of the run: {', '.join(CONTROLLERS)}, or my_package.my_law:LAW for a law from elsewhere.",
+    "Controller of the run, such as multi_cartesian or unified (`fivebar compare --help` names all), or"
+    " my_package.my_law:LAW for a law from elsewhere.",
     check=controller_problem,
 )
 
