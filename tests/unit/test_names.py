@@ -176,7 +176,11 @@ ELSEWHERE = {
         "fivebar_bringup.cli.studies",
     ),
     "unit/bringup/studies/test_maps.py": ("fivebar_control.workspace.fields", "fivebar_control.workspace.loci"),
-    "unit/sim/test_mujoco.py": ("fivebar_sim.mujoco_model", "fivebar_sim.mujoco_motion"),
+    "unit/sim/test_mujoco.py": (
+        "fivebar_sim.mujoco_model",
+        "fivebar_sim.mujoco_motion",
+        "fivebar_sim.mujoco_robot",
+    ),
 }
 """Where modules are tested that a test of another name covers."""
 
