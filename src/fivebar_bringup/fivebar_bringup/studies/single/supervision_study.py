@@ -14,11 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.success import shortcomings
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
-from fivebar_bringup.studies.common.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
-from fivebar_bringup.studies.sweep.running import planned, screened, shortcomings, timed_for_loads
+from fivebar_bringup.studies.sweep.running import planned, screened, timed_for_loads
 from fivebar_control.laws.registry import SUPERVISIONS
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_description.strict_yaml import InputError
