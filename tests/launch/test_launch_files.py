@@ -383,36 +383,6 @@ def test_goals_are_sent_and_followed_from_the_command_line(tmp_path: Path, domai
         probe.close()
 
 
-def test_emulated_robots_share_a_cell(tmp_path: Path, domain: int) -> None:
-    """The second command of docs/ros.md, without RViz where that is not installed: both robots are powered and move."""
-    (_, command) = command_lines(PAGE, "ros2 launch fivebar_bringup cell.launch.py")
-    arguments = shlex.split(command)[4:]
-    if not installed("rviz2"):
-        arguments.remove("rviz:=true")
-    probes = [Probe(domain, robot) for robot in ("left", "right")]
-    for probe in probes:
-        probe.listen(RUN_STATUS)
-    call = LaunchCall(tmp_path / "cell", domain, "cell", *arguments, **dds_variables())
-    try:
-        for probe in probes:
-            probe.wait_for(
-                lambda probe=probe: (
-                    call.status is not None
-                    or any(json.loads(one.data)["sample"] > 100 for one in probe.received[RUN_STATUS.name])
-                ),
-                "a robot that moves",
-                deadline=RUN_DEADLINE,
-            )
-            assert call.status is None, call.output
-        call.send(signal.SIGINT)
-        call.finish()
-        call.expect_no_process(RUN_DEADLINE)
-    finally:
-        call.close()
-        for probe in probes:
-            probe.close()
-
-
 @pytest.mark.skipif(installed("rviz2"), reason="rviz2 is installed")
 @pytest.mark.parametrize("name", ["view", "control", "cell"])
 def test_without_rviz_its_windows_are_refused_in_one_line(tmp_path: Path, domain: int, name: str) -> None:
