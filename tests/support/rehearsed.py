@@ -19,12 +19,12 @@ def expect_crossing(call: CommandCall) -> None:
     assert summary["samples"] == summary["planned_samples"]
 
 
-def expect_stop(call: CommandCall, fault: str) -> None:
-    """Expect that a run is stopped by a fault, whose text begins so."""
+def expect_stop(call: CommandCall, *faults: str) -> None:
+    """Expect that a run is stopped by a fault, whose text begins in one of these ways."""
     assert call.finish() == 1, call.stderr
     summary = call.json()
     assert summary["outcome"] == "stopped"
-    assert summary["fault_details"][0].startswith(fault)
+    assert summary["fault_details"][0].startswith(faults)
 
 
 def last_torque(out: Path) -> tuple[float, ...]:
