@@ -54,3 +54,5 @@ def pytest_collection_finish() -> None:
     """Have no garbage collection look at modules and tests again: that takes a quarter of a second each time."""
     gc.collect()
     gc.freeze()
+    # what numba makes while it compiles is looked at a hundred times less often, a seventh of its time
+    gc.set_threshold(70_000, 20, 20)

@@ -33,13 +33,14 @@ from fivebar_description.interface import (
 from fivebar_description.ros.messages import joint_state, stamp_of
 from fivebar_description.share import share_file
 
-pytestmark = pytest.mark.clock
-
 RATE_HZ = 100
 """Slow enough for a machine that has other work to do."""
 
 HEARTBEAT_TIMEOUT_MS = 5000
 """Age at which a heartbeat counts as lost, longer than a shared machine stands still."""
+
+STOP_CYCLES = 100
+"""Cycles for which the bridge holds the last torque: a second, as for the first command."""
 
 BRIDGE = "/dextar_bridge"
 
@@ -62,7 +63,7 @@ class Rig:
             drives=str(path),
             rate_hz=RATE_HZ,
             command_timeout_ms=1000.0,
-            **{"safety.stop_cycles": 3},
+            **{"safety.stop_cycles": STOP_CYCLES},
             **parameters,
         )
         self.probe.listen(MOTOR_STATES, callback=self._on_states)

@@ -13,11 +13,13 @@ from graph_probe import DROPPED_RESPONSE, RATE_HZ, Bench, Probe, node_modules
 from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 from rcl_interfaces.srv import GetParameters
+from stopped_nodes import expect_orderly_end
 
 from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.robot_sizes import law_sizes
@@ -33,14 +35,19 @@ NUMBERS = (ParameterType.PARAMETER_DOUBLE, ParameterType.PARAMETER_INTEGER, Para
 
 
 @pytest.fixture(scope="module")
-def descriptors(shared_bench: Bench) -> dict[str, dict[str, ParameterDescriptor]]:
-    """Each node with its defaults, alone in its namespace, asked for its parameters."""
-    probe = shared_bench.probe()
-    found = {}
+def started(shared_bench: Bench) -> dict[str, ForkedNode]:
+    """Each node with its defaults, alone in its namespace."""
     # by itself the plant would give up after some seconds, which on a busy machine may be before it is asked
     more = {"plant": {"command_timeout_s": 600.0}}
-    processes = {node: shared_bench.start(node, f"/{node}", **more.get(node, {})) for node in NODES}
-    for node, process in processes.items():
+    return {node: shared_bench.start(node, f"/{node}", **more.get(node, {})) for node in NODES}
+
+
+@pytest.fixture(scope="module")
+def descriptors(shared_bench: Bench, started: dict[str, ForkedNode]) -> dict[str, dict[str, ParameterDescriptor]]:
+    """Each node asked for its parameters."""
+    probe = shared_bench.probe()
+    found = {}
+    for node, process in started.items():
         found[node] = {one.name: one for one in probe.describe(f"/{node}/{node}") if one.name not in OF_ROS}
         assert process.status is None
         # a node that was started early has time to say that it waits for the others
@@ -84,6 +91,12 @@ def test_a_graph_sets_only_parameters_that_its_nodes_have(
         for process in processes(graph, Mode.REALTIME, loaded.rate_hz):
             for node in process.nodes:
                 assert set(node.parameters) <= set(descriptors[node.executable]), node.executable
+
+
+@pytest.mark.usefixtures("descriptors")
+def test_a_signal_ends_every_node(shared_bench: Bench, started: dict[str, ForkedNode]) -> None:
+    expect_orderly_end(started, 0)
+    assert read_bag(shared_bench.folder / "processes" / "bag").topics
 
 
 REFUSED: list[tuple[str, dict[str, Any], str]] = [

@@ -100,8 +100,9 @@ class Chain:
         self.probe.wait_for(moves, "a torque after the reset")
 
 
-@pytest.fixture(scope="module", params=[False, True], ids=["apart", "together"])
+@pytest.fixture(scope="module", params=[pytest.param(False, marks=pytest.mark.extra), True], ids=["apart", "together"])
 def chain(request: Any, tmp_path_factory: pytest.TempPathFactory, motion: MiddleMotion) -> Iterator[Chain]:
+    """In one process, as a run has it, and with the long tests in five."""
     with Bench(tmp_path_factory.mktemp("chain")) as bench:
         yield Chain(bench, motion, request.param)
 

@@ -119,6 +119,7 @@ def test_a_fault_that_is_injected_on_the_way(fivebar: Callable[..., FivebarComma
 
 
 @pytest.mark.clock
+@pytest.mark.extra
 def test_a_killed_node_is_told_and_stops_the_robot(fivebar: Callable[..., FivebarCommand], calm: Path) -> None:
     call = rehearse(fivebar, calm, "--inject", "0.3 kill dextar_bridge")
     assert call.finish() == 1, call.stderr
@@ -136,7 +137,7 @@ def has_moved(probe: Probe, call: FivebarCommand) -> bool:
 
 
 @pytest.mark.clock
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.extra)])
 def test_an_interrupt_ends_it_in_order(tmp_path: Path, number: signal.Signals) -> None:
     with Bench(tmp_path) as bench:
         probe = bench.probe()

@@ -137,7 +137,6 @@ def fault_name(cycle: Exchange) -> str:
     return cycle.fault.name if cycle.fault is not None else ""
 
 
-@pytest.mark.clock
 def test_a_second_of_torque(bus: DriveBus, drives: Drives) -> None:
     """Enable, a second's cycles of a sine on both motors, disable; the drives end with status 0 on a signal."""
     bus.enable(DEADLINE)
@@ -159,7 +158,6 @@ def test_a_second_of_torque(bus: DriveBus, drives: Drives) -> None:
     assert drives.process.wait(DEADLINE) == 0
 
 
-@pytest.mark.clock
 def test_a_drive_fault_and_its_recovery(bus: DriveBus, drives: Drives) -> None:
     bus.enable(DEADLINE)
     drives.tell("fault 2")
@@ -171,7 +169,6 @@ def test_a_drive_fault_and_its_recovery(bus: DriveBus, drives: Drives) -> None:
     assert bus.states == ON
 
 
-@pytest.mark.clock
 def test_a_drive_that_loses_its_power(bus: DriveBus, drives: Drives) -> None:
     """The heartbeats end with the process: the last state that it told was operational."""
     bus.enable(DEADLINE)
@@ -181,7 +178,6 @@ def test_a_drive_that_loses_its_power(bus: DriveBus, drives: Drives) -> None:
     bus.write(ZERO)
 
 
-@pytest.mark.clock
 def test_a_silent_master_is_noticed_by_the_drives(bus: DriveBus, drives: Drives) -> None:
     """No cycle, no heartbeat: once cycles go on, the drives say that they have stopped, and why."""
     bus.enable(DEADLINE)

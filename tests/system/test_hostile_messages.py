@@ -97,7 +97,7 @@ def resolved(run: GraphRun, topic: Topic) -> str:
 
 @pytest.mark.parametrize(
     ("count", "segment"),
-    [(1500, 2.0), pytest.param(20_000, 30.0, marks=pytest.mark.extra)],
+    [(1000, 1.0), pytest.param(20_000, 30.0, marks=pytest.mark.extra)],
     ids=["short", "full"],
 )
 def test_messages_outside_the_chain_change_no_torque(tmp_path: Path, count: int, segment: float) -> None:

@@ -60,8 +60,12 @@ def on_a_small_disk(command: str, folder: Path, size: str = "400k") -> subproces
     ("command", "size"),
     [
         ("simulate middle --no-page --out disk/o", "400k"),
-        ("simulate middle --no-page --out disk/o", "4k"),
-        ("camera-calibrate --simulate unified_middle --views 6 --out disk/absent/c.yaml", "400k"),
+        pytest.param("simulate middle --no-page --out disk/o", "4k", marks=pytest.mark.extra),
+        pytest.param(
+            "camera-calibrate --simulate unified_middle --views 6 --out disk/absent/c.yaml",
+            "400k",
+            marks=pytest.mark.extra,
+        ),
     ],
 )
 def test_a_full_disk_is_one_line(command: str, size: str, tmp_path: Path) -> None:

@@ -20,7 +20,11 @@ def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Pat
 @pytest.mark.parametrize(
     ("broken", "fault"),
     [
-        ("0.5 fault 1 DC_BUS_UNDER_VOLTAGE", "odrive_error: q11 (node 0): DC_BUS_UNDER_VOLTAGE"),
+        pytest.param(
+            "0.5 fault 1 DC_BUS_UNDER_VOLTAGE",
+            "odrive_error: q11 (node 0): DC_BUS_UNDER_VOLTAGE",
+            marks=pytest.mark.extra,
+        ),
         pytest.param("1.2 unplug", "feedback_missing: q11 (id 0): no answer", marks=pytest.mark.extra),
         pytest.param(
             "0.5 fault 2 BRAKE_RESISTOR_DISARMED",

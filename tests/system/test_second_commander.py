@@ -58,8 +58,16 @@ def first_fault(run: GraphRun) -> str:
     return str(faults[0].data)
 
 
-@pytest.mark.parametrize("topic", [CTC_TORQUE, TORQUE_COMMAND], ids=lambda topic: topic.name)
-@pytest.mark.parametrize("mode", ["lockstep", pytest.param("realtime", marks=pytest.mark.clock)])
+@pytest.mark.parametrize(
+    ("mode", "topic"),
+    [
+        pytest.param("lockstep", CTC_TORQUE, marks=pytest.mark.extra),
+        ("lockstep", TORQUE_COMMAND),
+        pytest.param("realtime", CTC_TORQUE, marks=pytest.mark.clock),
+        pytest.param("realtime", TORQUE_COMMAND, marks=[pytest.mark.clock, pytest.mark.extra]),
+    ],
+    ids=lambda value: getattr(value, "name", value),
+)
 def test_a_rogue_in_the_middle_of_a_run(graph_run: Callable[..., GraphRun], mode: str, topic: Topic) -> None:
     run = graph_run(*(["--realtime"] if mode == "realtime" else []))
     run.probe.listen(FAULTS)
@@ -127,6 +135,8 @@ def test_a_rogue_on_every_topic_of_the_chain(graph_run: Callable[..., GraphRun])
     assert set(run.finish()["faults"]) == {"second_publisher", "interrupted"}
 
 
+# both runs go on as fast as they can until the second has ended
+@pytest.mark.extra
 def test_a_second_run_in_the_domain_of_the_first(graph_run: Callable[..., GraphRun]) -> None:
     first = graph_run()
     first.probe.listen(FAULTS, SAFETY_STATE)

@@ -42,7 +42,7 @@ def camera_scenario(folder: Path, calibration: str) -> Path:
     return scenario
 
 
-@pytest.mark.parametrize("calibration", ["half.yaml", "double.yaml"])
+@pytest.mark.parametrize("calibration", ["half.yaml", pytest.param("double.yaml", marks=pytest.mark.extra)])
 def test_a_calibration_of_smaller_or_larger_pictures_is_scaled(elsewhere: Path, calibration: str) -> None:
     """It was 10 mm off, as it stood."""
     scenario = CAMERA / "scenario.yaml" if calibration == "half.yaml" else camera_scenario(elsewhere, calibration)
@@ -110,7 +110,7 @@ def test_a_byte_order_mark_changes_no_score() -> None:
 COMMANDS = sorted(one.name or one.callback.__name__ for one in app.registered_commands if one.callback)
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+@pytest.mark.parametrize("encoding", ["ascii", pytest.param("latin-1", marks=pytest.mark.extra)])
 def test_every_help_and_a_posture_are_printed_in_any_encoding(encoding: str, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = [["--help"], ["posture", "1.2", "1.9"], *([name, "--help"] for name in COMMANDS)]
     for words in calls:

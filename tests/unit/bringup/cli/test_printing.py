@@ -73,8 +73,8 @@ def test_a_notebook_s_backend_and_an_ascii_terminal_change_nothing(tmp_path: Pat
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("simulate", "middle", "--no-page", "--out", "{}/run"),
-        ("guide", "calibration", "--out", "{}/led"),
+        # a simulation has it in tests/system
+        pytest.param(("guide", "calibration", "--out", "{}/led"), marks=pytest.mark.extra),
         ("camera-calibrate", "--board", "{}/board.png"),
     ],
 )
@@ -96,7 +96,9 @@ def test_a_full_disk_is_one_line(arguments: tuple[str, ...], tmp_path: Path) -> 
     assert line.endswith(": File too large")
 
 
-@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+@pytest.mark.parametrize(
+    "closed", [*(pytest.param(one, marks=pytest.mark.extra) for one in (">&-", "2>&-")), "<&- >&- 2>&-"]
+)
 def test_a_closed_stream_is_no_error_of_the_command(closed: str, tmp_path: Path) -> None:
     """What is written there goes nowhere, and not into the next file that is opened."""
     line = f"{FIVEBAR} simulate middle --no-page --out {tmp_path}/run {closed}"

@@ -61,7 +61,7 @@ def called(*arguments: str) -> Result:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("report", "RUN", "--json"),
+        ("report", "ALL/estimated", "--json"),
         ("estimate", "ALL/estimated", "--set", "ekf.gyro_noise=0.02", "--json", "--out", "OUT"),
         ("estimate", "ALL/estimated/bag", "--json", "--out", "OUT"),
         ("identify", "RUN", "--json", "--out", "OUT"),

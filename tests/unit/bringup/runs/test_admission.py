@@ -102,7 +102,23 @@ def test_who_forces_it_sees_the_torque_request_stop_the_robot(tmp_path: Path) ->
     assert "report.html" not in done.stdout
 
 
-@pytest.mark.parametrize("name", shipped_scenarios())
+LONG_MOTIONS = (
+    "calibration_below",
+    "excitation_encoders",
+    "excitation_resonance",
+    "motkin_calibration",
+    "motkin_calibration_below",
+    "motkin_excitation",
+    "multiple_encoders",
+    "multiple_joint",
+)
+"""Scenarios whose motion takes a second or more to screen and is like that of another one."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(one, marks=pytest.mark.extra if one in LONG_MOTIONS else ()) for one in shipped_scenarios()],
+)
 def test_shipped_scenarios_are_admitted(name: str) -> None:
     assert load_admitted(name).force == (name == "ctc_middle")
 
