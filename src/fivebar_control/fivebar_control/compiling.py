@@ -51,7 +51,10 @@ def _callee(function: FunctionType) -> Any:
         if function in _kept_by_themselves:
             _callees[function] = _kept_code(function, function.__qualname__, **wrappers)
         else:
-            _callees[function] = _machine_code(_rebound(function), **wrappers)
+            # with numba, which most processes do not load
+            from fivebar_control.compiled_parts import PartCompiler
+
+            _callees[function] = _machine_code(_rebound(function), pipeline_class=PartCompiler, **wrappers)
     return _callees[function]
 
 
