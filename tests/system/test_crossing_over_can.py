@@ -103,6 +103,7 @@ def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Pat
     assert bag.count(TORQUE_REQUESTED) >= 201 - 2 * missed - 10
 
 
+@pytest.mark.extra
 @pytest.mark.clock
 def test_a_fault_that_is_injected_on_the_way(fivebar: Callable[..., FivebarCommand], calm: Path) -> None:
     call = rehearse(fivebar, calm, "--inject", "0.3 fault 2")

@@ -119,6 +119,7 @@ def test_an_interrupted_run_ends_in_order(graph_run: Callable[..., GraphRun], nu
     run.command.expect_no_process(0.0)
 
 
+@pytest.mark.extra
 def test_a_signal_to_all_processes_of_a_run_ends_it_in_order(graph_run: Callable[..., GraphRun]) -> None:
     """As a service manager stops a group: SIGTERM to each process, here to the launcher last."""
     run = graph_run()
@@ -134,6 +135,7 @@ def test_a_signal_to_all_processes_of_a_run_ends_it_in_order(graph_run: Callable
     run.command.expect_no_process(0.0)
 
 
+@pytest.mark.extra
 def test_a_run_whose_directory_is_deleted_ends_in_one_line(graph_run: Callable[..., GraphRun]) -> None:
     run = graph_run()
     run.wait_for_sample(150)

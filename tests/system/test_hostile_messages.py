@@ -95,9 +95,10 @@ def resolved(run: GraphRun, topic: Topic) -> str:
     return str(run.probe.node.resolve_topic_name(topic.name))
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("count", "segment"),
-    [(1000, 1.0), pytest.param(20_000, 30.0, marks=pytest.mark.extra)],
+    [(1000, 1.0), (20_000, 30.0)],
     ids=["short", "full"],
 )
 def test_messages_outside_the_chain_change_no_torque(tmp_path: Path, count: int, segment: float) -> None:

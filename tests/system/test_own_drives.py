@@ -27,14 +27,13 @@ def test_a_crossing(fivebar: Callable[..., FivebarCommand], folder: Path, drives
     expect_crossing(call)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("broken", "fault"),
     [
         ("fault 1", "udp_drive_error: drive 1 is in error"),
-        pytest.param(
-            "silent 2", "feedback_missing: q21 (id 2): no answer in 2 cycles in a row", marks=pytest.mark.extra
-        ),
-        pytest.param("kill drive_bridge", "node_died: drive_bridge ", marks=pytest.mark.extra),
+        ("silent 2", "feedback_missing: q21 (id 2): no answer in 2 cycles in a row"),
+        ("kill drive_bridge", "node_died: drive_bridge "),
     ],
 )
 def test_a_fault_on_the_way(

@@ -95,6 +95,7 @@ def test_a_program_that_requests_no_further_motion_rests_until_it_is_over(
     assert summary["samples"] == summary["planned_samples"] > 0.44 * 500
 
 
+@pytest.mark.extra
 def test_its_estimate_can_be_had_again_with_the_payloads(
     fivebar: Callable[..., FivebarCommand], tmp_path: Path
 ) -> None:

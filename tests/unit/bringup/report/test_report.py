@@ -191,6 +191,7 @@ def test_the_page_says_what_came_out(reported: tuple[RunDirectory, Summary]) -> 
     assert "None" not in page and "nan" not in re.sub(r'src="[^"]*"', "", page)
 
 
+@pytest.mark.extra
 def test_a_second_report_is_the_same(reported: tuple[RunDirectory, Summary], tmp_path: Path) -> None:
     run = RunDirectory(Path(shutil.copytree(reported[0].path, tmp_path / "again")))
     first = {path: path.read_bytes() for path in (run.page, run.summary)}

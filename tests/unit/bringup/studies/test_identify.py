@@ -96,6 +96,7 @@ def errors(findings: IdentificationResult) -> tuple[float, float]:
     return float(np.max(off[:5] / true[:5])), float(np.max(off[5:]))
 
 
+@pytest.mark.extra
 def test_exact_sensors_give_the_parameters_within_one_percent(exact: RunDirectory) -> None:
     findings = identify_bag(exact.path)
     relative, offset = errors(findings)

@@ -245,6 +245,7 @@ def test_two_processes_find_what_one_does() -> None:
         assert replace(first, wall_s=None) == replace(second, wall_s=None)
 
 
+@pytest.mark.extra
 def test_an_interrupted_reproduction_leaves_no_process() -> None:
     """One worker is done at once, the other in the middle of a run of many seconds; nobody waits for it."""
 

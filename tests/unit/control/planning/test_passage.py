@@ -10,7 +10,7 @@ import pytest
 from fivebar_bringup.runs.admission import refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import Case, case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.single.passage_study import passage
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
@@ -44,8 +44,14 @@ def slow(**changes: object) -> Scenario:
     return Scenario.model_validate(content | changes)
 
 
+def interpreted(case: Case) -> Case:
+    """Return a case whose loop is not compiled: for robots with effects that takes longer than all runs here."""
+    law = case.controller.nominal._replace(compiles=False)
+    return case._replace(controller=case.controller._replace(nominal=law))
+
+
 def worst_error(scenario: Scenario, loads: Loads) -> float:
-    """Return the largest error (m) on the compiled engine with the loads along t_s, both ways."""
+    """Return the largest error (m) on the engine with the loads along t_s, both ways."""
     plan, robot = scenario.plan(), scenario.five_bar()
     crossed = plan.crossings[0]
     svd = parallel_svd(desired_at(robot, plan, crossed.time, plan.path.at(crossed.time)).state)
@@ -61,7 +67,8 @@ def worst_error(scenario: Scenario, loads: Loads) -> float:
                 ),
                 friction=scenario.plant.friction._replace(passive=loads.passive),
             )
-            errors.append(crossing(case_of(scenario.model_copy(update={"plant": plant})), samples).error_peak)
+            case = interpreted(case_of(scenario.model_copy(update={"plant": plant})))
+            errors.append(crossing(case, samples).error_peak)
     return max(errors)
 
 
@@ -91,8 +98,8 @@ def test_the_displacement_is_that_of_the_other_plant(
     assert predicted.time == scenario.plan().crossings[0].time
 
 
-@pytest.mark.parametrize("controller", ["mpc", "lqr"])
-@pytest.mark.parametrize("push", [0.6, 1.0])
+@pytest.mark.parametrize("controller", [pytest.param("mpc", marks=pytest.mark.extra), "lqr"])
+@pytest.mark.parametrize("push", [pytest.param(0.6, marks=pytest.mark.extra), 1.0])
 def test_a_law_that_looks_ahead_is_moved_about_as_far_as_its_fallback(controller: str, push: float) -> None:
     """The predicted displacement of the fallback law is above the simulated one of the law, by less than a half."""
     scenario, loads = slow(segment_duration=1.0, controller=controller), BORNE._replace(push=push)

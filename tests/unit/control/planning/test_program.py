@@ -197,7 +197,7 @@ def carried_out(steps: list[dict[str, Any]]) -> int:
     )  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(steps_of_programs, st.text(max_size=30))
 def test_any_program_is_laid_out_and_any_other_text_refused(steps: list[dict[str, Any]], other: str) -> None:
     text = yaml_text({"name": "work", "steps": steps})
