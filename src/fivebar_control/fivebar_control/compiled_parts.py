@@ -1,4 +1,4 @@
-"""Functions that only compiled functions call: they get no machine code of their own, which halves their compilation.
+"""Functions that only compiled functions call: they get no machine code of their own, which saves a fifth of the time.
 
 numba makes machine code of every function, and of all that it calls, at each level of calls again. A part is linked
 into what calls it as it is, and optimised there, once.

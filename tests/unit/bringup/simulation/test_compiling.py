@@ -142,7 +142,7 @@ def test_division_by_zero_is_infinite_and_the_original_stays_plain(tmp_path: Pat
 
 
 def test_what_only_compiled_functions_call_gets_no_machine_code_of_its_own(tmp_path: Path) -> None:
-    """numba compiles a function of 300 others in a quarter less time; a part kept by itself has its machine code."""
+    """That takes a fifth off the compilation of a run; a part that is kept by itself has its machine code."""
     module = module_with(tmp_path, 2.0)
     kept_by_itself(module.constant)
     whole = compiled(module.sum_of)
