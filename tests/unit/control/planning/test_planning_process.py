@@ -175,14 +175,14 @@ def test_a_request_keeps_to_the_workspace_and_to_the_forbidden_postures() -> Non
     assert "goal: (0.0000, 0.0300) m is outside the workspace [-0.1, 0.1, 0.05, 0.2] m" in beyond
     assert plan_order(CONDITIONS._replace(workspace=Area(-0.1, 0.1, 0.0, 0.2)), across).refused == ""
     strip = (-1.0, 1.0, 0.05, 0.06, -math.pi, math.pi, -math.pi, math.pi)
-    forbidden = plan_order(CONDITIONS._replace(rate_hz=250, forbidden=strip), across).refused
+    forbidden = plan_order(CONDITIONS._replace(rate_hz=500, forbidden=strip), across).refused
     assert "time to the forbidden posture '1' is 0 s" in forbidden
 
 
 def test_a_request_is_screened_with_the_law_that_follows_it() -> None:
     """The softer the law, the further the declared loads move the platform."""
     across = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.03), -1, 0.9)
-    conditions = CONDITIONS._replace(rate_hz=250, loads=Loads(push=0.3))
+    conditions = CONDITIONS._replace(rate_hz=500, loads=Loads(push=0.3))
     assert plan_order(conditions._replace(law=UnifiedSettings()), across).refused == ""
     soft = plan_order(conditions._replace(law=UnifiedSettings(kp=100.0, kd=20.0)), across).refused
     assert "displacement by the declared loads" in soft
