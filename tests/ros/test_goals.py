@@ -215,6 +215,7 @@ def planners_of(node: ForkedNode) -> list[int]:
     return [int(word) for one in lists for word in one.read_text().split()]
 
 
+@pytest.mark.extra
 def test_by_the_clock_the_planner_is_there_before_the_run_begins(bench: Bench) -> None:
     """To start a process takes longer than a cycle, and while it loads its modules it takes a processor."""
     node = bench.start(

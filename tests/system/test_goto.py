@@ -20,6 +20,7 @@ SHORT = "name: short\ncontroller: unified\nwaypoints: [[0.0, 0.15], [0.0, 0.14]]
 """What a robot does before it stands, by default two seconds' motion."""
 
 
+@pytest.mark.extra
 def test_it_runs_the_plan_and_goes_on_from_there(fivebar: Callable[..., FivebarCommand], tmp_path: Path) -> None:
     """There, and back: the second motion begins where the first has ended, in the other assembly mode."""
     out = tmp_path / "there"

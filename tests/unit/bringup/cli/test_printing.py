@@ -60,6 +60,7 @@ def fivebar(*arguments: str, **environment: str) -> subprocess.CompletedProcess[
     )
 
 
+@pytest.mark.extra
 def test_a_notebook_s_backend_and_an_ascii_terminal_change_nothing(tmp_path: Path) -> None:
     """The page is drawn all the same, into a directory whose name looks like markup."""
     out = tmp_path / "x[/1]"

@@ -44,6 +44,7 @@ def test_rviz_shows_the_robot_of_the_namespace() -> None:
         assert content["Global Options"]["Fixed Frame"] == frame
 
 
+@pytest.mark.extra
 def test_the_command_describes_the_robot_to_the_launch_file(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     assert described_by_command("unequal", "") == described_robot("unequal")

@@ -31,7 +31,9 @@ def crossed(path: Path, controller: str, factor: float) -> tuple[float, float, f
     return motion.duration, summary.tracking_error_peak_m, max(summary.torque_peak_nm) / factor
 
 
-@pytest.mark.parametrize("controller", ["unified", pytest.param("mpc", marks=pytest.mark.extra), "lqr"])
+@pytest.mark.parametrize(
+    "controller", ["unified", *(pytest.param(name, marks=pytest.mark.extra) for name in ("mpc", "lqr"))]
+)
 def test_a_heavier_and_stronger_robot_crosses_in_the_same_way(controller: str, tmp_path: Path) -> None:
     """By a power of two, which floating-point numbers carry exactly, so that the two runs hardly differ."""
     usual = crossed(tmp_path / "scaled.yaml", controller, 1.0)

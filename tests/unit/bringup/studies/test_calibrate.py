@@ -188,6 +188,7 @@ def test_the_scenario_for_calibrating_is_a_robot_that_needs_it() -> None:
     assert any(scenario.plant.encoders)
 
 
+@pytest.mark.extra
 def test_a_bag_in_a_namespace_is_calibrated_and_a_wrong_one_is_refused(bag: Path, tmp_path: Path) -> None:
     copied_into("lab", bag, tmp_path / "bag")
     arguments = [tmp_path / "bag", "--robot", "dextar", "--encoders-only", "--out", tmp_path / "out"]

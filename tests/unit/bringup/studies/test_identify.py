@@ -318,6 +318,7 @@ def test_angles_that_are_wrapped_to_one_turn_identify_alike(
     assert len(jumps) == 2 and min(jumps) > 6.0
 
 
+@pytest.mark.extra
 def test_a_bag_in_a_namespace_is_identified_and_a_wrong_one_is_refused(exact: RunDirectory, tmp_path: Path) -> None:
     copied_into("lab", exact.bag, tmp_path / "bag")
     arguments = ["identify", str(tmp_path / "bag"), "--robot", exact.read_scenario().robot, "--json"]

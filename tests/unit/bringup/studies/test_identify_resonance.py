@@ -72,6 +72,7 @@ def across(robot: str) -> Outcome:
     return crossing(case_of(scenario, stop_at_fault=True), plan)
 
 
+@pytest.mark.extra
 def test_the_command_finds_the_transmissions_and_leaves_a_tuned_robot_file(
     chirped: RunDirectory, tmp_path: Path
 ) -> None:
