@@ -364,9 +364,13 @@ def test_goals_are_sent_and_followed_from_the_command_line(tmp_path: Path, domai
 
     try:
         probe.wait_for(lambda: call.status is not None or rests(), "the end of the crossing", deadline=RUN_DEADLINE)
-        for (line,) in (poses, trajectories):
+        for number, (line,) in enumerate((poses, trajectories), start=1):
             call.ask(line)
-            wait_for("arrived")
+            probe.wait_for(
+                lambda number=number: call.status is not None or told().count("arrived") == number,
+                f"arrival {number}, told: {told()}",
+                deadline=RUN_DEADLINE,
+            )
             assert told()[-3:] == ["planning", "moving", "arrived"]
             assert call.ask(echoes[0]).splitlines()[0] == "arrived"
         probe.publish(GOAL, JointState(name=["x", "y", "duration"], position=[0.0, 0.03, 40.0]))
