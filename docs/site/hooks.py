@@ -101,11 +101,14 @@ def source_page(path: Path) -> str:
 
 
 def notebook_page(notebook: dict[str, Any]) -> str:
-    """Return the cells of a notebook as a page."""
+    """Return the cells of a notebook as a page; solutions of exercises are folded."""
     parts = []
     for cell in notebook["cells"]:
         text = "".join(cell["source"])
-        parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
+        shown = text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```"
+        if "solution" in cell["metadata"].get("tags", ()):
+            shown = f'<details markdown="1">\n<summary>Solution</summary>\n\n{shown}\n\n</details>'
+        parts.append(shown)
     return "\n\n".join(parts) + "\n"
 
 

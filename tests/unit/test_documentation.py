@@ -117,8 +117,24 @@ def test_a_notebook_runs_in_jupyter(path: Path, tmp_path: Path, monkeypatch: pyt
     notebook = nbformat.read(path, as_version=4)
     nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    assert sum("image/png" in output.get("data", {}) for output in outputs) == 2
-    assert "sensor_msgs/msg/JointState" in "".join(output.get("text", "") for output in outputs)
+    pictures, said = NOTEBOOK_SHOWS[path.stem]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == pictures
+    assert said in "".join(output.get("text", "") for output in outputs)
+
+
+NOTEBOOK_SHOWS = {
+    "read_a_bag": (2, "sensor_msgs/msg/JointState"),
+    "lecture": (2, "lecture_law:LAW  succeeded, at most 0.21 mm"),
+}
+"""Pictures of each notebook, and what it prints among others."""
+
+
+def test_every_exercise_of_the_lecture_has_a_hidden_solution() -> None:
+    notebook = json.loads((DOCS / "tutorials" / "lecture.ipynb").read_text(encoding="utf-8"))
+    exercises = [cell for cell in notebook["cells"] if any("**Exercise " in line for line in cell["source"])]
+    solutions = [cell["metadata"] for cell in notebook["cells"] if "solution" in cell["metadata"].get("tags", ())]
+    assert len(exercises) == len(solutions) == 7
+    assert all(metadata["jupyter"]["source_hidden"] for metadata in solutions)
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -16,7 +16,7 @@ from fivebar_bringup.cli.printing import accept_any_character, complain, flush, 
 MODULES = (
     *("running", "goto", "program", "viewing", "status", "play"),
     *("studies", "calibrate", "identify", "estimate", "odds", "posture", "guide", "camera"),
-    *("compare", "sweep", "robustness", "benchmark"),
+    *("compare", "sweep", "robustness", "benchmark", "lecture"),
     *("settings", "urdf"),
 )
 """Modules that declare commands, in the order in which the help lists these within their groups."""

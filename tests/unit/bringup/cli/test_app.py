@@ -61,5 +61,5 @@ def test_options_that_mean_the_same_are_called_the_same() -> None:
         assert {"--controllers", "--controller"} <= options[name], name
     for name in ("compare", "sweep", "benchmark", "robustness"):
         assert "--jobs" in options[name], name
-    printing = {"view", "play", "settings", "urdf", "model"}
+    printing = {"view", "play", "lecture", "settings", "urdf", "model"}
     assert {name for name in COMMANDS if "--json" not in options[name]} == printing

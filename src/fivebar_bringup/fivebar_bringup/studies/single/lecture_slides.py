@@ -1,0 +1,90 @@
+"""Six slides of a lecture on crossing singularities, as SVG: figures of the map and of three runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import matplotlib
+from matplotlib.figure import Figure
+
+from fivebar_bringup.pages.style import house_style
+from fivebar_bringup.recorded.run_directory import RunDirectory
+from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.gallery import DRAW
+from fivebar_bringup.report.report import read_analysis
+from fivebar_bringup.runs.offline import run_offline
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.map import figures as of_map
+from fivebar_bringup.studies.map.examples import choose
+from fivebar_bringup.studies.map.measures import measure
+from fivebar_control.workspace.fields import evaluate
+from fivebar_control.workspace.loci import singular_loci
+from fivebar_description.robot_file import read_robot
+
+CELLS = 120
+"""Cells along the longer side of the planes that are drawn."""
+
+LONGER = 2e-4
+"""What distal link 1 is longer (m) than the controllers know, so that a law which inverts the dynamics gets lost."""
+
+SLIDES = (
+    "1_singular_postures",
+    "2_assembly_modes",
+    "3_conditioning",
+    "4_computed_torque_fails",
+    "5_criterion",
+    "6_across",
+)
+"""Their names, in the order of the lecture."""
+
+
+def draw_slides(folder: Path, progress: Callable[[int, int], None]) -> list[Path]:
+    """Draw the slides into a folder, and return their files.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    # the same file whenever it is drawn
+    with house_style(), matplotlib.rc_context({"svg.hashsalt": "fivebar", "svg.fonttype": "none"}):
+        for name, figure in zip(SLIDES, _figures(), strict=True):
+            path = folder / f"{name}.svg"
+            figure().savefig(path, metadata={"Date": None})
+            paths.append(path)
+            progress(len(paths), len(SLIDES))
+    return paths
+
+
+def _figures() -> list[Callable[[], Figure]]:
+    file = read_robot("dextar")
+    robot = file.five_bar()
+    loci = singular_loci(robot)
+    fields = evaluate(robot, loci, CELLS, lambda done, total: None)
+    survey = of_map.Survey(file.name, robot, loci, fields, measure(loci, fields), choose(robot, loci, fields))
+    return [
+        lambda: of_map.postures(survey),
+        lambda: of_map.assembly_modes(survey),
+        lambda: of_map.conditioning(survey),
+        lambda: DRAW["torques"](run_with("ctc")),
+        lambda: DRAW["criterion"](run_with("unified")),
+        lambda: DRAW["hero"](run_with("unified")),
+    ]
+
+
+def run_with(controller: str) -> RunAnalysis:
+    """Return the middle crossing of a controller on a robot with a wrong length."""
+    scenario = Scenario.model_validate(
+        {
+            "name": f"lecture_{controller}",
+            "controller": controller,
+            "waypoints": [[0.0, 0.15], [0.0, 0.02]],
+            "plant": {"torque_limit": 10.0, "links": {"l_12": LONGER}},
+            "force": True,
+        }
+    )
+    with TemporaryDirectory() as folder:
+        directory, _ = run_offline(scenario, Path(folder, "run"), lambda done, total: None, with_page=False)
+        return read_analysis(RunDirectory(directory.path))
