@@ -24,9 +24,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.benchmark.scoring import HEAD as RESULTS_HEAD
 from fivebar_bringup.studies.benchmark.scoring import read_results
 from fivebar_bringup.studies.calibrate.reading import TouchedFile
-from fivebar_bringup.studies.sweep.directory import SweepDirectory
-from fivebar_bringup.studies.sweep.rows import FEASIBLE
-from fivebar_bringup.studies.sweep.rows import HEAD as ROWS_HEAD
+from fivebar_bringup.studies.engine.directory import StudyFiles
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, ROWS
+from fivebar_bringup.studies.sweep.sweep import SWEEP, SweepSettings
 from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.configuration import DriveFile, load_drives
 from fivebar_control.hardware.frames import FrameReader
@@ -132,13 +132,13 @@ def _yaml_parser(name: str, read: Callable[[Path], object], *seeds: bytes) -> Pa
 
 
 def _sweep_rows(content: bytes, folder: Path) -> object:
-    directory = SweepDirectory(folder)
+    directory = StudyFiles(SWEEP, folder)
     directory.rows.write_bytes(content)
-    return directory.complete_rows()
+    return directory.complete_rows(SweepSettings())
 
 
 def _sweep_settings(content: bytes, folder: Path) -> object:
-    directory = SweepDirectory(folder)
+    directory = StudyFiles(SWEEP, folder)
     directory.content.write_bytes(content)
     return directory.read_settings()
 
@@ -211,7 +211,7 @@ def _goal(text: str) -> object:
 
 
 _BAG = _small_bag()
-_ROW = ",".join(FEASIBLE if column == "status" else "1" for column in ROWS_HEAD.split(","))
+_ROW = ",".join(FEASIBLE if column == "status" else "1" for column in ROWS.head.split(","))
 
 PARSERS: Mapping[str, Parser] = {
     **{f"content-{model.__name__}": _model_parser(model) for model in FILES},
@@ -236,7 +236,7 @@ PARSERS: Mapping[str, Parser] = {
         (InputError,),
         (b'{"settings": {"seed": 1, "cases": 10, "program": "a", "rig": "ideal", "controllers": ["mpc"]}}',),
     ),
-    "sweep-rows": Parser(_sweep_rows, (InputError,), (f"{ROWS_HEAD}{_ROW}\n{_ROW}\n".encode(),)),
+    "sweep-rows": Parser(_sweep_rows, (InputError,), (f"{ROWS.head}{_ROW}\n{_ROW}\n".encode(),)),
     "benchmark-results": Parser(
         _as_text(partial(read_results, source="results.csv")),
         (InputError,),

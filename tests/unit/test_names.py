@@ -176,6 +176,8 @@ ELSEWHERE = {
         "fivebar_bringup.cli.running",
         "fivebar_bringup.cli.studies",
     ),
+    "unit/bringup/studies/test_sweep.py": ("fivebar_bringup.cli.study_options",),
+    "unit/bringup/recorded/test_table_files.py": ("fivebar_bringup.extras",),
     "unit/bringup/studies/test_maps.py": ("fivebar_control.workspace.fields", "fivebar_control.workspace.loci"),
     "unit/sim/test_mujoco.py": (
         "fivebar_sim.mujoco_model",

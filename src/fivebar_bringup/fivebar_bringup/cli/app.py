@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import signal
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
 from importlib.metadata import version
@@ -75,7 +75,13 @@ def _question(name: str, known: Collection[str]) -> str:
 
 
 class Subcommand(TyperCommand):
-    """A subcommand whose options' help has its words filled in where it is shown."""
+    """A subcommand whose options' help has its words filled in where it is shown.
+
+    Attributes:
+        former: former names of its options, and the present ones.
+    """
+
+    former: Mapping[str, str] = {}
 
     def help_filled(self) -> Subcommand:
         """Fill in the words, and return the command."""
@@ -87,6 +93,7 @@ class Subcommand(TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words of a call, and propose what may be meant by an option or a choice that does not exist."""
+        args = [self._present(word) for word in args]
         self._refuse_unknown(ctx, args)
         try:
             return super().parse_args(ctx, args)
@@ -95,6 +102,14 @@ class Subcommand(TyperCommand):
             if found:
                 error.message += _question(found[1], CHOICE.findall(found[2]))
             raise
+
+    def _present(self, word: str) -> str:
+        """Return a word of a call with the present name of an option in place of a former one."""
+        name, sign, value = word.partition("=")
+        if name not in self.former:
+            return word
+        complain(f"{name} is deprecated: use {self.former[name]}")
+        return f"{self.former[name]}{sign}{value}"
 
     def _refuse_unknown(self, ctx: Any, args: list[str]) -> None:
         """Refuse an option that is none, which where negative numbers are arguments would be taken for another one."""
@@ -113,10 +128,18 @@ class Subcommand(TyperCommand):
 
 
 def command(
-    group: Group, name: str | None = None, **settings: Any
+    group: Group, name: str | None = None, former: Mapping[str, str] | None = None, **settings: Any
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Return the decorator of a subcommand's function, named like it unless another name is given."""
-    return app.command(name, cls=Subcommand, rich_help_panel=group, **settings)
+    """Return the decorator of a subcommand's function.
+
+    Args:
+        group: in the help.
+        name: where it is not that of the function.
+        former: former names of its options, and the present ones.
+        settings: as typer has them.
+    """
+    kind = type("Subcommand", (Subcommand,), {"former": former or {}})
+    return app.command(name, cls=kind, rich_help_panel=group, **settings)
 
 
 ScenarioArgument = Annotated[

@@ -10,14 +10,14 @@ import typer
 from rich.table import Table
 
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
-from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
+from fivebar_bringup.cli.study_options import chosen
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.rounding import in_millimetres
 
 
-@command(Group.STUDY)
+@command(Group.STUDY, former={"--controller": "--controllers"})
 def benchmark(
     rigs: Annotated[
         str,
@@ -26,7 +26,7 @@ def benchmark(
         ),
     ] = "ideal",
     controllers: Annotated[
-        str | None, typer.Option("--controllers", "--controller", help="Some of {controllers} [default: all]")
+        str | None, typer.Option("--controllers", help="Some of {controllers} [default: all]")
     ] = None,
     crossings: Annotated[
         int | None, typer.Option("--crossings", min=1, help="Only the first so many crossings. [default: all]")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import shlex
-from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated
 
@@ -16,9 +15,9 @@ from rich.text import Text
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
+from fivebar_bringup.cli.study_options import chosen_controllers
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.suggestion import expected_one_of
 
 LONGEST = 60.0
 """Duration of a segment (s) above which a typing error is more likely."""
@@ -27,7 +26,7 @@ COLOURS = {True: "green", False: "red", None: "yellow"}
 WORDS = {True: "met", False: "not met", None: "not known"}
 
 
-@command(Group.STUDY)
+@command(Group.STUDY, former={"--controller": "--controllers"})
 def compare(
     scenarios: Annotated[
         list[str] | None,
@@ -38,9 +37,7 @@ def compare(
     ] = None,
     controllers: Annotated[
         str | None,
-        typer.Option(
-            "--controllers", "--controller", help="Some of {controllers}, or my_package.my_law:LAW [default: all]"
-        ),
+        typer.Option("--controllers", help="Some of {controllers}, or my_package.my_law:LAW [default: all]"),
     ] = None,
     durations: Annotated[
         str | None, typer.Option("--durations", help="Of every segment, in seconds [default: 0.5,1,2,3]")
@@ -78,7 +75,7 @@ def compare(
         names = scenarios or (["middle"] if quick else ["middle", "multiple"])
         extent = ComparisonExtent(
             given=tuple(load_scenario(name) for name in names),
-            controllers=tuple(CONTROLLERS) if controllers is None else _controllers(controllers),
+            controllers=chosen_controllers(controllers) or tuple(CONTROLLERS),
             durations=_durations(durations if durations is not None else "1" if quick else "0.5,1,2,3"),
             rigs=_rigs(rigs, quick),
         )
@@ -100,34 +97,6 @@ def compare(
         verdict = WORDS[finding.met], COLOURS[finding.met]
         printer.print(Text.assemble(verdict, f": {finding.title}: {finding.measured}"))
     printer.print(f"look at {made.page}", soft_wrap=True)
-
-
-def _controllers(text: str) -> tuple[str, ...]:
-    """Return the controllers in a list that is separated by commas, each once.
-
-    Raises:
-        InputError: one of them is not known.
-    """
-    from fivebar_control.laws.registry import find_controller
-
-    try:
-        return tuple(dict.fromkeys(find_controller(name.strip()).name for name in text.split(",")))
-    except InputError as error:
-        raise InputError(f"--controllers: {str(error).removeprefix('controller: ')}") from error
-
-
-def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
-    """Return the names in a list that is separated by commas, each once.
-
-    Raises:
-        InputError: one of them is not known.
-    """
-    names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
-    for name in names:
-        if name not in known:
-            words = expected_one_of(name, known, ", separated by commas", "some of")
-            raise InputError(f"{option}: {name!r}: {words}")
-    return names
 
 
 def _rigs(text: str | None, quick: bool) -> tuple[str, ...] | None:

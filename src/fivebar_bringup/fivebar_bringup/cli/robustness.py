@@ -11,9 +11,9 @@ import typer
 from rich.table import Table
 
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
-from fivebar_bringup.cli.compare import chosen
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
+from fivebar_bringup.cli.study_options import chosen
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.rounding import in_millimetres
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from fivebar_bringup.extras import library
 from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.recorded.series import UNITS
-from fivebar_description.errors import InputError
 
 Columns = Mapping[str, FloatArray]
 """Columns by name, [n] each."""
@@ -26,7 +25,7 @@ def data_frame(columns: Columns) -> Any:
     Raises:
         InputError: pandas is not installed.
     """
-    frame = _library("pandas").DataFrame(dict(columns))
+    frame = library("pandas").DataFrame(dict(columns))
     frame.attrs["units"] = _units(columns)
     return frame
 
@@ -65,7 +64,7 @@ def write_parquet(columns: Columns, path: Path) -> None:
     Raises:
         InputError: pyarrow is not installed, or the file cannot be written.
     """
-    arrow, parquet = _library("pyarrow"), _library("pyarrow.parquet")
+    arrow, parquet = library("pyarrow"), library("pyarrow.parquet")
     fields = [arrow.field(name, arrow.float64(), metadata={"unit": UNITS[name]}) for name in columns]
     content = io.BytesIO()
     parquet.write_table(arrow.table(list(columns.values()), schema=arrow.schema(fields)), content)
@@ -78,10 +77,3 @@ def _units(columns: Columns) -> dict[str, str]:
 
 def _write(path: Path, content: bytes) -> None:
     write_results(path.parent, {path.name: content})
-
-
-def _library(name: str) -> Any:
-    try:
-        return import_module(name)
-    except ImportError as error:
-        raise InputError(f"{name.partition('.')[0]} is not installed: pip install 'fivebar[data]'") from error

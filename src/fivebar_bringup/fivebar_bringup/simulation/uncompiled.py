@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,12 +25,18 @@ from fivebar_bringup.simulation.robot import (
 )
 from fivebar_control.compiling import bound, compiled_and_kept
 from fivebar_control.estimation.compiled import compiled_step
+from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.closed_loop import run_loop
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.loop.setup import first_memory, law_functions
 from fivebar_control.model.state import Platform
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
+
+Result = TypeVar("Result")
+
+_refused: set[str] = set()
+"""Names of the laws from elsewhere that could not be compiled."""
 
 robot_start: Callable[..., Any] = ideal_start
 robot_later: Callable[..., Any] = ideal_later
@@ -40,18 +46,42 @@ robot_sensed: Callable[..., Any] = ideal_sensed
 
 def crossing(case: Case, plan: Sampled) -> Outcome:
     """Return the metrics of a case along a sampled plan, from the engine where it takes the controller."""
-    if case.controller.compiles:
-        return engine.crossing(case, plan)
-    return _called(case, plan, engine.NO_TRACE)
+    compiled = _in_machine_code(engine.crossing, case, plan)
+    return _called(case, plan, engine.NO_TRACE) if compiled is None else compiled
 
 
 def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
     """Return the same with the trace, as :func:`engine.traced_crossing` does."""
-    if case.controller.compiles:
-        return engine.traced_crossing(case, plan)
+    compiled = _in_machine_code(engine.traced_crossing, case, plan)
+    if compiled is not None:
+        return compiled
     trace = np.zeros((len(plan.rows), len(TraceRow._fields)))
     outcome = _called(case, plan, trace)
     return outcome, trace[: outcome.samples]
+
+
+def _in_machine_code(function: Callable[[Case, Sampled], Result], case: Case, plan: Sampled) -> Result | None:
+    """Return what a function of the engine returns, None for a law that numba cannot compile.
+
+    A law of this package says so. One from elsewhere may say nothing, and is tried once in a process.
+    """
+    controller = case.controller
+    if not controller.compiles or controller.name in _refused:
+        return None
+    try:
+        return function(case, plan)
+    except Exception as error:
+        if controller.name in CONTROLLERS or not _of_compiler(error):
+            raise
+        _refused.add(controller.name)
+        return None
+
+
+def _of_compiler(error: Exception) -> bool:
+    """Return whether an error is that of a function, or of its arguments, that cannot be compiled."""
+    from numba.core.errors import NumbaError
+
+    return isinstance(error, NumbaError | TypeError)
 
 
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:

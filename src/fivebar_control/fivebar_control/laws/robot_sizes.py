@@ -25,6 +25,9 @@ DEXTAR_CROSSING = 0.55
 DEXTAR_INERTIA = 0.201
 """`inertia_of` that robot (Nm per m/s^2)."""
 
+DEXTAR_LINK = 0.09
+"""Mean length (m) of that robot's links."""
+
 CROSSING_SHARE = 0.5
 """Torque of a nominal crossing over the drives' limit, where the former is not known."""
 
@@ -42,6 +45,12 @@ def inertia_of(robot: FiveBar) -> float:
     """Return about how much torque an acceleration of the platform takes (Nm per m/s^2), away from singularities."""
     legs = robot.leg1, robot.leg2
     return 0.5 * sum(leg.inertia / leg.proximal + robot.mass * leg.proximal for leg in legs)
+
+
+def size_ratio(robot: FiveBar) -> float:
+    """Return the size of a robot over that of DexTAR: the mean length of its links."""
+    legs = robot.leg1, robot.leg2
+    return 0.25 * sum(leg.proximal + leg.distal for leg in legs) / DEXTAR_LINK
 
 
 def torque_ratio(file: RobotFile) -> float:

@@ -58,7 +58,12 @@ def test_options_that_mean_the_same_are_called_the_same() -> None:
         name: {one for parameter in command.params for one in parameter.opts} for name, command in COMMANDS.items()
     }
     for name in ("compare", "sweep", "benchmark"):
-        assert {"--controllers", "--controller"} <= options[name], name
+        assert "--controllers" in options[name] and "--controller" not in options[name], name
+        done = CliRunner().invoke(app, [name, "--controller=nobody"])
+        assert done.exit_code == 2
+        complaint, error = done.stderr.splitlines()
+        assert complaint == "fivebar: --controller is deprecated: use --controllers"
+        assert error.startswith("fivebar: --controllers: 'nobody': ")
     for name in ("compare", "sweep", "benchmark", "robustness"):
         assert "--jobs" in options[name], name
     printing = {"view", "play", "lecture", "settings", "urdf", "model"}

@@ -20,14 +20,17 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.odds.success import shortcomings
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, Outcome
-from fivebar_bringup.studies.sweep import directory as sweep_directory
+from fivebar_bringup.studies.engine import running as engine
+from fivebar_bringup.studies.engine.directory import StudyFiles
+from fivebar_bringup.studies.engine.directory import opened as opened_study
+from fivebar_bringup.studies.engine.program import deciding_files, matching
+from fivebar_bringup.studies.engine.running import Progress, Tally, run_study, silent
+from fivebar_bringup.studies.sweep import figures
 from fivebar_bringup.studies.sweep import sweep as sweeping
-from fivebar_bringup.studies.sweep.directory import SweepDirectory, opened
 from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
 from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
-from fivebar_bringup.studies.sweep.program import deciding_files, matching
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, HEAD, REFUSED, SCREENED_OUT, SweepRow, as_lines, from_lines
-from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case, use_of
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, ROWS, SCREENED_OUT, SweepRow
+from fivebar_bringup.studies.sweep.running import SWEPT, counted, run_case, use_of
 from fivebar_bringup.studies.sweep.statistics import (
     branch_table,
     error_table,
@@ -35,7 +38,7 @@ from fivebar_bringup.studies.sweep.statistics import (
     planner_reason,
     refusals_table,
 )
-from fivebar_bringup.studies.sweep.sweep import BATCH, Tally, sweep
+from fivebar_bringup.studies.sweep.sweep import DECIDING, SWEEP, SweepSettings
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.planning.figures import Figure
@@ -46,6 +49,22 @@ from fivebar_description.strict_yaml import InputError
 
 SEED, CASES = 3, 5
 ROBOT = load_robot("dextar")
+BATCH = SWEEP.chunk
+HEAD = ROWS.head
+
+Files = StudyFiles[SweepSettings, SweepRow]
+
+
+def sweep(path: Path, seed: int | None = None, cases: int | None = None, progress: Progress = silent) -> None:
+    run_study(SWEEP, {"seed": seed, "cases": cases}, path, progress=progress)
+
+
+def opened(path: Path, seed: int | None, cases: int | None, **others: Any) -> tuple[Files, SweepSettings]:
+    return opened_study(SWEEP, path, {"seed": seed, "cases": cases, **others})
+
+
+def complete_rows(path: Path, controllers: tuple[str, ...] = SWEPT) -> dict[int, list[SweepRow]]:
+    return StudyFiles(SWEEP, path).complete_rows(SweepSettings(controllers=controllers))
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +77,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rows(made: Path) -> list[SweepRow]:
-    return [row for rows in SweepDirectory(made).complete_rows().values() for row in rows]
+    return [row for rows in complete_rows(made).values() for row in rows]
 
 
 def side(case: Draw, x: float, y: float) -> float:
@@ -179,9 +198,9 @@ def test_a_row_holds_what_the_offline_runner_finds(rows: list[SweepRow], with_en
 
 @pytest.mark.extra
 def test_rows_survive_the_file(rows: list[SweepRow]) -> None:
-    assert from_lines(as_lines(rows)) == rows
+    assert ROWS.read(ROWS.lines(rows)) == rows
     with pytest.raises(ValueError, match="expected"):
-        from_lines("1,unified,feasible\n")
+        ROWS.read("1,unified,feasible\n")
 
 
 @pytest.mark.extra
@@ -203,7 +222,7 @@ def test_a_row_whose_status_is_unknown_is_refused_and_not_left_uncounted(made: P
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """They take seconds, and there is one sweep that has them."""
-    monkeypatch.setattr(sweeping, "sweep_figures", lambda rows: [])
+    monkeypatch.setattr(figures, "sweep_figures", lambda rows: [])
 
 
 @pytest.mark.extra
@@ -213,10 +232,10 @@ def test_resumed_halves_give_the_same_bytes(made: Path, rows: list[SweepRow], tm
     begun, _ = opened(tmp_path / "halves", SEED, CASES)
     first = [row for row in rows if row.case < BATCH]
     last = max(row.case for row in rows) // BATCH
-    ahead = run_batch(Batch(SEED, BATCH * (last + 2), BATCH * (last + 3)))
-    lines = HEAD + as_lines(ahead) + as_lines(first)
+    ahead = [row for number in range(BATCH * (last + 2), BATCH * (last + 3)) for row in run_case(SEED, number)]
+    lines = HEAD + ROWS.lines(ahead) + ROWS.lines(first)
     begun.rows.write_text(lines[: -len(lines.splitlines()[-1]) // 2])
-    assert max(begun.complete_rows()) == ahead[-1].case and first[-1].case not in begun.complete_rows()
+    assert max(complete_rows(begun.path)) == ahead[-1].case and first[-1].case not in complete_rows(begun.path)
     sweep(begun.path)
     assert begun.rows.read_bytes() == (made / "sweep.csv").read_bytes()
     assert (begun.path / "sweep.json").read_bytes() == (made / "sweep.json").read_bytes()
@@ -234,9 +253,9 @@ def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path
 
     path = tmp_path / "interrupted"
     with pytest.raises(KeyboardInterrupt):
-        sweep(path, SEED, CASES, progress=interrupt)
-    kept = SweepDirectory(path).complete_rows()
-    assert 0 < len(kept) < len(SweepDirectory(made).complete_rows())
+        sweep(path, SEED, CASES, interrupt)
+    kept = complete_rows(path)
+    assert 0 < len(kept) < len(complete_rows(made))
     assert not (path / "sweep.html").exists()
     sweep(path)
     assert (path / "sweep.csv").read_bytes() == (made / "sweep.csv").read_bytes()
@@ -265,7 +284,7 @@ def test_an_interrupted_sweep_says_what_is_kept_and_how_to_resume(
         signal.raise_signal(signal.SIGINT)
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sweeping, "_all_rows", interrupted)
+    monkeypatch.setattr(engine, "_all_rows", interrupted)
     called = CliRunner().invoke(app, ["sweep", "--quick"])
     (made_here,) = Path("runs").iterdir()
     assert called.exit_code == 130
@@ -289,18 +308,18 @@ def test_a_sweep_of_one_controller_has_its_rows_of_the_sweep_of_all(rows: list[S
             str(CASES),
             "--jobs",
             "1",
-            "--controller",
+            "--controllers",
             "unified",
             "--out",
             str(path),
         ],
     )
     assert done.exit_code == 0, done.output
-    alone = [row for found in SweepDirectory(path).complete_rows(("unified",)).values() for row in found]
+    alone = [row for found in complete_rows(path, ("unified",)).values() for row in found]
     assert alone == [row for row in rows if row.controller in ("", "unified")]
-    assert f"fivebar sweep --seed {SEED} --controller unified --cases {CASES}" in (path / "sweep.html").read_text()
+    assert f"fivebar sweep --seed {SEED} --controllers unified --cases {CASES}" in (path / "sweep.html").read_text()
     with pytest.raises(InputError, match="controllers unified, not ctc, unified"):
-        opened(path, None, None, None, ("ctc", "unified"))
+        opened(path, None, None, controllers=("ctc", "unified"))
     assert opened(path, None, None)[1].controllers == ("unified",)
 
 
@@ -329,13 +348,13 @@ def test_the_order_in_which_batches_come_does_not_matter() -> None:
     batches = [batch(number, number in (1, 3, 4)) for number in range(6)]
     found = []
     for order in ([0, 1, 2, 3, 4, 5], [5, 3, 1, 4, 2, 0]):
-        tally = Tally(2)
+        tally = Tally(SWEEP, SweepSettings(seed=SEED, cases=2))
         for number in order:
             tally.add(batches[number])
         assert tally.enough
         found.append(tally.rows)
     assert found[0] == found[1] == [row for one in batches[:4] for row in one]
-    assert next(Tally(1).missing(SEED)) == Batch(SEED, 0, BATCH)
+    assert next(Tally(SWEEP, SweepSettings(seed=SEED)).missing())[2:] == (0, BATCH)
 
 
 @pytest.mark.extra
@@ -347,9 +366,9 @@ def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pyt
     (tmp_path / "something").write_text("else")
     with pytest.raises(InputError, match="not empty"):
         opened(tmp_path, SEED, CASES)
-    with SweepDirectory(made).alone(), pytest.raises(InputError, match="another sweep"):
+    with StudyFiles(SWEEP, made).alone(), pytest.raises(InputError, match="another sweep"):
         sweep(made)
-    monkeypatch.setattr(sweep_directory, "program_digest", lambda rig: "new")
+    monkeypatch.setattr(sweeping, "program_digest", lambda *_: "new")
     with pytest.raises(InputError, match="not new"):
         opened(made, None, None)
 
@@ -362,7 +381,7 @@ def test_the_digest_covers_every_module_that_a_run_of_a_case_loads(tmp_path: Pat
     )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert len(loaded) > 50
-    assert {Path(file) for file in loaded} <= set(deciding_files().values())
+    assert {Path(file) for file in loaded} <= set(deciding_files(DECIDING).values())
     with pytest.raises(FileNotFoundError, match="gone/"):
         matching(tmp_path, "gone/*.py")
 
@@ -371,10 +390,10 @@ def test_a_spoilt_directory_is_refused(tmp_path: Path) -> None:
     begun, _ = opened(tmp_path / "spoilt", SEED, CASES)
     begun.rows.write_text("case,something\n1,2\n")
     with pytest.raises(InputError, match="another line"):
-        begun.complete_rows()
+        complete_rows(begun.path)
     begun.rows.write_text(HEAD + "1,2\n")
     with pytest.raises(InputError, match="expected"):
-        begun.complete_rows()
+        complete_rows(begun.path)
     begun.content.write_text(begun.content.read_text().replace('"unified"', '"nobody"'))
     with pytest.raises(InputError, match="not the file of a sweep"):
         opened(begun.path, None, None)
@@ -451,7 +470,7 @@ def test_the_page_asks_nothing_of_the_network(made: Path) -> None:
 def test_the_command_prints_a_case_and_writes_what_runs_it_again(rows: list[SweepRow], tmp_path: Path) -> None:
     row = next(row for row in rows if row.controller == "unified")
     out = tmp_path / "case"
-    command = ["sweep", "--seed", str(SEED), "--case", str(row.case), "--controller", "unified"]
+    command = ["sweep", "--seed", str(SEED), "--case", str(row.case), "--controllers", "unified"]
     done = CliRunner().invoke(app, [*command, "--out", str(out), "--json"])
     assert done.exit_code == 0, done.output
     (found,) = json.loads(done.stdout)
@@ -467,8 +486,8 @@ def test_the_command_prints_a_case_and_writes_what_runs_it_again(rows: list[Swee
     ("arguments", "expected"),
     [
         (["--quick", "--cases", "5"], "--quick"),
-        (["--controller", "unified,nobody"], "'nobody': expected some of ctc"),
-        (["--case", "1", "--controller", "nobody"], "expected some of ctc"),
+        (["--controllers", "unified,nobody"], "--controllers: 'nobody': expected one of ctc"),
+        (["--case", "1", "--controllers", "nobody"], "expected one of ctc"),
     ],
 )
 def test_bad_input_is_one_line(arguments: list[str], expected: str) -> None:

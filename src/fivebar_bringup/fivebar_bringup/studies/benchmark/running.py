@@ -13,7 +13,7 @@ from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.simulation.uncompiled import crossing as run_crossing
 from fivebar_bringup.studies.benchmark.crossings import BenchmarkCrossing, benchmark
 from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results
-from fivebar_bringup.studies.common.shared_work import stream
+from fivebar_bringup.studies.engine.local import stream
 from fivebar_bringup.studies.sweep.running import planned
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.interrupts import resumable

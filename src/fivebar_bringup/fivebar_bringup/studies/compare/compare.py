@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 from fivebar_bringup.pages.content import Picture, Table
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.recorded.results import finite, new_directory
-from fivebar_bringup.studies.common.shared_work import share
 from fivebar_bringup.studies.common.study_directory import StudyDirectory
 from fivebar_bringup.studies.compare.cases import ComparisonExtent, longest_first
 from fivebar_bringup.studies.compare.figures import compare_figures
 from fivebar_bringup.studies.compare.results import run_case
 from fivebar_bringup.studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import Requirement, findings
+from fivebar_bringup.studies.engine.local import share
 
 TITLE = "Controllers side by side"
 

@@ -18,7 +18,7 @@ from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.common.shared_work import share
+from fivebar_bringup.studies.engine.local import share
 from fivebar_bringup.studies.reproduce.cases import ReproductionCase
 from fivebar_control.estimation.imu_check import noise_floor
 from fivebar_control.trajectory.planner import PlanRefused

@@ -16,7 +16,7 @@ from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.recorded.results import json_text, new_directory, write_results
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.studies.common.shared_work import share
+from fivebar_bringup.studies.engine.local import share
 from fivebar_bringup.studies.robustness.running import FAR, cause_of, prepared
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ
 from fivebar_control.estimation.readings import longest_gap

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.recorded.results import finite, new_directory
-from fivebar_bringup.studies.common.shared_work import share
 from fivebar_bringup.studies.common.study_directory import StudyDirectory
+from fivebar_bringup.studies.engine.local import share
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS
 from fivebar_bringup.studies.robustness.figures import share_figures
 from fivebar_bringup.studies.robustness.running import (

@@ -13,6 +13,7 @@ from fivebar_bringup.odds.robot_errors import EFFECTS, GYROSCOPE, NO_ERRORS, SCA
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.laws.registry import find_controller
+from fivebar_control.laws.robot_sizes import law_sizes, size_ratio, torque_ratio
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan
@@ -59,13 +60,21 @@ def torque_limit_of(robot: str) -> float:
     return read_robot(robot).drives.torque_limit or TORQUE_LIMIT
 
 
+@cache
+def torque_step_of(robot: str) -> float:
+    """Return the steps (Nm) in which the drives of a robot without a rig are commanded, in proportion to its torque."""
+    return float(find_rig("encoders").plant["torque_quantum"]) * torque_ratio(read_robot(robot))
+
+
 def robot_of(rig: str) -> str:
     """Return the robot of a rig, that of the cases without one where `rig` is `VARIED`."""
     return ROBOT if rig == VARIED else find_rig(rig).robot
 
 
-def weight_of(rig: str) -> float:
-    """Return the torque weight of unified on a rig ((m/s^2 / Nm)^2)."""
+def weight_of(rig: str, robot: str = "") -> float:
+    """Return the torque weight of unified on a rig, or else on a robot of another torque ((m/s^2 / Nm)^2)."""
+    if robot:
+        return _own_law(robot)[0]
     sections = {} if rig == VARIED else find_rig(rig).scenario
     return float(sections.get("unified", {}).get("weight", UNIFIED_WEIGHT))
 
@@ -101,6 +110,7 @@ class Draw(NamedTuple):
         seed: of the sweep; with number and rig it determines the robot.
         drawn_duration: what was drawn, where the planner has taken another for the rig's loads (s).
         time_law: how the reference passes along the segment.
+        robot: whose crossing it is, by the name of its file; "" for the robot of the rig.
     """
 
     number: int
@@ -120,6 +130,12 @@ class Draw(NamedTuple):
     seed: int = 1
     drawn_duration: float | None = None
     time_law: str = QUINTIC
+    robot: str = ""
+
+    @property
+    def robot_name(self) -> str:
+        """Whose crossing it is, by the name of its file."""
+        return self.robot or robot_of(self.rig)
 
     def scenario(self, controller: str) -> DrawnScenario:
         """Return the scenario for a controller; with encoders it has estimator and gains of the rig with encoders.
@@ -132,7 +148,12 @@ class Draw(NamedTuple):
     @property
     def torque_limit(self) -> float:
         """Of the drives (Nm)."""
-        return torque_limit_of(robot_of(self.rig))
+        return torque_limit_of(self.robot_name)
+
+    @property
+    def size(self) -> float:
+        """Size of the robot over that of DexTAR, 1 for the robot of a rig: what errors are measured by."""
+        return size_ratio(_robot(self.robot)) if self.robot else 1.0
 
     def motion(self) -> DrawnScenario:
         """Return a scenario with the case's motion, without the effects of its robot, which follow from the motion."""
@@ -142,7 +163,8 @@ class Draw(NamedTuple):
         """Return the scenario for a controller and a robot with effects, which are keys of the section `plant`."""
         content = self._varied(controller) if self.rig == VARIED else self._on_its_rig(controller, effects)
         content |= {
-            "name": f"case-{self.number}-{controller}",
+            # a law from elsewhere has a colon in its name, which that of a run takes not
+            "name": f"case-{self.number}-{controller.replace(':', '.')}",
             "controller": controller,
             "working_mode": (self.mode1, self.mode2),
             "waypoints": ((self.start_x, self.start_y), (self.end_x, self.end_y)),
@@ -154,12 +176,17 @@ class Draw(NamedTuple):
     def _varied(self, controller: str) -> dict[str, Any]:
         """Return the content of a scenario with a robot whose encoders and delay vary."""
         base = find_rig("ideal" if self.encoder_counts is None else "encoders")
-        content = base.content(_given(ROBOT), controller, {})
+        content = base.content(_given(self.robot_name), controller, {})
         content["plant"] |= {
             **self._scales(),
             "encoder_counts": self.encoder_counts,
             "delay_samples": self.delay_samples,
         }
+        if self.robot:
+            weight, gains = _own_law(self.robot)
+            lower = {name: min(value, content["unified"][name]) for name, value in gains.items()}
+            content["unified"] |= {**lower, "weight": weight}
+            content["plant"]["torque_quantum"] = torque_step_of(self.robot) if base.estimated else 0.0
         return content
 
     def _on_its_rig(self, controller: str, effects: Mapping[str, Any]) -> dict[str, Any]:
@@ -182,16 +209,21 @@ class Draw(NamedTuple):
         }
 
 
-def draw(seed: int, number: int, rig: str = VARIED) -> Draw:
+def draw(seed: int, number: int, rig: str = VARIED, name: str = "") -> Draw:
     """Return a case of a sweep.
 
     Working mode, encoders and delay are equally likely; the start is uniform over where both legs reach, the end over
     that part of it which is in the other assembly mode; the duration is uniform on a logarithmic scale. A rig has its
     own robots; the motion is the same on all that are of the same make.
+
+    Args:
+        seed, number: of the sweep and the case.
+        rig: whose robots are drawn.
+        name: of the file of the robot, "" for that of the rig.
     """
     random = np.random.default_rng((seed, number))
     mode1, mode2 = WORKING_MODES[random.integers(len(WORKING_MODES))]
-    robot = _robot(robot_of(rig))
+    robot = _robot(name or robot_of(rig))
     start = _reachable(robot, random)
     assembly = place_at(robot, (mode1, mode2), *start).assembly
     end = _reachable(robot, random)
@@ -211,6 +243,7 @@ def draw(seed: int, number: int, rig: str = VARIED) -> Draw:
         ENCODERS[random.integers(len(ENCODERS))],
         DELAYS[random.integers(len(DELAYS))],
         seed=seed,
+        robot=name,
     )
     return case if rig == VARIED else on_robot(case, rig)
 
@@ -252,6 +285,14 @@ def _effects(case: Draw) -> Mapping[str, Any]:
         return {}
     random = np.random.default_rng((case.seed, case.number, EFFECTS))
     return drawn_effects(errors, random, plan_of(case).crossings[0].time)
+
+
+@cache
+def _own_law(robot: str) -> tuple[float, Mapping[str, float]]:
+    """Return the torque weight of unified on a robot, and the gains that its transmissions allow at most."""
+    file = read_robot(robot)
+    gains = {name: value for name, value in law_sizes(file)["unified"].items() if name in ("kp", "kd")}
+    return UNIFIED_WEIGHT / torque_ratio(file) ** 2, gains
 
 
 @cache

@@ -142,7 +142,7 @@ class Explanation(NamedTuple):
 def explained(row: SweepRow) -> Explanation:
     """Return why the run of a row failed."""
     scenario = row.draw.scenario(row.controller)
-    saved_by = [name for name in CHANGES if _changes(scenario, name) and _succeeds(scenario, name)]
+    saved_by = [name for name in CHANGES if _changes(scenario, name) and _succeeds(scenario, name, row.draw.size)]
     return Explanation(row, worst_moment(scenario), tuple(saved_by))
 
 
@@ -153,12 +153,12 @@ def _changes(scenario: Scenario, change: str) -> bool:
     return validate(content, DrawnScenario, scenario.name) != scenario
 
 
-def _succeeds(scenario: Scenario, change: str) -> bool:
+def _succeeds(scenario: Scenario, change: str, size: float) -> bool:
     content = scenario.model_dump()
     CHANGES[change](content)
     try:
         changed = validate(content, DrawnScenario, scenario.name)
-        return not made(changed, changed.plan())[1]
+        return not made(changed, changed.plan(), size)[1]
     except InputError:
         # for example, the planner refuses the slower motion
         return False

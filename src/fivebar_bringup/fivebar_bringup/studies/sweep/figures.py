@@ -14,7 +14,6 @@ from fivebar_bringup.pages.style import GREEN, GREY, INK, VERMILION, house_style
 from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.report.workspace import draw_map, survey
 from fivebar_bringup.studies.compare.figures import look_of
-from fivebar_bringup.studies.sweep.drawing import VARIED, robot_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow, controllers_of
 from fivebar_bringup.studies.sweep.statistics import runs_of
 from fivebar_control.planning.postures import WORKING_MODES
@@ -38,13 +37,14 @@ def sweep_figures(rows: Sequence[SweepRow]) -> list[Picture]:
 
 
 def _distributions(rows: Sequence[SweepRow]) -> Picture:
+    size = rows[0].draw.size
     figure = new_figure(
         "How large the errors are", "share of the crossings with a larger error; both axes are logarithmic", 5.2
     )
     panels = figure.subplots(1, 2, sharey=True)
     kinds: tuple[tuple[str, Callable[[SweepRow], float | None], float], ...] = (
-        ("peak error in mm", lambda row: row.error_peak, PEAK_LIMIT),
-        ("final error in mm", lambda row: row.error_final, FINAL_LIMIT),
+        ("peak error in mm", lambda row: row.error_peak, size * PEAK_LIMIT),
+        ("final error in mm", lambda row: row.error_final, size * FINAL_LIMIT),
     )
     most = 1
     for axes, (title, error, limit) in zip(panels, kinds, strict=True):
@@ -91,7 +91,7 @@ def _factors(rows: Sequence[SweepRow]) -> Picture:
         for axes, (_, factor) in zip(line, kinds, strict=True):
             _cloud(axes, [row for row in runs if row.success], factor, look_of(controller)[0], "o", 3.0)
             _cloud(axes, [row for row in runs if not row.success], factor, INK, "x", 16.0)
-            axes.axhline(1e3 * PEAK_LIMIT, color=INK, linewidth=1.0, linestyle="--")
+            axes.axhline(1e3 * rows[0].draw.size * PEAK_LIMIT, color=INK, linewidth=1.0, linestyle="--")
     known = [max(row.error_peak, LEAST_ERROR) for row in rows if row.status == FEASIBLE and row.error_peak is not None]
     if known:
         log_axis(panels[0, 0], 1e3 * min(known), 1e3 * max(known))
@@ -132,13 +132,13 @@ def _points(rows: Sequence[SweepRow], place: Callable[[SweepRow], tuple[float | 
 
 def _maps(rows: Sequence[SweepRow]) -> Picture:
     controllers = controllers_of(rows)
-    robot = load_robot(robot_of(rows[0].rig if rows else VARIED))
+    robot = load_robot(rows[0].draw.robot_name)
     figure = new_figure(
         "Where crossings fail", "working modes from top to bottom, in mm", 1.2 + 2.3 * len(WORKING_MODES)
     )
     panels = figure.subplots(len(WORKING_MODES), len(controllers), sharex=True, sharey=True, squeeze=False)
     for line, modes in enumerate(WORKING_MODES):
-        plane = survey(robot, modes, LOWEST)
+        plane = survey(robot, modes, rows[0].draw.size * LOWEST)
         for column, controller in enumerate(controllers):
             axes = panels[line, column]
             draw_map(axes, plane)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import NamedTuple
 
+from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.sweep.drawing import Draw
 from fivebar_control.trajectory.planner import QUINTIC
 
@@ -30,7 +29,7 @@ class SweepRow(NamedTuple):
         reason: why it was refused or screened out.
         success: of the run, by the rule of `success`.
         why_not: how it falls short of a success.
-        mode1 ... time_law: as in `Draw`, lengths in m.
+        mode1 ... robot: as in `Draw`, lengths in m.
         crossings: planned changes of assembly mode.
         authority: least |n.v1| at the planned crossings.
         crossing_x, crossing_y: of the first one (m).
@@ -72,6 +71,7 @@ class SweepRow(NamedTuple):
     seed: int = 1
     drawn_duration: float | None = None
     time_law: str = QUINTIC
+    robot: str = ""
     crossings: int | None = None
     authority: float | None = None
     crossing_x: float | None = None
@@ -119,71 +119,11 @@ def controllers_of(rows: Iterable[SweepRow]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(row.controller for row in rows if row.controller))
 
 
-HEAD = ",".join(SweepRow._fields) + "\n"
-"""First line of sweep.csv."""
-
-
-def as_lines(rows: Iterable[SweepRow]) -> str:
-    """Return rows as lines of comma-separated values; numbers keep all their digits."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    for row in rows:
-        writer.writerow([_entry(value) for value in row])
-    return text.getvalue()
-
-
-def from_lines(text: str) -> list[SweepRow]:
-    """Return the rows of whole lines, those that follow `HEAD` in the file.
-
-    Raises:
-        ValueError: a line is not a row, which is named by its number in the file.
-    """
-    try:
-        lines = list(csv.reader(io.StringIO(text)))
-    except csv.Error as error:
-        raise ValueError(str(error)) from error
-    rows = []
-    for number, line in enumerate(lines, start=2):
-        try:
-            rows.append(_row(line))
-        except ValueError as error:
-            raise ValueError(f"line {number}: {error}") from error
-    return rows
-
-
-def _row(line: Sequence[str]) -> SweepRow:
-    if len(line) != len(_READERS):
-        raise ValueError(f"{','.join(line)!r}: expected {len(_READERS)} entries")
-    row = SweepRow(*(reader(entry) for reader, entry in zip(_READERS, line, strict=True)))
+def _check(row: SweepRow) -> None:
     # a row with another status would count nowhere
     if row.status not in STATUSES:
         raise ValueError(f"status: {row.status!r}: expected one of {', '.join(STATUSES)}")
-    return row
 
 
-def _entry(value: Any) -> Any:
-    if value is None:
-        return ""
-    return int(value) if isinstance(value, bool) else value
-
-
-def _flag(entry: str) -> bool:
-    return bool(int(entry))
-
-
-def _or_none(reader: Callable[[str], Any]) -> Callable[[str], Any]:
-    return lambda entry: reader(entry) if entry else None
-
-
-_BY_TYPE: dict[str, Callable[[str], Any]] = {
-    "int": int,
-    "str": str,
-    "float": float,
-    "int | None": _or_none(int),
-    "float | None": _or_none(float),
-    "bool | None": _or_none(_flag),
-}
-# a NamedTuple keeps its annotations as forward references
-_READERS: Sequence[Callable[[str], Any]] = [
-    _BY_TYPE[kind.__forward_arg__] for kind in SweepRow.__annotations__.values()
-]
+ROWS = RowTable(SweepRow, _check)
+"""The table of sweep.csv."""

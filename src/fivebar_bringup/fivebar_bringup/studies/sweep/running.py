@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from typing import NamedTuple
 
-from fivebar_bringup.odds.success import shortcomings
+from fivebar_bringup.odds.success import FINAL_LIMIT, PEAK_LIMIT, shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
@@ -17,7 +16,7 @@ from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, 
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
-from fivebar_control.machine_code import expect_many_motions
+from fivebar_control.laws.robot_sizes import size_ratio
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
@@ -28,10 +27,21 @@ from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
+from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
 SWEPT = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.compiles)
 """The controllers of a sweep, unless others are asked for: those that the engine takes."""
+
+
+def success_rule(robot: str = "") -> str:
+    """Return the definition of a success in words, fixed before any run; distances go with the size of a robot."""
+    scale = size_ratio(load_robot(robot)) if robot else 1.0
+    return (
+        "all samples without a fault, the planned change of assembly mode, never"
+        f" {1e3 * scale * PEAK_LIMIT:.3g} mm from the reference, less than {1e3 * scale * FINAL_LIMIT:.3g} mm from it"
+        " at the end"
+    )
 
 
 def counted(controllers: Sequence[str]) -> str:
@@ -39,26 +49,11 @@ def counted(controllers: Sequence[str]) -> str:
     return PLANNED_FOR if PLANNED_FOR in controllers else controllers[0]
 
 
-class Batch(NamedTuple):
-    """Cases of a sweep on a rig for one process: from `first` to before `end`."""
-
-    seed: int
-    first: int
-    end: int
-    rig: str = VARIED
-    controllers: Sequence[str] = SWEPT
-
-
-def run_batch(batch: Batch) -> list[SweepRow]:
-    """Return the rows of a batch, in order of case and controller."""
-    expect_many_motions()
-    numbers = range(batch.first, batch.end)
-    return [row for number in numbers for row in run_case(batch.seed, number, batch.rig, batch.controllers)]
-
-
-def run_case(seed: int, number: int, rig: str = VARIED, controllers: Sequence[str] = SWEPT) -> list[SweepRow]:
+def run_case(
+    seed: int, number: int, rig: str = VARIED, controllers: Sequence[str] = SWEPT, robot: str = ""
+) -> list[SweepRow]:
     """Return the rows of a case: one per controller, or a single one where the planner refuses the motion."""
-    case = draw(seed, number, rig)
+    case = draw(seed, number, rig, robot)
     try:
         case = timed_for_loads(case)
         plan = planned(case)
@@ -171,15 +166,15 @@ def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
     return given_limits(scenario, plan_of(case), case.torque_limit)
 
 
-def made(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
-    """Run a scenario with its plan; return the outcome and how it falls short of a success."""
+def made(scenario: Scenario, plan: Plan, size: float = 1.0) -> tuple[Outcome, list[str]]:
+    """Run a scenario with its plan; return the outcome and how it falls short of a success on a robot of a size."""
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
-    return _judged(case_of(scenario), plan, samples)
+    return _judged(case_of(scenario), plan, samples, size)
 
 
-def _judged(case: Case, plan: Plan, samples: Sampled) -> tuple[Outcome, list[str]]:
+def _judged(case: Case, plan: Plan, samples: Sampled, size: float) -> tuple[Outcome, list[str]]:
     outcome = crossing(case, samples)
-    return outcome, shortcomings(outcome, plan.path.samples(case.rate_hz) + 1, len(plan.crossings))
+    return outcome, shortcomings(outcome, plan.path.samples(case.rate_hz) + 1, len(plan.crossings), size * PEAK_LIMIT)
 
 
 @lru_cache(maxsize=4)
@@ -190,7 +185,7 @@ def _sampled(case: Draw) -> Sampled:
 
 def _row(case: Draw, controller: str, plan: Plan) -> SweepRow:
     verdict = screened(case, controller)
-    outcome, missed = _judged(case_of(case.scenario(controller)), plan, _sampled(case))
+    outcome, missed = _judged(case_of(case.scenario(controller)), plan, _sampled(case), case.size)
     nearest = max(verdict.figures, key=use_of)
     first = plan.crossings[0]
     faulty = outcome.fault != NO_FAULT

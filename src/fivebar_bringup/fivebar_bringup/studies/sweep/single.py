@@ -28,32 +28,31 @@ LOWEST = -0.185
 """Lower edge of the map (m)."""
 
 
-def rows_of(seed: int, number: int, controllers: Sequence[str], rig: str = VARIED) -> list[SweepRow]:
+def rows_of(seed: int, number: int, controllers: Sequence[str], rig: str = VARIED, robot: str = "") -> list[SweepRow]:
     """Run a case with the controllers and return the rows; a single row where the planner refuses it."""
-    return run_case(seed, number, rig, controllers)
+    return run_case(seed, number, rig, controllers, robot)
 
 
-def save_case(seed: int, number: int, controllers: Sequence[str], out: Path, rig: str = VARIED) -> list[Path]:
-    """Write CONTROLLER.yaml and CONTROLLER.png for each controller: scenario and figure of the run.
+def save_case(rows: Sequence[SweepRow], out: Path) -> list[Path]:
+    """Write CONTROLLER.yaml and CONTROLLER.png for each row of a case: scenario and figure of the run.
 
     Args:
-        seed, number: of the case.
-        controllers: for which.
+        rows: of the case.
         out: new or empty directory.
-        rig: whose robot it is.
 
     Raises:
         InputError: the planner refuses the case, or the directory cannot be used.
     """
-    rows = rows_of(seed, number, controllers, rig)
     if rows[0].status == REFUSED:
-        raise InputError(f"case {number}: is refused, so there is nothing to save: {rows[0].reason}")
+        raise InputError(f"case {rows[0].case}: is refused, so there is nothing to save: {rows[0].reason}")
     directory = new_directory(out, "case")
     files: dict[str, str | bytes] = {}
     for row in rows:
         scenario = row.draw.scenario(row.controller)
-        files[f"{row.controller}.yaml"] = scenario.to_yaml()
-        files[f"{row.controller}.png"] = trace_png(scenario, row)
+        # a law from elsewhere has a colon in its name
+        stem = row.controller.replace(":", ".")
+        files[f"{stem}.yaml"] = scenario.to_yaml()
+        files[f"{stem}.png"] = trace_png(scenario, row)
     write_results(directory, files)
     return [directory / name for name in files]
 
@@ -77,17 +76,18 @@ def trace_png(scenario: Scenario, row: SweepRow) -> bytes:
         plane, error, torque = figure.subplot_mosaic(
             [["plane", "error"], ["plane", "torque"]], width_ratios=(1.0, 1.3)
         ).values()
-        draw_map(plane, survey(robot, scenario.working_mode, LOWEST))
+        lowest = row.draw.size * LOWEST
+        draw_map(plane, survey(robot, scenario.working_mode, lowest))
         for number, alpha in ((0, 0.35), (-1, 1.0)):
             state = states[number]
             draw_robot(plane, robot, (state.leg1.q1, state.leg2.q1), (state.x, state.y), alpha=alpha, width=2.4)
         plane.plot(*(1e3 * wanted.T), color=GREY, linestyle="--", zorder=4)
         plane.plot(*(1e3 * places.T), color=MOTORS[1], zorder=4.1)
         draw_base(plane, robot)
-        frame(plane, robot, LOWEST)
+        frame(plane, robot, lowest)
         _shade(error, times, trace)
         error.plot(times, 1e3 * np.hypot(*(places - wanted).T), color=INK)
-        error.axhline(1e3 * PEAK_LIMIT, color=GREY, linestyle="--", linewidth=1.0)
+        error.axhline(1e3 * row.draw.size * PEAK_LIMIT, color=GREY, linestyle="--", linewidth=1.0)
         error.set_ylabel("error in mm")
         _shade(torque, times, trace)
         for motor, colour in enumerate(MOTORS, start=1):

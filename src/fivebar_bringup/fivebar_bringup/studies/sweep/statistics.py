@@ -127,7 +127,7 @@ def within_table(rows: Sequence[SweepRow]) -> Table:
     lines = []
     for controller in controllers_of(rows):
         runs = runs_of(rows, controller, FEASIBLE)
-        for limit in (PEAK_LIMIT, LEFT):
+        for limit in (rows[0].draw.size * PEAK_LIMIT, LEFT):
             near = sum(row.within(limit) for row in runs)
             lines.append(
                 (

@@ -1,26 +1,21 @@
-"""Runs random crossings until enough are feasible, in a directory that can be resumed, and writes the page."""
+"""Definition of the study of random crossings, its tables and its page."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
-from itertools import count
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
-from fivebar_bringup.odds.success import SUCCESS_RULE
-from fivebar_bringup.pages.content import Table
+from pydantic import field_validator
+
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.recorded.results import finite, write_errors
-from fivebar_bringup.studies.common.shared_work import stream
+from fivebar_bringup.studies.engine.program import program_digest
+from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_bringup.studies.rigs.rig import REQUIRED, find_rig
 from fivebar_bringup.studies.sweep import drawing
-from fivebar_bringup.studies.sweep.directory import SweepDirectory, SweepSettings, opened
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.explanations import explained
-from fivebar_bringup.studies.sweep.figures import sweep_figures
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SweepRow
-from fivebar_bringup.studies.sweep.running import SWEPT, Batch, counted, run_batch, run_case
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, ROWS, SweepRow
+from fivebar_bringup.studies.sweep.running import SWEPT, counted, run_case, success_rule
 from fivebar_bringup.studies.sweep.statistics import (
     branch_table,
     equipment_table,
@@ -34,126 +29,85 @@ from fivebar_bringup.studies.sweep.statistics import (
     silence_table,
     within_table,
 )
-from fivebar_description.interrupts import resumable
-
-BATCH = 10
-"""Cases per task of a process; a sweep draws a whole number of batches."""
+from fivebar_control.laws.registry import controller_problem, laws_unopened
+from fivebar_control.machine_code import expect_many_motions
 
 MOST_DRAWS = 100
 """Largest ratio of drawn cases to requested crossings."""
 
 
-class Sweep(NamedTuple):
-    """Results of a sweep, and the page."""
-
-    page: Path
-    overview: Table
-    content: Mapping[str, Any]
+DECIDING = tuple(f"studies/sweep/{module}.py" for module in ("drawing", "rows", "running"))
+"""Files that decide the rows besides those of every study."""
 
 
-def sweep(
-    out: Path | None,
-    seed: int | None = None,
-    cases: int | None = None,
-    workers: int = 1,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-    rig: str | None = None,
-    controllers: tuple[str, ...] | None = None,
-) -> Sweep:
-    """Start or resume a sweep, and write sweep.csv, sweep.json, sweep.html and the figures.
+class SweepSettings(StudySettings):
+    """The settings that determine the rows of a sweep.
 
-    The rows depend on seed and number of cases only, not on the number of processes nor on interruptions.
-
-    Args:
-        out: new or empty directory, or that of a sweep to resume; by default runs/sweep-<date>-<time>.
-        seed: by default that of the resumed sweep, else 1.
-        cases: crossings that the screen has to call feasible for the counted controller; by default those of the
-            resumed sweep, else 2000.
-        workers: processes to use; fewer than two run everything in this one.
-        progress: called with the number of feasible crossings so far and of those requested.
-        rig: whose robots to draw; by default that of the resumed sweep, else none.
-        controllers: that make each crossing; by default those of the resumed sweep, else all that the engine takes.
-
-    Raises:
-        InputError: the directory cannot be used, or holds a sweep with other settings.
-        ResumableInterrupt: it was interrupted; the batches that were finished are kept.
-    """
-    directory, settings = opened(out, seed, cases, rig, controllers)
-    kept = (
-        f"{directory.path}: interrupted: {directory.rows.name} keeps the finished cases:"
-        f" the same command with --out {directory.path} resumes"
-    )
-    with directory.alone(), write_errors(directory.path), resumable(kept):
-        rows = _all_rows(directory, settings, workers, progress)
-        return _written(directory, settings, rows)
-
-
-class Tally:
-    """The finished batches, and how many crossings the screen has called feasible for the counted controller.
-
-    Only batches before the first missing one count, so that the order of completion does not matter.
+    Attributes:
+        seed: of all cases.
+        cases: crossings judged feasible for the controller that counts (:func:`counted`) after which the sweep is done.
+        rig: whose robots are drawn, "" for none.
+        controllers: that make each crossing.
+        robot: whose crossings are drawn, by the name of its file; "" for that of the rig.
     """
 
-    def __init__(self, cases: int, controllers: Sequence[str] = SWEPT) -> None:
-        """Start without batches of a sweep with these controllers."""
-        self._cases = cases
-        self._controllers = controllers
-        self._batches: dict[int, list[SweepRow]] = {}
-        self._counted = 0
-        self.feasible = 0
+    seed: int = 1
+    cases: int = 2000
+    rig: str = VARIED
+    controllers: tuple[str, ...] = SWEPT
+    robot: str = ""
 
-    @property
-    def enough(self) -> bool:
-        """Whether the requested number is reached, or the limit of drawn cases."""
-        return self.feasible >= self._cases or self._counted * BATCH >= MOST_DRAWS * self._cases
-
-    @property
-    def rows(self) -> list[SweepRow]:
-        """The rows of the batches that count, in order."""
-        return [row for number in range(self._counted) for row in self._batches[number]]
-
-    def add(self, rows: list[SweepRow]) -> None:
-        """Add the rows of a batch; batches beyond the requested number do not count."""
-        self._batches[rows[0].case // BATCH] = rows
-        while not self.enough and self._counted in self._batches:
-            self.feasible += len(runs_of(self._batches[self._counted], counted(self._controllers), FEASIBLE))
-            self._counted += 1
-
-    def missing(self, seed: int, rig: str = VARIED) -> Iterator[Batch]:
-        """Yield the missing batches, endlessly."""
-        there = frozenset(self._batches)
-        return (Batch(seed, BATCH * n, BATCH * (n + 1), rig, self._controllers) for n in count() if n not in there)
+    @field_validator("controllers")
+    @classmethod
+    def _known(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        """Refuse none, and one that is not known; a law from elsewhere is loaded where it runs."""
+        if not names:
+            raise ValueError("expected at least one")
+        with laws_unopened():
+            for name in names:
+                problem = controller_problem(name)
+                if problem is not None:
+                    raise ValueError(f"{name!r}: {problem}")
+        return names
 
 
-def _all_rows(
-    directory: SweepDirectory, settings: SweepSettings, workers: int, progress: Callable[[int, int], None]
-) -> list[SweepRow]:
-    found = directory.complete_rows(settings.controllers)
-    tally = Tally(settings.cases, settings.controllers)
-    kept: list[SweepRow] = []
-    for first in sorted({number - number % BATCH for number in found}):
-        if all(number in found for number in range(first, first + BATCH)):
-            batch = [row for number in range(first, first + BATCH) for row in found[number]]
-            kept += batch
-            tally.add(batch)
-    progress(min(tally.feasible, settings.cases), settings.cases)
-    if not tally.enough:
-        directory.replace_rows(kept)
-        # compile the closed loop once, not in every process
-        every_case = (run_case(settings.seed, number, settings.rig, settings.controllers) for number in count())
-        next(rows for rows in every_case if rows[0].controller)
-        with closing(stream(run_batch, tally.missing(settings.seed, settings.rig), workers)) as coming:
-            for batch in coming:
-                directory.append_rows(batch)
-                tally.add(batch)
-                progress(min(tally.feasible, settings.cases), settings.cases)
-                if tally.enough:
-                    break
-    directory.replace_rows(tally.rows)
-    return tally.rows
+def run_numbered(settings: SweepSettings, number: int) -> list[SweepRow]:
+    """Return the rows of a case of a sweep."""
+    expect_many_motions()
+    return run_case(settings.seed, number, settings.rig, settings.controllers, settings.robot)
 
 
-def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[SweepRow]) -> Sweep:
+BASES = "ideal", "encoders"
+"""Rigs whose settings the cases without a rig have."""
+
+
+def _program(settings: SweepSettings) -> str:
+    rigs = (settings.rig,) if settings.rig else BASES
+    return program_digest(DECIDING, (settings.robot,) if settings.robot else (), rigs, settings.controllers)
+
+
+def _is_complete(settings: SweepSettings, rows: Sequence[SweepRow]) -> bool:
+    return tuple(row.controller for row in rows) in (("",), settings.controllers)
+
+
+def _feasible(settings: SweepSettings, rows: Sequence[SweepRow]) -> int:
+    return len(runs_of(rows, counted(settings.controllers), FEASIBLE))
+
+
+def _command(settings: SweepSettings) -> str:
+    """Return the command of a sweep, without the number of its cases."""
+    words = [f"fivebar sweep --seed {settings.seed}"]
+    words += [f"--rig {settings.rig}"] if settings.rig else []
+    words += [f"--robot {settings.robot}"] if settings.robot else []
+    words += [f"--controllers {','.join(settings.controllers)}"] if settings.controllers != SWEPT else []
+    return " ".join(words)
+
+
+def sweep_report(settings: SweepSettings, rows: Sequence[SweepRow]) -> StudyReport:
+    """Return the tables, figures and page of a sweep."""
+    # here, because workers need no matplotlib
+    from fivebar_bringup.studies.sweep.figures import sweep_figures
+
     explanations = [explained(row) for row in runs_of(rows, counted(settings.controllers), FEASIBLE) if not row.success]
     required = find_rig(settings.rig).required if settings.rig else REQUIRED
     overview = overview_table(rows, required)
@@ -165,35 +119,30 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
         error_table(rows),
         equipment_table(rows),
     ]
-    on_rig, of_rig = (f" --rig {settings.rig}", f"rig {settings.rig} · ") if settings.rig else ("", "")
-    with_these = "" if settings.controllers == SWEPT else f" --controller {','.join(settings.controllers)}"
-    command = f"fivebar sweep --seed {settings.seed}{on_rig}{with_these}"
+    of_rig = f"rig {settings.rig} · " if settings.rig else ""
+    command = _command(settings)
     details = [
         explanations_table(explanations, lambda number: f"{command} --case {number}"),
         failures_table(rows),
         refusals_table(rows),
     ]
-    met, verdict = _verdict(rows, counted(settings.controllers), required)
+    met, verdict = _verdict(settings, rows, counted(settings.controllers), required)
     drawn = len({row.case for row in rows})
     runs = sum(row.status != REFUSED for row in rows)
-    content = finite(
-        {
-            "settings": settings._asdict(),
-            "finished": True,
-            "drawn": drawn,
-            "runs": runs,
-            "met": met,
-            "verdict": verdict,
-            "tables": [table.as_json() for table in (*tables, *details[1:])],
-            "failures": [explanation.as_json() for explanation in explanations],
-        }
-    )
+    content: dict[str, Any] = {
+        "drawn": drawn,
+        "runs": runs,
+        "met": met,
+        "verdict": verdict,
+        "tables": [table.as_json() for table in (*tables, *details[1:])],
+        "failures": [explanation.as_json() for explanation in explanations],
+    }
     pictures = sweep_figures(rows)
     page = render(
         "sweep.html",
         title="Random crossings",
         setting=f"{of_rig}seed {settings.seed} · {drawn} cases drawn, {runs} runs, all simulated",
-        drawn=_drawn_words(settings.rig),
+        drawn=_drawn_words(settings),
         met=met,
         verdict=verdict,
         tables=tables,
@@ -201,11 +150,10 @@ def _written(directory: SweepDirectory, settings: SweepSettings, rows: Sequence[
         details=details,
         command=f"{command} --cases {settings.cases}",
     )
-    directory.write(page, content, pictures)
-    return Sweep(directory.page, overview, content)
+    return StudyReport(page, content, pictures, overview)
 
 
-def _verdict(rows: Sequence[SweepRow], controller: str, required: float) -> tuple[bool, str]:
+def _verdict(settings: SweepSettings, rows: Sequence[SweepRow], controller: str, required: float) -> tuple[bool, str]:
     feasible = runs_of(rows, controller, FEASIBLE)
     good, everything = rate_of(feasible)
     by_branch = {
@@ -215,24 +163,45 @@ def _verdict(rows: Sequence[SweepRow], controller: str, required: float) -> tupl
     branches = "; ".join(f"{made} of {count} with distal links {branch}" for branch, (made, count) in by_branch.items())
     text = (
         f"{controller} completed {good} of the {everything} crossings that were judged feasible before the run"
-        f"{f' ({branches})' if branches else ''}; required are {100.0 * required:g} %. Success means: {SUCCESS_RULE}."
+        f"{f' ({branches})' if branches else ''}; required are {100.0 * required:g} %. Success means:"
+        f" {success_rule(settings.robot)}."
     )
     return good >= required * everything, text
 
 
-def _drawn_words(rig: str) -> str:
+def _drawn_words(settings: SweepSettings) -> str:
+    rig = settings.rig
+    robot = settings.robot or drawing.robot_of(rig)
     encoders = ", ".join("none, with exact sensors" if one is None else f"{one}" for one in drawing.ENCODERS)
     robots = (
         f"mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of the controllers' model; encoder counts"
-        f" {encoders} (on the motors only, with estimator and torque in steps of 2 mNm); delay of 0 or 1 sample"
+        f" {encoders} (on the motors only, with estimator and torque in steps of"
+        f" {1e3 * drawing.torque_step_of(robot):.3g} mNm);"
+        " delay of 0 or 1 sample"
     )
     if rig:
         robots = f"robots of the rig {rig}: {find_rig(rig).described} Besides"
-    robot = drawing.robot_of(rig)
     return (
         f"Straight segments of the robot {robot} between two random rest points in different assembly modes, in"
         f" each of the four working modes; {drawing.SHORTEST:g} to {drawing.LONGEST:g} s, evenly on a logarithmic"
         f" scale; {robots}; torque limit {drawing.torque_limit_of(robot):g} Nm, {drawing.RATE_HZ} samples/s;"
-        f" unified with weight {drawing.weight_of(rig):g}. Every case that the planner accepts is run, also those that"
-        " a controller's screen judges infeasible."
+        f" unified with weight {drawing.weight_of(rig, settings.robot):.3g}. Every case that the planner accepts is"
+        " run, also those that a controller's screen judges infeasible."
     )
+
+
+SWEEP = Study(
+    name="sweep",
+    place=f"{__name__}:SWEEP",
+    settings=SweepSettings,
+    table=ROWS,
+    run=run_numbered,
+    cases=lambda settings: MOST_DRAWS * settings.cases,
+    chunk=10,
+    report=sweep_report,
+    program=_program,
+    complete=_is_complete,
+    wanted=lambda settings: settings.cases,
+    counts=_feasible,
+)
+"""The study of random crossings; it draws a whole number of chunks."""

@@ -11,7 +11,7 @@ from itertools import count, islice
 
 import pytest
 
-from fivebar_bringup.studies.common.shared_work import stream
+from fivebar_bringup.studies.engine.local import stream
 from fivebar_description.interrupts import STOP_SIGNALS
 
 

@@ -1,0 +1,138 @@
+"""Options that the commands of all studies have, and how such a command runs its study."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import typer
+
+from fivebar_bringup.cli.app import processes_of
+from fivebar_bringup.cli.printing import complain
+from fivebar_bringup.cli.progress import progress_bar
+from fivebar_description.errors import InputError
+from fivebar_description.suggestion import expected_one_of
+
+if TYPE_CHECKING:
+    from fivebar_bringup.studies.engine.running import FinishedStudy
+
+ControllersOption = Annotated[
+    str | None,
+    typer.Option(
+        "--controllers",
+        help="Which, separated by commas: some of {controllers}, or laws of your own as my_package.my_law:LAW."
+        " [default: those that the engine takes, or those of the study in --out]",
+    ),
+]
+RigOption = Annotated[
+    str | None,
+    typer.Option(
+        "--rig",
+        help="Whose robots to draw: {rigs}, or the path of a rig file; docs/sweeps.md says what each has and what it"
+        " leaves out. Without a rig"
+        " the robots differ in mass, inertia and friction by 15 %, and all else is exact but the encoders' rounding."
+        " [default: none, or that of the study in --out]",
+    ),
+]
+RobotOption = Annotated[
+    str | None,
+    typer.Option(
+        "--robot",
+        help="A shipped robot, or a robot file (.yaml): limits and tolerances go with its torque and size."
+        " [default: dextar, or that of the rig]",
+    ),
+]
+CasesOption = Annotated[
+    int | None,
+    typer.Option(
+        "--cases",
+        min=1,
+        max=10_000_000,
+        help="How many; of a sweep crossings that the planner's screen judges feasible for unified, or else for the"
+        " first controller. [default: 2000, or those of the study in --out]",
+    ),
+]
+SeedOption = Annotated[
+    int | None, typer.Option("--seed", min=0, help="Of all cases. [default: 1, or that of the study in --out]")
+]
+StudyOutOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        help="New or empty directory for the results, or that of an interrupted study to resume [default:"
+        " runs/STUDY-DATE-TIME]",
+    ),
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Run on a Dask cluster, such as tcp://127.0.0.1:8786; its scheduler is trusted with code.",
+    ),
+]
+SchedulerFileOption = Annotated[
+    Path | None, typer.Option("--scheduler-file", help="The same, by the file that the scheduler has written.")
+]
+
+
+class Machines(NamedTuple):
+    """Where a study is run, as `--jobs`, `--scheduler` and `--scheduler-file` say it."""
+
+    jobs: int | None
+    scheduler: str | None
+    scheduler_file: Path | None
+
+
+def run_command(
+    place: str, given: Mapping[str, Any], out: Path | None, machines: Machines, as_json: bool
+) -> FinishedStudy:
+    """Run the study that is defined at a place, `MODULE:NAME`, and show its progress.
+
+    Raises:
+        InputError: the directory, the settings or the cluster cannot be used.
+        ResumableInterrupt: it was interrupted.
+    """
+    from fivebar_bringup.studies.engine.chunks import defined
+    from fivebar_bringup.studies.engine.executor import executor_of
+    from fivebar_bringup.studies.engine.running import run_study
+
+    study = defined(place)
+    with (
+        progress_bar(study.name, as_json) as progress,
+        executor_of(processes_of(machines.jobs), machines.scheduler, machines.scheduler_file, complain) as executor,
+    ):
+        return run_study(study, given, out, executor, progress)
+
+
+def chosen_controllers(text: str | None) -> tuple[str, ...] | None:
+    """Return the controllers in a list that is separated by commas, each once; None for no list.
+
+    Raises:
+        InputError: one of them is not known, or its law cannot be loaded.
+    """
+    from fivebar_control.laws.registry import find_controller
+
+    try:
+        return None if text is None else tuple(dict.fromkeys(find_controller(name).name for name in _listed(text)))
+    except InputError as error:
+        raise InputError(f"--controllers: {str(error).removeprefix('controller: ')}") from error
+
+
+def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
+    """Return the names in a list that is separated by commas, each once.
+
+    Raises:
+        InputError: one of them is not known.
+    """
+    names = tuple(dict.fromkeys(_listed(text)))
+    for name in names:
+        if name not in known:
+            words = expected_one_of(name, known, ", separated by commas", "some of")
+            raise InputError(f"{option}: {name!r}: {words}")
+    return names
+
+
+def _listed(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",")]

@@ -1,0 +1,1 @@
+"""The engine of all studies: cases shared among processes or machines, rows in files that can be resumed, a page."""

@@ -1,0 +1,93 @@
+"""Digest of the program that determines the rows of a study, which must not be resumed with another one."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+
+import fivebar_bringup
+import fivebar_control
+import fivebar_description
+import fivebar_sim
+from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_control.compiling import digest
+from fivebar_control.laws.registry import CONTROLLERS, find_controller
+from fivebar_description.robot_file import read_robot
+
+DECIDING = {
+    fivebar_description: ("*.py",),
+    fivebar_sim: ("*.py", "effects/*.py", "vision/*.py"),
+    fivebar_control: (
+        "compiling.py",
+        "machine_code.py",
+        "fault.py",
+        "root_search.py",
+        "estimation/*.py",
+        "laws/*.py",
+        "loop/*.py",
+        "model/*.py",
+        "planning/*.py",
+        "safety/*.py",
+        "scenario/*.py",
+        "trajectory/*.py",
+    ),
+    fivebar_bringup: (
+        "units.py",
+        "odds/*.py",
+        "extras.py",
+        "simulation/*.py",
+        "scenario.py",
+        "studies/rigs/*.py",
+        "studies/engine/table.py",
+    ),
+}
+"""What decides the rows of every study, and not only how they are shown: patterns of files by package."""
+
+
+def program_digest(
+    deciding: Iterable[str], robots: Iterable[str] = (), rigs: Iterable[str] = (), controllers: Iterable[str] = ()
+) -> str:
+    """Return a digest of the source files, robots, rigs and foreign laws that decide rows.
+
+    The place of installation does not enter it.
+
+    Args:
+        deciding: patterns of files in fivebar_bringup, besides those of `DECIDING`.
+        robots, rigs, controllers: by name.
+    """
+    total = hashlib.sha256()
+    for robot in sorted({*robots, *(find_rig(rig).robot for rig in rigs)}):
+        total.update(repr(read_robot(robot)).encode())
+    for rig in sorted(set(rigs)):
+        total.update(repr(find_rig(rig)).encode())
+    for name in sorted(set(controllers) - set(CONTROLLERS)):
+        total.update(f"{name} {digest(find_controller(name).nominal.step)}\n".encode())
+    for name, path in deciding_files(deciding).items():
+        total.update(f"{name}\n".encode())
+        total.update(path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def deciding_files(deciding: Iterable[str]) -> dict[str, Path]:
+    """Return the source files that decide the rows of a study, by PACKAGE/PATH."""
+    files = {}
+    for package, patterns in DECIDING.items():
+        assert package.__file__ is not None
+        root = Path(package.__file__).parent
+        more = tuple(deciding) if package is fivebar_bringup else ()
+        for path in sorted(path for pattern in (*patterns, *more) for path in matching(root, pattern)):
+            files[f"{package.__name__}/{path.relative_to(root).as_posix()}"] = path
+    return files
+
+
+def matching(root: Path, pattern: str) -> list[Path]:
+    """Return the files of a pattern.
+
+    Raises:
+        FileNotFoundError: there are none, as after a folder was renamed; the digest would silently leave them out.
+    """
+    found = list(root.glob(pattern))
+    if not found:
+        raise FileNotFoundError(f"{root / pattern}: decides the rows of a study, but there is no such file")
+    return found

@@ -1,0 +1,76 @@
+"""Definition of a study: a table of numbered cases, a function from a case to its rows, and a page of all rows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from fivebar_bringup.pages.content import Picture
+from fivebar_bringup.studies.engine.table import Row, RowTable
+from fivebar_description.strict_yaml import StrictModel
+
+
+class StudySettings(StrictModel):
+    """The settings that determine the rows of a study; every field has a default."""
+
+
+Settings = TypeVar("Settings", bound=StudySettings)
+
+
+class StudyReport(NamedTuple):
+    """What a study makes of its rows.
+
+    Attributes:
+        page: to look at, as HTML.
+        content: all results as plain values, for NAME.json.
+        pictures: of the page.
+        shown: what its command prints.
+    """
+
+    page: str
+    content: Mapping[str, Any]
+    pictures: Sequence[Picture]
+    shown: Any = None
+
+
+@dataclass(frozen=True)
+class Study(Generic[Settings, Row]):
+    """A study. Its functions are those of modules, so that every process and machine finds them by name.
+
+    Attributes:
+        name: the stem of its files, a word.
+        place: where it is defined, `MODULE:NAME`.
+        settings: class of its settings.
+        table: of its rows, whose first column is the number of the case.
+        run: returns the rows of a case; cases depend on settings and number alone.
+        cases: how many cases there are at most.
+        chunk: cases that a process does at one go, in a few seconds.
+        report: makes page and results of all rows.
+        program: returns a digest of what decides the rows of settings: code, robots, laws from elsewhere.
+        complete: whether these are all rows of a case.
+        wanted: how much has to come of the cases until the study is done.
+        counts: how much of that rows are.
+    """
+
+    name: str
+    place: str
+    settings: type[Settings]
+    table: RowTable[Row]
+    run: Callable[[Settings, int], Sequence[Row]]
+    cases: Callable[[Settings], int]
+    chunk: int
+    report: Callable[[Settings, Sequence[Row]], StudyReport]
+    program: Callable[[Settings], str]
+    complete: Callable[[Settings, Sequence[Row]], bool] = lambda settings, rows: True
+    wanted: Callable[[Settings], int] | None = None
+    counts: Callable[[Settings, Sequence[Row]], int] = field(default=lambda settings, rows: len(case_numbers(rows)))
+
+    def needed(self, settings: Settings) -> int:
+        """Return how much has to come of the cases: all of them, unless the study says otherwise."""
+        return self.cases(settings) if self.wanted is None else self.wanted(settings)
+
+
+def case_numbers(rows: Sequence[Row]) -> set[int]:
+    """Return the numbers of the cases of rows."""
+    return {row[0] for row in rows}
