@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-import shlex
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.table import Table
@@ -13,28 +12,38 @@ from rich.table import Table
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
-from fivebar_bringup.cli.study_options import chosen
+from fivebar_bringup.cli.study_options import (
+    ControllersOption,
+    Machines,
+    SchedulerFileOption,
+    SchedulerOption,
+    StudyOutOption,
+    chosen,
+    chosen_controllers,
+    print_table,
+    run_command,
+)
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.rounding import in_millimetres
 
 
-@command(Group.STUDY)
+@command(Group.STUDY, former={"--controller": "--controllers"})
 def robustness(
     effects: Annotated[
         str | None,
         typer.Option("--effects", help="Some of the effects, such as lengths,zeros,elasticity [default: all]"),
     ] = None,
-    jobs: JobsOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", help="New or empty directory for the results [default: runs/robustness-DATE-TIME]"),
-    ] = None,
-    as_json: JsonOption = False,
+    controllers: ControllersOption = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only 1 s and two draws of each size.")] = False,
     losses: Annotated[
         bool,
         typer.Option("--losses", help="Instead: commands or samples lost in bursts, at every moment of a crossing."),
     ] = False,
+    out: StudyOutOption = None,
+    jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
+    scheduler_file: SchedulerFileOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Find how large each fault of a robot may be.
 
@@ -42,33 +51,25 @@ def robustness(
 
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """
-    processes = processes_of(jobs)
     if losses:
-        _losses(out, processes, as_json)
+        _losses(out, processes_of(jobs), as_json)
         return
     from fivebar_bringup.studies.robustness.effects import EFFECTS
-    from fivebar_bringup.studies.robustness.robustness import QUICK, Extent
-    from fivebar_bringup.studies.robustness.robustness import robustness as make
+    from fivebar_bringup.studies.robustness.robustness import QUICK, ROBUSTNESS
 
     with input_errors(), keyboard_interrupts():
-        extent = QUICK if quick else Extent()
-        command = ["fivebar", "robustness"] + (["--quick"] if quick else [])
-        if effects is not None:
-            extent = extent._replace(effects=chosen("--effects", effects, EFFECTS))
-            command += ["--effects", ",".join(extent.effects)]
-        with progress_bar("robustness", as_json) as progress:
-            made = make(extent, out, processes, shlex.join(command), progress)
+        given: dict[str, Any] = {
+            "effects": None if effects is None else chosen("--effects", effects, EFFECTS),
+            "controllers": chosen_controllers(controllers),
+            **(QUICK if quick else {}),
+        }
+        made = run_command(ROBUSTNESS.place, given, out, Machines(jobs, scheduler, scheduler_file), as_json)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return
     printer = Printer()
     # as many columns as a narrow terminal has room for; the page has all
-    columns = ("effect", "middling robot", "unified, encoders", "unified, gyro")
-    places = [made.first.columns.index(column) for column in columns]
-    table = Table(*columns, box=None)
-    for row in made.first.rows:
-        table.add_row(*(row[place].text for place in places))
-    printer.print(table)
+    print_table(printer, made.shown, made.shown.columns[:1] + made.shown.columns[2:5])
     printer.print(f"look at {made.page}", soft_wrap=True)
 
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from fivebar_bringup.cli.app import processes_of
-from fivebar_bringup.cli.printing import complain
+from fivebar_bringup.cli.printing import Printer, complain
 from fivebar_bringup.cli.progress import progress_bar
 from fivebar_description.errors import InputError
 from fivebar_description.suggestion import expected_one_of
 
 if TYPE_CHECKING:
+    from fivebar_bringup.pages.content import Table as PageTable
     from fivebar_bringup.studies.engine.running import FinishedStudy
 
 ControllersOption = Annotated[
@@ -136,3 +137,14 @@ def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
 
 def _listed(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
+
+
+def print_table(printer: Printer, shown: PageTable, columns: Sequence[str]) -> None:
+    """Print some columns of a page's table: as many as a narrow terminal has room for."""
+    from rich.table import Table
+
+    places = [shown.columns.index(column) for column in columns]
+    table = Table(*columns, box=None)
+    for row in shown.rows:
+        table.add_row(*(row[place].text for place in places))
+    printer.print(table)

@@ -23,6 +23,7 @@ from fivebar_bringup.cli.study_options import (
     SeedOption,
     StudyOutOption,
     chosen_controllers,
+    print_table,
     run_command,
 )
 from fivebar_description.errors import InputError
@@ -99,13 +100,8 @@ def sweep(
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return
     # as many columns as a narrow terminal has room for; the page has all
-    columns = ("controller", "called feasible", "of them made", "share")
-    places = [made.shown.columns.index(column) for column in columns]
-    table = Table(*columns, box=None)
-    for row in made.shown.rows:
-        table.add_row(*(row[place].text for place in places))
     printer = Printer()
-    printer.print(table)
+    print_table(printer, made.shown, ("controller", "called feasible", "of them made", "share"))
     met = made.content["met"]
     verdict = ("met", "green") if met else ("not met", "red")
     printer.print(Text.assemble(verdict, f": {made.content['verdict']}"))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterator, Sequence
+from functools import cache
 from itertools import count, islice
 from pathlib import Path
 from typing import NamedTuple
@@ -56,6 +57,7 @@ class BenchmarkCrossing(NamedTuple):
         return on_robot(case, rig)
 
 
+@cache
 def benchmark() -> list[BenchmarkCrossing]:
     """Return the crossings, from the file that is shipped."""
     return read_crossings(shipped().read_text(encoding="utf-8"))
@@ -84,7 +86,7 @@ def checked_rigs(names: Sequence[str]) -> Sequence[str]:
     for name in names:
         robot = find_rig(name).robot
         if robot != ROBOT:
-            raise InputError(f"--rigs: {name!r}: has the robot {robot}: expected rigs of {ROBOT}, as the crossings are")
+            raise InputError(f"--rig: {name!r}: has the robot {robot}: expected rigs of {ROBOT}, as the crossings are")
     return names
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from fivebar_bringup.odds.intervals import Interval, clopper_pearson
 from fivebar_bringup.odds.success import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing
+from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT
 from fivebar_description.strict_yaml import InputError
 
@@ -50,8 +51,8 @@ class Result(NamedTuple):
     torque: float
 
 
-HEAD = ",".join(Result._fields) + "\n"
-"""First line of a file of results."""
+RESULTS = RowTable(Result)
+"""The table of a file of results."""
 
 
 class _Column(NamedTuple):
@@ -154,7 +155,7 @@ def read_results(text: str, source: str) -> list[Result]:
     except csv.Error as error:
         raise InputError(f"{source}: is not a file of results: {error}") from error
     if not lines or lines[0] != list(Result._fields):
-        raise InputError(f"{source}: line 1: expected {HEAD.strip()}")
+        raise InputError(f"{source}: line 1: expected {RESULTS.head.strip()}")
     found: dict[tuple[int, str, str], Result] = {}
     for number, line in enumerate(lines[1:], start=2):
         result = _result(line, f"{source}: line {number}")
@@ -169,7 +170,7 @@ def read_results(text: str, source: str) -> list[Result]:
 
 def _result(line: Sequence[str], place: str) -> Result:
     if len(line) != len(_COLUMNS):
-        raise InputError(f"{place}: {len(line)} columns: expected {len(_COLUMNS)}: {HEAD.strip()}")
+        raise InputError(f"{place}: {len(line)} columns: expected {len(_COLUMNS)}: {RESULTS.head.strip()}")
     return Result(*(_entry(entry, name, place) for name, entry in zip(_COLUMNS, line, strict=True)))
 
 
@@ -182,10 +183,3 @@ def _entry(entry: str, name: str, place: str) -> Any:
     if value is None or not column.allowed(value):
         raise InputError(f"{place}: {name}: {entry!r}: expected {column.expected}")
     return value
-
-
-def as_line(result: Result) -> str:
-    """Return a line of a file of results."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerow(result)
-    return text.getvalue()

@@ -12,7 +12,7 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, INK, VERMILION, ZONE, house_style, new_figure, png
 from fivebar_bringup.studies.robustness.effects import EFFECTS, Effect
-from fivebar_bringup.studies.robustness.running import EQUIPMENT, Climb
+from fivebar_bringup.studies.robustness.running import Climb, equipment_named
 
 SHARES = LinearSegmentedColormap.from_list("shares", ["#eef1f5", ZONE, VERMILION, "#7a2f00"])
 """Nothing fails, to everything fails."""
@@ -22,16 +22,15 @@ PANELS = 4
 
 
 def share_figures(climbs: Sequence[Climb]) -> list[Picture]:
-    """Return a figure for `unified` and one for the blended controllers, as far as there are climbs of theirs."""
+    """Return a figure for `unified` and one for the others, as far as there are climbs of theirs."""
     pictures = []
     with house_style():
         for name, title, unified in (
             ("unified", "What unified survives", True),
-            ("blended", "What the blended controllers survive", False),
+            ("blended", "What the other controllers survive", False),
         ):
-            used = {climb.equipment for climb in climbs}
-            shown = [one.name for one in EQUIPMENT.values() if (one.controller == "unified") == unified]
-            shown = [one for one in shown if one in used][:PANELS]
+            used = [equipment_named(name) for name in dict.fromkeys(climb.equipment for climb in climbs)]
+            shown = [one.name for one in used if (one.controller == "unified") == unified][:PANELS]
             if shown:
                 pictures.append(_shares(name, title, shown, climbs))
     return pictures

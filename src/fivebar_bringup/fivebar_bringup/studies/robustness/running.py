@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 from fivebar_bringup.report.thesis import MIDDLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Sampled, case_of, sampled
-from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_bringup.studies.engine.study import StudySettings
 from fivebar_bringup.studies.rigs.rig import find_rig, merged
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, TORQUE_LIMIT, UNIFIED_WEIGHT
@@ -65,32 +67,117 @@ ENCODERS_ALONE = "motor encoders alone, no declared tolerances"
 WITH_GYRO = "with gyroscope and declared tolerances, settings of the rig good"
 FOR_ELASTIC = "with gyroscope and declared tolerances, gains and estimator as on the rig middling"
 
-EQUIPMENT = {
-    one.name: one
-    for one in (
-        Equipment("unified, encoders", "unified", ENCODERS_ALONE),
-        Equipment("unified, gyro", "unified", WITH_GYRO, "good"),
-        Equipment("unified, gyro, elastic", "unified", FOR_ELASTIC, "middling"),
-        Equipment("multi_cartesian, encoders", "multi_cartesian", ENCODERS_ALONE),
-        Equipment("multi_cartesian, gyro", "multi_cartesian", WITH_GYRO, "good"),
-        Equipment("multi_joint, encoders", "multi_joint", ENCODERS_ALONE),
-        Equipment("multi_joint, gyro", "multi_joint", WITH_GYRO, "good"),
-    )
-}
-"""By name. `good` stands for its settings of estimator and gains; the robots are those of this study."""
+ELASTIC = "unified, gyro, elastic"
 
 
-class Ladder(NamedTuple):
-    """Work for one process: an effect, an equipment, and how many of the draws and durations."""
+def equipment_named(name: str) -> Equipment:
+    """Return an equipment by its name, `CONTROLLER, encoders` or `CONTROLLER, gyro` of any controller, or `ELASTIC`.
 
-    effect: str
-    equipment: str
+    `good` stands for its settings of estimator and gains; the robots are those of this study.
+    """
+    controller, _, sensors = name.partition(", ")
+    if name == ELASTIC:
+        return Equipment(name, controller, FOR_ELASTIC, "middling")
+    if sensors == "gyro":
+        return Equipment(name, controller, WITH_GYRO, "good")
+    return Equipment(name, controller, ENCODERS_ALONE)
+
+
+def equipment_of(controllers: Sequence[str]) -> list[Equipment]:
+    """Return the equipment of controllers."""
+    names = []
+    for controller in controllers:
+        names += [f"{controller}, encoders", f"{controller}, gyro"]
+        names += [ELASTIC] if controller == "unified" else []
+    return [equipment_named(name) for name in names]
+
+
+class RobustnessSettings(StudySettings):
+    """The settings that determine the results of the study.
+
+    Attributes:
+        effects: names of what grows, each alone.
+        controllers: each from encoders alone and with a gyroscope, `unified` also as for elastic transmissions.
+        draws: of signs, directions and noise, of each size.
+        durations: of the crossing (s).
+    """
+
+    effects: tuple[str, ...] = tuple(EFFECTS)
+    controllers: tuple[str, ...] = ("unified", "multi_cartesian", "multi_joint")
     draws: int = DRAWS
     durations: tuple[float, ...] = DURATIONS
 
 
+class Step(NamedTuple):
+    """A run: an equipment on a robot with an effect.
+
+    Attributes:
+        effect: name, "" for an exact robot.
+        size: in the effect's unit.
+        equipment: name.
+        duration: of the crossing (s).
+        draw: number, from 0.
+    """
+
+    effect: str
+    size: float
+    equipment: str
+    duration: float
+    draw: int
+
+
+@lru_cache(maxsize=4)
+def steps_of(settings: RobustnessSettings) -> tuple[Step, ...]:
+    """Return the runs of the study, first those without an effect."""
+    equipment = equipment_of(settings.controllers)
+    pairs = [("", 0.0, one.name) for one in equipment]
+    pairs += [
+        (name, size, one.name)
+        for name in settings.effects
+        for one in equipment
+        if one.gyro or not EFFECTS[name].needs_gyro
+        for size in EFFECTS[name].sizes
+    ]
+    return tuple(
+        Step(*pair, duration, draw)
+        for pair in pairs
+        for duration in settings.durations
+        for draw in range(settings.draws)
+    )
+
+
+class RobustnessRow(NamedTuple):
+    """A line of robustness.csv: what became of a run.
+
+    Attributes:
+        case: number of the run.
+        effect: what the robot has, "" for an exact robot.
+        size: of the effect, in its unit.
+        equipment: controller, sensors and settings.
+        duration: of the crossing (s).
+        draw: number of signs, directions and noise.
+        cause: why it failed, "" for a success.
+    """
+
+    case: int
+    effect: str
+    size: float
+    equipment: str
+    duration: float
+    draw: int
+    cause: str
+
+
+def run_numbered(settings: RobustnessSettings, number: int) -> list[RobustnessRow]:
+    """Return the row of a run."""
+    step = steps_of(settings)[number]
+    effect = EFFECTS[step.effect] if step.effect else None
+    cause = failure_of(step.equipment, effect, step.size, step.duration, step.draw)
+    return [RobustnessRow(number, *step, cause or "")]
+
+
 class Climb(NamedTuple):
-    """What became of a ladder.
+    """What became of an equipment as an effect grew.
 
     Attributes:
         effect, equipment: names.
@@ -121,27 +208,32 @@ def first_failure(failed: Sequence[int]) -> int | None:
     return next((step for step, count in enumerate(failed) if count), None)
 
 
-def climbed(ladder: Ladder) -> Climb:
-    """Return what becomes of every size of an effect."""
-    effect = EFFECTS[ladder.effect]
-    found = [_causes(ladder, effect, size) for size in effect.sizes]
-    failed = tuple(sum(causes.values()) for causes in found)
-    return Climb(ladder.effect, ladder.equipment, ladder.draws * len(ladder.durations), failed, tuple(found))
+def climbs_of(settings: RobustnessSettings, rows: Sequence[RobustnessRow]) -> list[Climb]:
+    """Return what became of every pair of effect and equipment."""
+    causes: dict[tuple[str, str], dict[float, Counter[str]]] = {}
+    for row in rows:
+        if row.effect:
+            sizes = causes.setdefault((row.effect, row.equipment), {})
+            sizes.setdefault(row.size, Counter()).update([row.cause] if row.cause else [])
+    runs = settings.draws * len(settings.durations)
+    return [
+        Climb(
+            *pair,
+            runs,
+            tuple(one.total() for one in sizes.values()),
+            tuple(dict(one.most_common()) for one in sizes.values()),
+        )
+        for pair, sizes in causes.items()
+    ]
 
 
-def failures_without(equipment: str, draws: int, durations: tuple[float, ...]) -> int:
-    """Return how many runs of an equipment fail on the exact robot."""
-    return sum(_causes(Ladder("", equipment, draws, durations), None, 0.0).values())
-
-
-def _causes(ladder: Ladder, effect: Effect | None, size: float) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for duration in ladder.durations:
-        for draw in range(ladder.draws):
-            cause = failure_of(ladder.equipment, effect, size, duration, draw)
-            if cause is not None:
-                counts[cause] = counts.get(cause, 0) + 1
-    return dict(sorted(counts.items(), key=lambda item: -item[1]))
+def failures_without(rows: Sequence[RobustnessRow]) -> dict[str, int]:
+    """Return how many runs of each equipment fail on the exact robot."""
+    exact = [row for row in rows if not row.effect]
+    return {
+        name: sum(bool(row.cause) for row in exact if row.equipment == name)
+        for name in dict.fromkeys(row.equipment for row in exact)
+    }
 
 
 def failure_of(equipment: str, effect: Effect | None, size: float, duration: float, draw: int) -> str | None:
@@ -163,7 +255,7 @@ def failure_of(equipment: str, effect: Effect | None, size: float, duration: flo
     )
     if effect is not None:
         robot = effect.on(robot, size, at)
-    known = robot.tolerances if EQUIPMENT[equipment].gyro else given.tolerances
+    known = robot.tolerances if equipment_named(equipment).gyro else given.tolerances
     scenario = given.model_copy(update={"plant": robot.plant, "imu": robot.imu, "tolerances": known})
     try:
         case = case_of(scenario, stop_at_fault=True)
@@ -190,7 +282,7 @@ def _gyro_bias() -> float:
 @cache
 def prepared(name: str, duration: float) -> tuple[Scenario, Sampled]:
     """Return the scenario of an equipment on an exact robot, and its sampled plan."""
-    equipment = EQUIPMENT[name]
+    equipment = equipment_named(name)
     start, end, *_ = MIDDLE
     common = {
         "name": "robustness",

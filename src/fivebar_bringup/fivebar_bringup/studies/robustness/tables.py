@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.studies.robustness.effects import EFFECTS, Effect
-from fivebar_bringup.studies.robustness.running import EQUIPMENT, FAILURE_RULE, Climb
+from fivebar_bringup.studies.robustness.running import FAILURE_RULE, Climb, equipment_named
 
 
 def first_failures(climbs: Sequence[Climb]) -> Table:
@@ -14,7 +14,7 @@ def first_failures(climbs: Sequence[Climb]) -> Table:
 
     An entry is good where even a middling robot has less of the effect, bad where a good one has as much.
     """
-    used = [name for name in EQUIPMENT if any(climb.equipment == name for climb in climbs)]
+    used = list(dict.fromkeys(climb.equipment for climb in climbs))
     of = {(climb.effect, climb.equipment): climb for climb in climbs}
     rows = []
     for name in dict.fromkeys(climb.effect for climb in climbs):
@@ -54,8 +54,9 @@ def causes_table(climbs: Sequence[Climb]) -> Table:
 def equipment_table(baseline: dict[str, int]) -> Table:
     """Return what the names of the controllers stand for, and how many runs without any effect failed."""
     rows = tuple(
-        (Cell(name, name), Cell(EQUIPMENT[name].words, EQUIPMENT[name].words), Cell(f"{failed}", failed))
+        (Cell(name, name), Cell(words, words), Cell(f"{failed}", failed))
         for name, failed in baseline.items()
+        for words in (equipment_named(name).words,)
     )
     return Table("equipment", "What is compared", "", ("controller", "it has", "failures without any effect"), rows)
 

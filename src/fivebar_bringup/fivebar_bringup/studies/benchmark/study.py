@@ -1,0 +1,68 @@
+"""Definition of the benchmark as a study, with its table and page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.rendering import render
+from fivebar_bringup.studies.benchmark.crossings import benchmark
+from fivebar_bringup.studies.benchmark.running import BenchmarkSettings, run_numbered
+from fivebar_bringup.studies.benchmark.scoring import RESULTS, RULES, Result, Score, scores
+from fivebar_bringup.studies.engine.program import program_digest
+from fivebar_bringup.studies.engine.study import Study, StudyReport
+from fivebar_bringup.studies.sweep.sweep import DECIDING
+from fivebar_description.rounding import in_millimetres
+
+
+def scores_table(found: Sequence[Score]) -> Table:
+    """Return the scores, those of a rig and a controller a row."""
+    rows = []
+    for one in found:
+        low, high = 100.0 * one.interval.low, 100.0 * one.interval.high
+        rows.append(
+            (
+                Cell(one.rig, one.rig),
+                Cell(one.controller, one.controller),
+                Cell(f"{one.successes}/{one.crossings}", one.successes),
+                Cell(f"{low:.1f}-{high:.1f}", [one.interval.low, one.interval.high]),
+                *(Cell(in_millimetres(error).removesuffix(" mm"), error) for error in (one.error_median, one.error_95)),
+                Cell(f"{one.torque_median:.2f}", one.torque_median),
+                Cell(str(one.stopped), one.stopped),
+            )
+        )
+    columns = ("rig", "controller", "success", "95 %", "error, mm", "error of 95 %, mm", "Nm", "stopped")
+    return Table("scores", "Scores", RULES, columns, tuple(rows))
+
+
+def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> StudyReport:
+    """Return the scores of results, and their page."""
+    found = scores(results, benchmark()[: settings.cases])
+    table = scores_table(found)
+    lines = [one._asdict() | {"interval": one.interval._asdict()} for one in found]
+    rigs, controllers = ",".join(settings.rigs), ",".join(settings.controllers)
+    page = render(
+        "study.html",
+        title="Benchmark",
+        setting=f"{settings.cases} crossings, {len(results)} runs, all simulated",
+        tables=[table],
+        command=f"fivebar benchmark --rig {rigs} --controllers {controllers} --cases {settings.cases}",
+    )
+    return StudyReport(page, {"rules": RULES, "scores": lines}, [], table)
+
+
+BENCHMARK = Study(
+    name="benchmark",
+    place=f"{__name__}:BENCHMARK",
+    settings=BenchmarkSettings,
+    table=RESULTS,
+    run=run_numbered,
+    cases=lambda settings: settings.cases,
+    chunk=2,
+    report=benchmark_report,
+    program=lambda settings: program_digest(
+        (*DECIDING, "studies/benchmark/*.py"), (), settings.rigs, settings.controllers
+    ),
+    complete=lambda settings, rows: len(rows) == len(settings.rigs) * len(settings.controllers),
+)
+"""The study of fixed crossings."""
