@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Generic, NamedTuple
 
 from fivebar_bringup.recorded.results import write_errors
@@ -44,6 +45,7 @@ def run_study(
     out: Path | None = None,
     executor: Executor | None = None,
     progress: Progress = silent,
+    kept: bool = True,
 ) -> FinishedStudy:
     """Start or resume a study, and write its rows, results, figures and page.
 
@@ -55,17 +57,23 @@ def run_study(
         out: new or empty directory, or that of a study to resume; by default runs/NAME-<date>-<time>.
         executor: runs the cases; by default this process.
         progress: called with how much there is so far of what is wanted, and with that.
+        kept: whether there are files at all; else there is neither report nor directory, and `out` is None.
 
     Raises:
         InputError: the directory cannot be used, or holds a study with other settings.
         ResumableInterrupt: it was interrupted; the chunks that were finished are kept.
     """
+    if not kept:
+        with TemporaryDirectory() as folder:
+            files, settings = opened(study, Path(folder), given)
+            rows = _all_rows(files, settings, executor or LocalProcesses(1), progress)
+            return FinishedStudy(files.page, rows, {}, None)
     files, settings = opened(study, out, given)
-    kept = (
+    words = (
         f"{files.path}: interrupted: {files.rows.name} keeps the finished cases:"
         f" the same command with --out {files.path} resumes"
     )
-    with files.alone(), write_errors(files.path), resumable(kept):
+    with files.alone(), write_errors(files.path), resumable(words):
         rows = _all_rows(files, settings, executor or LocalProcesses(1), progress)
         report = study.report(settings, rows)
         content = files.write(settings, rows, report)
