@@ -58,9 +58,10 @@ test-extra: setup ## run what test leaves out: long tests of the studies, and pa
 	@# RENEW_SCREENSHOTS=1 writes the documentation's pictures of pages instead of comparing with them
 	[ -d .browser ] || $(BIN)/pip install --quiet --no-deps --target .browser -r tests/browser/requirements.lock
 	[ -d .docs ] || $(BIN)/pip install --quiet --no-deps --target .docs -r docs/site/requirements.lock
+	[ -d .cluster ] || $(BIN)/pip install --quiet --no-deps --target .cluster -r tests/cluster/requirements.lock
 	[ -d .vendors ] || $(BIN)/pip install --quiet --no-deps --target .vendors -r tests/vendors/requirements.lock
 	status=0
-	export PYTHONPATH=$(CURDIR)/.browser:$(CURDIR)/.docs:$(CURDIR)/.vendors
+	export PYTHONPATH=$(CURDIR)/.browser:$(CURDIR)/.docs:$(CURDIR)/.vendors:$(CURDIR)/.cluster
 	$(BIN)/python -m pytest tests -q -n 2 --dist loadfile --no-loadscope-reorder -m "extra and not clock" --durations=10 || status=$$?
 	$(BIN)/python -m pytest $(CLOCK) -q -m "clock and extra" --durations=10 || status=$$?
 	exit $$status
@@ -188,7 +189,7 @@ try-jazzy: ## try the way for ROS 2 Jazzy in a fresh Debian made by debootstrap,
 
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
-	@rm -rf $(VENV) .jazzy .lowest-* .newest .uv .audit .browser .docs .vendors .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
+	@rm -rf $(VENV) .jazzy .lowest-* .newest .uv .audit .browser .docs .vendors .cluster .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
 	find src tests -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py

@@ -24,8 +24,11 @@ setup(
     python_requires=">=3.11,<3.14",
     packages=[],
     extras_require={
-        extra: [one for one in section("tests") if name_of(one) in names]
-        for extra, names in {"data": ("pandas", "pyarrow"), "moteus": ("moteus",)}.items()
+        "cluster": ["distributed>=2026.8", "dask-jobqueue>=0.9", "cryptography>=42"],
+        **{
+            extra: [one for one in section("tests") if name_of(one) in names]
+            for extra, names in {"data": ("pandas", "pyarrow"), "moteus": ("moteus",)}.items()
+        },
     },
     install_requires=[
         *(f"{package}=={version}" for package in PACKAGES),

@@ -21,8 +21,7 @@ from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.timing import read_timing
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.benchmark.scoring import HEAD as RESULTS_HEAD
-from fivebar_bringup.studies.benchmark.scoring import read_results
+from fivebar_bringup.studies.benchmark.scoring import RESULTS, read_results
 from fivebar_bringup.studies.calibrate.reading import TouchedFile
 from fivebar_bringup.studies.engine.directory import StudyFiles
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, ROWS
@@ -240,7 +239,7 @@ PARSERS: Mapping[str, Parser] = {
     "benchmark-results": Parser(
         _as_text(partial(read_results, source="results.csv")),
         (InputError,),
-        (f"{RESULTS_HEAD}0,ideal,mine,,1,0.001,0.5,0.1\n1,ideal,mine,torque_excessive,1,nan,inf,1e3\n".encode(),),
+        (f"{RESULTS.head}0,ideal,mine,,1,0.001,0.5,0.1\n1,ideal,mine,torque_excessive,1,nan,inf,1e3\n".encode(),),
     ),
     "bag": _bag_parser("bag_0.mcap", _BAG),
     "bag-metadata": _bag_parser("metadata.yaml", _BAG),

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fivebar.picture import Drawing
     from fivebar.robot import Posture, Robot, load_robot
     from fivebar.run import Run, load_run, simulate
+    from fivebar.studies import sweep
     from fivebar_bringup.errors import BagError
     from fivebar_bringup.recorded.outcome import RunOutcome
     from fivebar_bringup.recorded.series import RunSeries
@@ -49,6 +50,7 @@ __all__ = [
     "plan",
     "scenarios",
     "simulate",
+    "sweep",
 ]
 
 _PLACES = {
@@ -56,6 +58,7 @@ _PLACES = {
     "fivebar.picture": ("Drawing",),
     "fivebar.robot": ("Posture", "Robot", "load_robot"),
     "fivebar.run": ("Run", "load_run", "simulate"),
+    "fivebar.studies": ("sweep",),
     "fivebar_bringup.errors": ("BagError",),
     "fivebar_bringup.recorded.series": ("RunSeries",),
     "fivebar_bringup.recorded.summary": ("Summary",),

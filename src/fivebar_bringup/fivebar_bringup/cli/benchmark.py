@@ -69,23 +69,23 @@ def benchmark(
             "cases": cases,
         }
         if score is not None:
-            settings = BENCHMARK.settings(**{name: value for name, value in given.items() if value is not None})
-            made = benchmark_report(settings, read_results(read_text(score, LARGEST_TABLE), str(score)))
-            page = None
+            settings = BENCHMARK.settings.model_validate({k: one for k, one in given.items() if one is not None})
+            report = benchmark_report(settings, read_results(read_text(score, LARGEST_TABLE), str(score)))
+            content, shown, page = report.content, report.shown, None
         else:
             if out is not None and out.suffix == ".csv":
                 out = out.with_suffix("")
                 complain(f"--out FILE.csv is deprecated: the results are in {out / 'benchmark.csv'}")
             machines = Machines(jobs, scheduler, scheduler_file)
-            finished = run_command(BENCHMARK.place, given, out, machines, as_json)
-            made, page = finished, finished.page
+            made = run_command(BENCHMARK.place, given, out, machines, as_json)
+            content, shown, page = made.content, made.shown, made.page
     if as_json:
         from fivebar_bringup.recorded.results import finite
 
-        print(json.dumps(finite(made.content), indent=2, allow_nan=False))
+        print(json.dumps(finite(content), indent=2, allow_nan=False))
         return
     printer = Printer()
-    print_table(printer, made.shown, made.shown.columns)
+    print_table(printer, shown, shown.columns)
     printer.print(RULES)
     if page is not None:
         printer.print(f"look at {page}", soft_wrap=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import signal
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -14,13 +15,16 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.odds.intervals import Interval, clopper_pearson
-from fivebar_bringup.studies.benchmark import running
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark, drawn_crossings
-from fivebar_bringup.studies.benchmark.running import NOT_STARTED, BenchmarkTask, run_benchmark
-from fivebar_bringup.studies.benchmark.scoring import HEAD, Result, as_line, read_results, scores, success
+from fivebar_bringup.studies.benchmark.running import NOT_STARTED, BenchmarkSettings
+from fivebar_bringup.studies.benchmark.scoring import RESULTS, Result, read_results, scores, success
+from fivebar_bringup.studies.benchmark.study import BENCHMARK
+from fivebar_bringup.studies.engine import chunks
+from fivebar_bringup.studies.engine.running import run_study
 from fivebar_description.strict_yaml import InputError
 
 CROSSING = BenchmarkCrossing(0, 1, 1, 0.0, 0.15, 0.0, 0.02, 1.0, 1)
+HEAD = RESULTS.head
 GOOD = Result(0, "ideal", "mine", "", 1, 1.9e-3, 0.9e-3, 2.0)
 
 
@@ -68,14 +72,14 @@ REFUSED = {
     HEAD + "0,ideal,mine,,1,0,-1e-9,1\n": "line 2: error_final: '-1e-9': expected a number, at least 0",
     HEAD + "0,ideal,mine,,1,0,0,-inf\n": "line 2: torque: '-inf': expected a number, at least 0",
     HEAD + "0,ideal,mine,,-1,0,0,1\n": "line 2: mode_changes: '-1': expected a whole number, at least 0",
-    HEAD + as_line(GOOD) + "-1,a,b,,1,0,0,1\n": "line 3: crossing: '-1': expected a whole number from 0 to 999",
+    HEAD + RESULTS.lines([GOOD]) + "-1,a,b,,1,0,0,1\n": "line 3: crossing: '-1': expected a whole number from 0 to 999",
     HEAD + "1000,a,b,,1,0,0,1\n": "line 2: crossing: '1000': expected a whole number from 0 to 999",
     HEAD + "0.5,a,b,,1,0,0,1\n": "line 2: crossing: '0.5': expected a whole number",
     HEAD + "0,,b,,1,0,0,1\n": "line 2: rig: '': expected a name",
     HEAD + "0,a,,,1,0,0,1\n": "line 2: controller: '': expected a name",
     HEAD + "0,a,b,,1,0,0\n": "line 2: 7 columns: expected 8: crossing,rig,controller",
     HEAD + "0,a,b,,1,0,0,1,1\n": "line 2: 9 columns: expected 8: crossing,rig,controller",
-    HEAD + 2 * as_line(GOOD): "line 3: crossing: 0: is given twice for 'ideal' and 'mine': expected once",
+    HEAD + 2 * RESULTS.lines([GOOD]): "line 3: crossing: 0: is given twice for 'ideal' and 'mine': expected once",
 }
 
 
@@ -113,48 +117,66 @@ def test_what_is_not_known_of_a_run_may_be_missing_from_its_result() -> None:
 
 
 def test_results_are_continued_and_scored(tmp_path: Path) -> None:
-    file = tmp_path / "results.csv"
-    first = run_benchmark(file, ["ideal"], ["unified"], 2, 1, lambda done, total: None)
-    assert [success(result, crossing) for result, crossing in zip(first, benchmark(), strict=False)] == [True, True]
+    given = {"controllers": ("unified",), "cases": 3}
+    first = run_study(BENCHMARK, given, tmp_path / "out")
+    assert [success(result, crossing) for result, crossing in zip(first.rows, benchmark(), strict=False)] == [True] * 3
+    file = tmp_path / "out" / "benchmark.csv"
     whole = file.read_text(encoding="utf-8")
     file.write_text(whole[:-20], encoding="utf-8")
     steps: list[tuple[int, int]] = []
-    assert run_benchmark(file, ["ideal"], ["unified"], 2, 1, lambda *step: steps.append(step)) == first
-    assert steps == [(1, 2), (2, 2)]
+    again = run_study(BENCHMARK, {}, tmp_path / "out", progress=lambda *step: steps.append(step))
+    assert again.rows == first.rows
+    # two crossings are a chunk
+    assert steps == [(2, 3), (3, 3)]
     assert file.read_text(encoding="utf-8") == whole
-    called = CliRunner().invoke(app, ["benchmark", "--score", str(file), "--crossings", "2", "--json"])
-    (score,) = json.loads(called.output)["scores"]
-    assert (score["rig"], score["controller"], score["successes"], score["crossings"]) == ("ideal", "unified", 2, 2)
+    called = CliRunner().invoke(app, ["benchmark", "--score", str(file), "--crossings", "3", "--json"])
+    (score,) = json.loads(called.stdout)["scores"]
+    assert (score["rig"], score["controller"], score["successes"], score["crossings"]) == ("ideal", "unified", 3, 3)
+    assert called.stderr == "fivebar: --crossings is deprecated: use --cases\n"
+
+
+def good_results(settings: BenchmarkSettings, number: int) -> list[Result]:
+    return [GOOD._replace(crossing=number, controller=name) for name in settings.controllers]
 
 
 def test_an_interrupted_benchmark_says_what_is_kept_and_how_to_resume(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def run_first(task: BenchmarkTask) -> list[Result]:
-        if task.crossing.crossing:
-            signal.raise_signal(signal.SIGINT)
-        return [GOOD._replace(controller=name) for name in task.controllers]
+    """Also one that names a file, as former versions had it."""
 
-    monkeypatch.setattr(running, "run_task", run_first)
-    file = tmp_path / "results.csv"
-    called = CliRunner().invoke(app, ["benchmark", "--controllers", "ctc", "--jobs", "1", "--out", str(file)])
+    def run_first(settings: BenchmarkSettings, number: int) -> list[Result]:
+        if number == BENCHMARK.chunk:
+            signal.raise_signal(signal.SIGINT)
+        return good_results(settings, number)
+
+    monkeypatch.setattr(chunks, "defined", lambda place: replace(BENCHMARK, run=run_first))
+    words = ["benchmark", "--controllers", "ctc", "--jobs", "1", "--out", str(tmp_path / "results.csv")]
+    called = CliRunner().invoke(app, words)
     assert called.exit_code == 130
+    out = tmp_path / "results"
     assert called.stderr == (
-        f"fivebar: {file}: interrupted: keeps the finished crossings: the same command with --out {file} resumes\n"
+        f"fivebar: --out FILE.csv is deprecated: the results are in {out / 'benchmark.csv'}\n"
+        f"fivebar: {out}: interrupted: benchmark.csv keeps the finished cases:"
+        f" the same command with --out {out} resumes\n"
     )
-    assert read_results(file.read_text(encoding="utf-8"), "") == [GOOD._replace(controller="ctc")]
+    found = read_results((out / "benchmark.csv").read_text(encoding="utf-8"), "")
+    assert found == [
+        result for number in (0, 1) for result in good_results(BenchmarkSettings(controllers=("ctc",)), number)
+    ]
 
 
 def test_a_benchmark_on_a_full_disk_names_the_file_and_resumes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The file has whole lines, those of the crossings before, also where a line had room in part."""
-    monkeypatch.setattr(running, "run_task", lambda task: [GOOD._replace(crossing=task.crossing.crossing)])
-    file = tmp_path / "results.csv"
-    whole = HEAD + "".join(as_line(GOOD._replace(crossing=number)) for number in range(3))
+    """The file has whole lines, those of the chunks before, also where a line had room in part."""
+    study = replace(BENCHMARK, run=good_results)
+    monkeypatch.setattr(chunks, "defined", lambda place: study)
+    given, file = {"controllers": ("mine:LAW",), "cases": 4}, tmp_path / "benchmark.csv"
+    whole = HEAD + RESULTS.lines(GOOD._replace(crossing=number, controller="mine:LAW") for number in range(4))
+    monkeypatch.setattr("fivebar_bringup.studies.benchmark.study.program_digest", lambda *_: "")
     with full_disk(len(whole) - 5), pytest.raises(InputError) as error:
-        run_benchmark(file, ["ideal"], ["mine"], 3, 1, lambda done, total: None)
+        run_study(study, given, tmp_path)
     assert str(error.value) == f"{file}: cannot be used for the results: File too large"
-    assert file.read_text(encoding="utf-8") == "".join(whole.splitlines(keepends=True)[:-1])
-    run_benchmark(file, ["ideal"], ["mine"], 3, 1, lambda done, total: None)
+    assert file.read_text(encoding="utf-8") == "".join(whole.splitlines(keepends=True)[:-2])
+    run_study(study, given, tmp_path)
     assert file.read_text(encoding="utf-8") == whole
 
 

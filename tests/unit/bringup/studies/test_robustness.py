@@ -13,7 +13,17 @@ from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.studies.robustness.bursts import BURSTS, LIMIT, LossSeries, Lost, losses_of
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.robustness.figures import place_of
-from fivebar_bringup.studies.robustness.running import EQUIPMENT, FAR, WRONG_MODE, Climb, cause_of, failure_of
+from fivebar_bringup.studies.robustness.robustness import ROBUSTNESS
+from fivebar_bringup.studies.robustness.running import (
+    FAR,
+    WRONG_MODE,
+    Climb,
+    RobustnessSettings,
+    cause_of,
+    climbs_of,
+    failure_of,
+    failures_without,
+)
 from fivebar_bringup.studies.robustness.tables import first_failures
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
 from fivebar_description.imu import ImuSettings
@@ -59,7 +69,7 @@ def test_the_first_failure_counts_though_larger_sizes_succeed() -> None:
         counts = (*failed, *([0] * (STEPS - len(failed))))
         return Climb(effect, equipment, 12, counts, tuple({FAR: count} if count else {} for count in counts))
 
-    before, after, *_ = EQUIPMENT
+    before, after = "unified, encoders", "unified, gyro"
     table = first_failures(
         [climb("lengths", before, 0, 2, 0, 12), climb("lengths", after), climb("loop", after, *[0] * 11, 1)]
     )
@@ -75,6 +85,18 @@ def test_the_first_failure_counts_though_larger_sizes_succeed() -> None:
 def test_a_size_has_its_place_in_the_figure() -> None:
     for effect in (EFFECTS["lengths"], EFFECTS["loop"]):
         assert place_of(effect, effect.sizes[3]) == pytest.approx(3.5)
+
+
+def test_a_law_from_elsewhere_climbs_its_ladder() -> None:
+    settings = RobustnessSettings(
+        effects=("mass", "gyro_noise"), controllers=("toy_law:LAW",), draws=1, durations=(1.0,)
+    )
+    assert ROBUSTNESS.cases(settings) == 2 + 3 * STEPS
+    rows = [row for number in (0, 1, 2, 13) for row in ROBUSTNESS.run(settings, number)]
+    assert {row.equipment for row in rows} == {"toy_law:LAW, encoders", "toy_law:LAW, gyro"}
+    assert set(failures_without(rows)) == {"toy_law:LAW, encoders", "toy_law:LAW, gyro"}
+    (climb,) = climbs_of(settings, rows)
+    assert (climb.effect, climb.equipment, climb.runs, len(climb.failed)) == ("mass", "toy_law:LAW, encoders", 1, 2)
 
 
 @pytest.mark.extra

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
@@ -96,10 +97,28 @@ class DaskCluster:
 
 
 @contextmanager
+def cluster_like(client: Any) -> Iterator[DaskCluster]:
+    """Provide the cluster of a `distributed.Client`, by a client that decodes no pickled objects.
+
+    Raises:
+        InputError: it is no such client, or its scheduler does not answer.
+    """
+    distributed = library("distributed", "cluster")
+    if not isinstance(client, distributed.Client):
+        raise InputError(f"executor: {client!r}: expected a number of processes or a distributed.Client")
+    with cluster_of(client.scheduler.address, None, _warn, client.security) as cluster:
+        yield cluster
+
+
+def _warn(words: str) -> None:
+    warnings.warn(words, stacklevel=2)
+
+
+@contextmanager
 def cluster_of(
-    scheduler: str | None, scheduler_file: Path | None, tell: Callable[[str], None]
+    scheduler: str | None, scheduler_file: Path | None, tell: Callable[[str], None], security: Any = None
 ) -> Iterator[DaskCluster]:
-    """Provide the cluster of a scheduler, by its address or its file; TLS is as Dask is configured.
+    """Provide the cluster of a scheduler, by its address or its file; TLS is as given, or as Dask is configured.
 
     Raises:
         InputError: it cannot be reached, or Dask is not installed.
@@ -112,7 +131,9 @@ def cluster_of(
         raise InputError(f"--scheduler-file: {scheduler_file}: is no file")
     where = {"address": scheduler} if scheduler_file is None else {"scheduler_file": str(scheduler_file)}
     try:
-        client = distributed.Client(**where, timeout=CONNECT, set_as_default=False, deserializers=PLAIN)
+        client = distributed.Client(
+            **where, timeout=CONNECT, set_as_default=False, security=security, deserializers=PLAIN
+        )
     except (OSError, ValueError, TypeError) as error:
         raise InputError(f"{option}: {place}: no Dask scheduler answers: {error}") from error
     with client:

@@ -138,12 +138,8 @@ def steps_of(settings: RobustnessSettings) -> tuple[Step, ...]:
         if one.gyro or not EFFECTS[name].needs_gyro
         for size in EFFECTS[name].sizes
     ]
-    return tuple(
-        Step(*pair, duration, draw)
-        for pair in pairs
-        for duration in settings.durations
-        for draw in range(settings.draws)
-    )
+    conditions = [(duration, draw) for duration in settings.durations for draw in range(settings.draws)]
+    return tuple(Step(*pair, *condition) for pair in pairs for condition in conditions)
 
 
 class RobustnessRow(NamedTuple):
@@ -216,24 +212,20 @@ def climbs_of(settings: RobustnessSettings, rows: Sequence[RobustnessRow]) -> li
             sizes = causes.setdefault((row.effect, row.equipment), {})
             sizes.setdefault(row.size, Counter()).update([row.cause] if row.cause else [])
     runs = settings.draws * len(settings.durations)
-    return [
-        Climb(
-            *pair,
-            runs,
-            tuple(one.total() for one in sizes.values()),
-            tuple(dict(one.most_common()) for one in sizes.values()),
-        )
-        for pair, sizes in causes.items()
-    ]
+    climbs = []
+    for pair, sizes in causes.items():
+        failed = tuple(found.total() for found in sizes.values())
+        climbs.append(Climb(*pair, runs, failed, tuple(dict(found.most_common()) for found in sizes.values())))
+    return climbs
 
 
 def failures_without(rows: Sequence[RobustnessRow]) -> dict[str, int]:
     """Return how many runs of each equipment fail on the exact robot."""
-    exact = [row for row in rows if not row.effect]
-    return {
-        name: sum(bool(row.cause) for row in exact if row.equipment == name)
-        for name in dict.fromkeys(row.equipment for row in exact)
-    }
+    failed: dict[str, int] = {}
+    for row in rows:
+        if not row.effect:
+            failed[row.equipment] = failed.get(row.equipment, 0) + bool(row.cause)
+    return failed
 
 
 def failure_of(equipment: str, effect: Effect | None, size: float, duration: float, draw: int) -> str | None:

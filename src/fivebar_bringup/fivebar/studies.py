@@ -1,0 +1,75 @@
+"""Studies: thousands of simulated crossings, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from fivebar_bringup.studies.engine.executor import Executor, LocalProcesses
+from fivebar_bringup.studies.engine.running import run_study
+
+
+def sweep(
+    cases: int | None = None,
+    seed: int | None = None,
+    controllers: Sequence[str] | None = None,
+    rig: str | None = None,
+    robot: str | None = None,
+    out: str | Path | None = None,
+    executor: Any = None,
+) -> Any:
+    """Simulate random crossings, as `fivebar sweep` does, and return their rows as a `pandas.DataFrame`.
+
+    [Random crossings](../sweeps.md) says what is drawn. `attrs["descriptions"]` of the table says what each column is.
+    The rows depend on neither executor nor interruptions.
+
+    Args:
+        cases: crossings that the screen judges feasible for `unified`, or else for the first controller, after which it
+            ends; by default 2000.
+        seed: of all cases, by default 1.
+        controllers: that make each crossing, laws of your own as `"my_package.my_law:LAW"`; by default all that are
+            compiled.
+        rig: whose robots are drawn, by default none.
+        robot: a shipped robot or a robot file, by default that of the rig, or DexTAR.
+        out: new or empty directory for rows, results and page, or that of a sweep to resume; by default nothing is
+            kept but the result.
+        executor: number of processes to use, or a `distributed.Client` of a Dask cluster; by default this process.
+            A script that uses processes needs `if __name__ == "__main__":`.
+
+    Raises:
+        InputError: a setting or the directory cannot be used, the cluster has gone, or pandas is not installed
+            (`pip install 'fivebar[data]'`).
+
+    Examples:
+        >>> import fivebar
+        >>> table = fivebar.sweep(cases=1, rig="ideal", controllers=["unified"])
+        >>> bool(table[table.status == "feasible"].success.all())
+        True
+    """
+    # here, because it loads what all laws need
+    from fivebar_bringup.studies.sweep.sweep import SWEEP
+
+    given = {
+        "cases": cases,
+        "seed": seed,
+        "controllers": None if controllers is None else tuple(controllers),
+        "rig": rig,
+        "robot": robot,
+    }
+    with _executor(executor) as chosen:
+        made = run_study(SWEEP, given, None if out is None else Path(out), chosen, kept=out is not None)
+    return SWEEP.table.frame(made.rows)
+
+
+@contextmanager
+def _executor(given: Any) -> Iterator[Executor]:
+    if given is None or isinstance(given, int):
+        yield LocalProcesses(given or 1)
+        return
+    # here, because Dask is an extra
+    from fivebar_bringup.studies.engine.cluster import cluster_like
+
+    with cluster_like(given) as cluster:
+        yield cluster
