@@ -38,7 +38,15 @@ def toy_step(robot: FiveBar, instant: Instant, memory: ToyMemory, settings: ToyS
     )
 
 
+def listed_step(robot: FiveBar, instant: Instant, memory: ToyMemory, settings: ToySettings) -> tuple[Torque, ToyMemory]:
+    """Return the same, by way of what numba cannot compile."""
+    return max([toy_step(robot, instant, memory, settings)], key=str)
+
+
 LAW = Law(name="toy", title="toy law", settings=ToySettings, step=toy_step, memory=ToyMemory(0.0, 0.0))
+
+UNCOMPILED = LAW._replace(name="toy_uncompiled", step=listed_step)
+"""A law that does not say that it cannot be compiled."""
 
 TAKEN = LAW._replace(name="ctc")
 NOT_A_TOPIC = LAW._replace(name="Toy law")

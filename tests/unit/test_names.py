@@ -176,7 +176,6 @@ ELSEWHERE = {
         "fivebar_bringup.cli.running",
         "fivebar_bringup.cli.studies",
     ),
-    "unit/bringup/studies/test_cluster.py": ("fivebar_bringup.studies.engine.worker",),
     "unit/bringup/studies/test_sweep.py": ("fivebar_bringup.cli.study_options",),
     "unit/bringup/recorded/test_table_files.py": ("fivebar_bringup.extras",),
     "unit/bringup/studies/test_maps.py": ("fivebar_control.workspace.fields", "fivebar_control.workspace.loci"),

@@ -132,6 +132,21 @@ def _machine_code(function: FunctionType, **options: Any) -> Any:
     return numba.njit(error_model="numpy", fastmath=False, forceinline=True, nogil=True, **options)(function)
 
 
+def is_of_compiler(error: Exception) -> bool:
+    """Return whether an error is that of a function, or of its arguments, that cannot be compiled."""
+    from numba.core.errors import NumbaError
+
+    return isinstance(error, NumbaError | TypeError)
+
+
+def processor() -> str:
+    """Return what the compiler calls the processor of this machine, on which the last digits of results depend."""
+    from numba.core import codegen
+
+    name: str = vars(codegen)["ll"].get_host_cpu_name()
+    return name
+
+
 def _plain(function: Callable[..., Any]) -> FunctionType:
     if not isinstance(function, FunctionType) or function.__closure__ is not None:
         raise TypeError(f"{function!r}: expected a plain function without a closure")

@@ -23,7 +23,7 @@ from fivebar_bringup.simulation.robot import (
     sensed_with_effects,
     start_with_effects,
 )
-from fivebar_control.compiling import bound, compiled_and_kept
+from fivebar_control.compiling import bound, compiled_and_kept, is_of_compiler
 from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.closed_loop import run_loop
@@ -71,17 +71,10 @@ def _in_machine_code(function: Callable[[Case, Sampled], Result], case: Case, pl
     try:
         return function(case, plan)
     except Exception as error:
-        if controller.name in CONTROLLERS or not _of_compiler(error):
+        if controller.name in CONTROLLERS or not is_of_compiler(error):
             raise
         _refused.add(controller.name)
         return None
-
-
-def _of_compiler(error: Exception) -> bool:
-    """Return whether an error is that of a function, or of its arguments, that cannot be compiled."""
-    from numba.core.errors import NumbaError
-
-    return isinstance(error, NumbaError | TypeError)
 
 
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:

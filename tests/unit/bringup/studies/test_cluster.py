@@ -119,7 +119,8 @@ def test_what_is_no_scheduler_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
         pass
 
 
-def test_the_recipe_for_slurm_makes_a_job_that_starts_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_recipe_for_slurm_makes_a_job_that_starts_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     page = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")
     (recipe,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     made: dict[str, object] = {}
@@ -130,4 +131,9 @@ def test_the_recipe_for_slurm_makes_a_job_that_starts_workers(monkeypatch: pytes
     assert {"#SBATCH -p short", "#SBATCH --mem=15G", "#SBATCH -t 02:00:00"} <= set(script.splitlines())
     assert "\nexport NUMBA_CACHE_DIR=" in script and "\nexport OPENBLAS_NUM_THREADS=1\n" in script
     (command,) = (line for line in script.splitlines() if "dask_worker" in line or "dask worker" in line)
-    assert "tls://" in command and "--nthreads 1 --nworkers 8" in command and "--lifetime 110m" in command
+    assert (
+        "tls://" in command
+        and "--nthreads 1 " in command
+        and "--nworkers 8 " in command
+        and "--lifetime 110m " in command
+    )

@@ -335,6 +335,30 @@ def test_laws_with_zones_make_the_motion_that_is_planned_for_unified() -> None:
     assert 0.0 < explained(blended).worst.error <= blended.error_peak
 
 
+def test_a_law_from_elsewhere_is_compiled_if_it_compiles_and_else_interpreted() -> None:
+    laws = ("toy_law:LAW", "toy_law:UNCOMPILED")
+    made = (run_case(SEED, number, "ideal", laws) for number in range(20) if draw(SEED, number).duration < 0.6)
+    compiled, interpreted = next(rows for rows in made if rows[0].status != REFUSED)
+    assert (compiled.controller, interpreted.controller) == laws
+    assert compiled.samples == interpreted.samples
+    assert interpreted.requested == pytest.approx(compiled.requested, rel=1e-6)
+    settings = SweepSettings(controllers=laws)
+    assert SWEEP.program(settings) != SWEEP.program(SweepSettings(controllers=laws[:1]))
+
+
+def test_any_robot_is_swept_and_judged_by_its_torque_and_size() -> None:
+    case = draw(SEED, 0, name="motkin")
+    scenario, ratio = case.scenario("unified"), 0.035 / 0.55
+    assert (scenario.robot, scenario.plant.torque_limit) == ("motkin", 0.186)
+    assert scenario.unified.weight == pytest.approx(0.3 / ratio**2)
+    sensed = next(one for one in (draw(SEED, number, name="motkin") for number in range(9)) if one.encoder_counts)
+    assert sensed.scenario("unified").plant.torque_quantum == pytest.approx(0.002 * ratio)
+    assert (case.size, draw(SEED, 0).size) == (pytest.approx(0.08 / 0.09), 1.0)
+    assert shortcomings(OUTCOME._replace(error_peak=1.8e-3), 101, 1, case.size) == ["peak error 1.80 mm"]
+    done = CliRunner().invoke(app, ["sweep", "--robot", "motkin", "--rig", "good"])
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1) and "--robot" in done.stderr
+
+
 def test_the_crossings_that_count_are_those_of_unified_or_of_the_first_controller() -> None:
     assert [counted(names) for names in (SWEPT, ("lqr", "unified"), ("mpc", "lqr"))] == ["unified", "unified", "mpc"]
 

@@ -45,7 +45,10 @@ def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> 
         "study.html",
         title="Benchmark",
         setting=f"{settings.cases} crossings, {len(results)} runs, all simulated",
+        words="",
         tables=[table],
+        details=[],
+        pictures=[],
         command=f"fivebar benchmark --rig {rigs} --controllers {controllers} --cases {settings.cases}",
     )
     return StudyReport(page, {"rules": RULES, "scores": lines}, [], table)

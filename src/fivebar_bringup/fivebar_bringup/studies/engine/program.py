@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import fivebar_description
 import fivebar_sim
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.compiling import digest
+from fivebar_control.laws.law import Law
 from fivebar_control.laws.registry import CONTROLLERS, find_controller
 from fivebar_description.robot_file import read_robot
 
@@ -62,11 +64,19 @@ def program_digest(
     for rig in sorted(set(rigs)):
         total.update(repr(find_rig(rig)).encode())
     for name in sorted(set(controllers) - set(CONTROLLERS)):
-        total.update(f"{name} {digest(find_controller(name).nominal.step)}\n".encode())
+        total.update(f"{name} {_law_digest(find_controller(name).nominal)}\n".encode())
     for name, path in deciding_files(deciding).items():
         total.update(f"{name}\n".encode())
         total.update(path.read_bytes())
     return total.hexdigest()[:16]
+
+
+def _law_digest(law: Law) -> str:
+    """Return a digest of a law: of its step and all that it calls, or of its file where the step is no function."""
+    try:
+        return digest(law.step)
+    except TypeError:
+        return hashlib.sha256(inspect.getsource(inspect.getmodule(law.settings) or law.step).encode()).hexdigest()
 
 
 def deciding_files(deciding: Iterable[str]) -> dict[str, Path]:

@@ -13,6 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from fivebar_bringup.studies.engine.chunks import Chunk, defined, run_chunk
+from fivebar_control.compiling import processor
 from fivebar_description.errors import InputError
 
 CACHE = "NUMBA_CACHE_DIR"
@@ -50,10 +51,8 @@ def keep_machine_code_apart() -> None:
 @lru_cache(maxsize=1)
 def kind_of_machine() -> dict[str, str]:
     """Return what the last digits of results depend on besides the program."""
-    from llvmlite import binding
-
     libraries = {name: version(name) for name in ("numpy", "scipy", "numba", "llvmlite", "pin")}
-    return {"python": platform.python_version(), "processor": binding.get_host_cpu_name(), **libraries}
+    return {"python": platform.python_version(), "processor": processor(), **libraries}
 
 
 @lru_cache(maxsize=8)

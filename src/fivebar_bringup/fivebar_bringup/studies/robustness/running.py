@@ -108,7 +108,7 @@ class RobustnessSettings(StudySettings):
     durations: tuple[float, ...] = DURATIONS
 
 
-class Step(NamedTuple):
+class EffectRun(NamedTuple):
     """A run: an equipment on a robot with an effect.
 
     Attributes:
@@ -127,7 +127,7 @@ class Step(NamedTuple):
 
 
 @lru_cache(maxsize=4)
-def steps_of(settings: RobustnessSettings) -> tuple[Step, ...]:
+def steps_of(settings: RobustnessSettings) -> tuple[EffectRun, ...]:
     """Return the runs of the study, first those without an effect."""
     equipment = equipment_of(settings.controllers)
     pairs = [("", 0.0, one.name) for one in equipment]
@@ -139,7 +139,7 @@ def steps_of(settings: RobustnessSettings) -> tuple[Step, ...]:
         for size in EFFECTS[name].sizes
     ]
     conditions = [(duration, draw) for duration in settings.durations for draw in range(settings.draws)]
-    return tuple(Step(*pair, *condition) for pair in pairs for condition in conditions)
+    return tuple(EffectRun(*pair, *condition) for pair in pairs for condition in conditions)
 
 
 class RobustnessRow(NamedTuple):
