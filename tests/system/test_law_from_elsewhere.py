@@ -79,7 +79,7 @@ def test_it_is_compared_with_the_laws_of_the_tree(
 ) -> None:
     out = folder / "compared"
     call = fivebar(
-        "compare", str(scenario), "--controllers", "toy_law:LAW", "--rigs", "ideal", "--durations", "0.4",
+        "compare", str(scenario), "--controllers", "toy_law:LAW", "--rig", "ideal", "--durations", "0.4",
         "--jobs", "1", "--json", "--out", str(out),
     )  # fmt: skip
     assert call.finish() in (0, 1), call.stderr

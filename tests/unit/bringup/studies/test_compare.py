@@ -27,14 +27,14 @@ from fivebar_bringup.studies.compare.cases import (
     ComparisonExtent,
     default_rigs,
 )
-from fivebar_bringup.studies.compare.compare import compare, html_page
-from fivebar_bringup.studies.compare.results import ComparisonResult, run_case
+from fivebar_bringup.studies.compare.compare import COMPARISON, ComparisonSettings, cases_of, html_page
+from fivebar_bringup.studies.compare.results import ComparisonResult, result_of, row_of, run_case
 from fivebar_bringup.studies.compare.screening import quickest_durations
 from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import findings, lost
+from fivebar_bringup.studies.engine.running import run_study
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.trajectory.planner import PlanRefused
-from fivebar_description.strict_yaml import InputError
 
 MIDDLE = load_scenario("middle")
 
@@ -114,7 +114,7 @@ def test_a_motion_that_a_controller_cannot_make_is_a_result() -> None:
     assert not result.made
     assert not result.completed
     assert "multi_cartesian cannot meet Type 1" in result.why_not[0]
-    assert result.as_row()["refused_by_screen"] is None
+    assert row_of(0, result).refused_by_screen is None
 
 
 @pytest.fixture(scope="module")
@@ -131,7 +131,9 @@ def test_a_run_on_the_realistic_rig_has_all_figures(crossing: ComparisonResult) 
     assert crossing.margin_share == pytest.approx((crossing.margin or 0.0) / 10.0)
     assert (crossing.saturated, crossing.at_limit) == (0, 0)
     assert 0.0 < (crossing.net_work or 0.0) < (crossing.energy or 0.0) < 2.0
-    assert None not in crossing.as_row().values()
+    row = row_of(0, crossing)
+    assert None not in row
+    assert result_of(crossing.case, row) == crossing
 
 
 def test_an_estimated_run_in_memory_is_what_its_bag_holds(tmp_path: Path) -> None:
@@ -211,8 +213,10 @@ def test_no_verdict_is_passed_on_what_cannot_be_run() -> None:
     extent = ComparisonExtent((load_scenario("type1_working_mode"),), ("unified",), (1.0,))
     assert {case.rig for case in extent.cases()} == {"ideal", "wrong"}
     assert extent.tight_cases() == []
-    weak = ComparisonExtent((load_scenario("motkin_middle"),), ("unified",), (1.0,))
+    weak = ComparisonExtent((changed(plant={"torque_limit": 0.5}),), ("unified",), (1.0,))
     assert weak.tight_cases() == []
+    small = ComparisonExtent((load_scenario("motkin_middle"),), ("unified",), (1.0,)).tight_cases()
+    assert {case.torque_limit for case in small} == {pytest.approx(0.035 / 0.55 * TIGHT_LIMIT)}
     assert ComparisonExtent((MIDDLE,), ("unified",), (1.0,)).tight_cases()
 
 
@@ -253,14 +257,16 @@ def test_a_verdict_that_is_missed_is_called_so() -> None:
 
 
 def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
-    extent = ComparisonExtent((MIDDLE,), ("ctc", "unified"), (0.5,), ("ideal",))
+    given = {"scenarios": ("middle",), "controllers": ("ctc", "unified"), "durations": (0.5,), "rigs": ("ideal",)}
     seen: list[tuple[int, int]] = []
-    compared = compare(extent, tmp_path / "out", 1, progress=lambda done, total: seen.append((done, total)))
+    compared = run_study(COMPARISON, given, tmp_path / "out", progress=lambda done, total: seen.append((done, total)))
     assert seen == [(done, 6) for done in range(7)]
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "compare.html",
         "compare.json",
         "compare.csv",
+        "compare.parquet",
+        "compare.schema.json",
         "figures",
     }
     content = json.loads((tmp_path / "out" / "compare.json").read_text(encoding="utf-8"))
@@ -283,7 +289,7 @@ def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
     slowed = by_run["unified", TIGHT_LIMIT, None]
     assert slowed["samples_at_limit"] == 0
     assert slowed["completed"] and not slowed["refused_by_screen"] and slowed["tracking_error_peak_m"] < 0.4e-3
-    assert [finding.met for finding in compared.verdicts] == [True, None, True]
+    assert [finding.met for finding in compared.shown.verdicts] == [True, None, True]
     page = compared.page.read_text(encoding="utf-8")
     assert page.count("data:image/png;base64,") == 1
     assert "http://" not in page and "https://" not in page
@@ -294,8 +300,8 @@ def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
     [
         (["--controllers", "unified,pid"], "--controllers: 'pid': expected one of ctc, multi_joint"),
         (["--controllers", ""], "--controllers: '': expected one of ctc"),
-        (["--rigs", "ideal,worn"], "--rigs: 'worn': expected one of calibrated, encoders, good, ideal"),
-        (["--rigs", ""], "--rigs: '': expected one of calibrated"),
+        (["--rig", "ideal,worn"], "--rig: 'worn': expected one of calibrated, encoders, good, ideal"),
+        (["--rig", ""], "--rig: '': expected one of calibrated"),
         (["--durations", "1,fast"], "--durations: 'fast': expected seconds above 0"),
         (["--durations", "0"], "--durations: '0': expected seconds above 0"),
         (["--durations", "nan"], "--durations: 'nan': expected seconds above 0"),
@@ -319,15 +325,28 @@ def test_bad_input_is_one_line(
 
 
 def test_the_command_prints_the_json_that_it_writes(tmp_path: Path) -> None:
-    options = ["--quick", "--controllers", "unified", "--rigs", "ideal", "--durations", "0.3", "--jobs", "1"]
+    options = ["--quick", "--controllers", "unified", "--rig", "ideal", "--durations", "0.3", "--jobs", "1"]
     result = CliRunner().invoke(app, ["compare", *options, "--out", str(tmp_path / "out"), "--json"])
     assert result.exit_code == 0, result.stderr
     content = json.loads(result.stdout)
     assert content == json.loads((tmp_path / "out" / "compare.json").read_text(encoding="utf-8"))
-    assert content["command"].startswith("fivebar compare middle --controllers unified --durations 0.3 --rigs ideal")
+    assert content["command"].startswith("fivebar compare middle --controllers unified --durations 0.3 --rig ideal")
 
 
-def test_a_full_directory_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="not empty"):
-        compare(ComparisonExtent((MIDDLE,), ("ctc",), (1.0,), ("ideal",)), tmp_path, 1)
+def test_bounds_go_with_the_size_and_the_torque_of_the_robot() -> None:
+    motkin = load_scenario("motkin_middle")
+    case = ComparisonCase(motkin, "unified", 1.0, "ideal")
+    assert (case.size, case.torque) == (pytest.approx(0.08 / 0.09), pytest.approx(0.035 / 0.55))
+    within = ComparisonResult(case, True, made=True, tracking_error=0.35e-3, applied=0.06)
+    for change, met in (({}, True), ({"tracking_error": 0.36e-3}, False), ({"applied": 0.065}, False)):
+        (finding, *_) = findings([within._replace(**change)], [])  # type: ignore[arg-type]
+        assert finding.met is met and "in proportion" in finding.expected
+
+
+def test_a_law_from_elsewhere_is_compared() -> None:
+    settings = ComparisonSettings(
+        scenarios=("middle",), controllers=("toy_law:LAW",), durations=(1.0,), rigs=("ideal",)
+    )
+    assert len(cases_of(settings).asked) == 1
+    (row,) = COMPARISON.run(settings, 0)
+    assert (row.controller, row.completed, row.samples) == ("toy_law:LAW", True, 501)

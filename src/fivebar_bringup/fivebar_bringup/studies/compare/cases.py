@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.screening import has_quickest, quickest_durations
 from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
+from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import validate
 from fivebar_sim.effects.settings import PlantSettings
 
@@ -20,7 +21,8 @@ AS_GIVEN = "as_given"
 """In place of a rig: plant, estimator and gains of the scenario itself."""
 
 TIGHT_LIMIT = 0.6
-"""Torque limit (Nm) for the test whether the planner's screen refuses what the controllers cannot do."""
+"""Torque limit (Nm) of DexTAR, in proportion for other robots, for the test whether the planner's screen refuses what
+the controllers cannot do."""
 
 
 class ComparisonCase(NamedTuple):
@@ -41,6 +43,16 @@ class ComparisonCase(NamedTuple):
     torque_limit: float | None = None
 
     @property
+    def size(self) -> float:
+        """Size of the robot over that of DexTAR, by which errors are judged."""
+        return size_ratio(load_robot(self.given.robot))
+
+    @property
+    def torque(self) -> float:
+        """Torque of the robot's crossings over that of DexTAR's, by which torques are judged."""
+        return torque_ratio(read_robot(self.given.robot))
+
+    @property
     def motion(self) -> str:
         """Name of the motion."""
         return self.given.name
@@ -49,11 +61,6 @@ class ComparisonCase(NamedTuple):
     def pace(self) -> str:
         """The duration in words."""
         return "quickest" if self.duration is None else f"{self.duration:g} s"
-
-    @property
-    def length(self) -> float:
-        """About how long the motion is (s)."""
-        return (len(self.given.waypoints) - 1) * (1.2 if self.duration is None else self.duration)
 
     def scenario(self) -> Scenario:
         """Return what to run.
@@ -107,12 +114,12 @@ class ComparisonExtent(NamedTuple):
         None of a scenario whose quickest pace cannot be found, nor of one whose drives have no more than that limit.
         """
         return [
-            ComparisonCase(given, controller, duration, rig, TIGHT_LIMIT)
+            ComparisonCase(given, controller, duration, rig, tight_limit(given))
             for given in self.given
             for number, rig in enumerate(self.rigs_of(given))
             for controller in self.controllers
             for duration in ((*self.durations, None) if number == 0 else (None,))
-            if has_quickest(given) and (given.torque_limit is None or given.torque_limit > TIGHT_LIMIT)
+            if has_quickest(given) and (given.torque_limit is None or given.torque_limit > tight_limit(given))
         ]
 
 
@@ -138,6 +145,6 @@ def default_rigs(scenario: Scenario) -> tuple[str, ...]:
     return (*possible, AS_GIVEN)
 
 
-def longest_first(cases: Sequence[ComparisonCase]) -> list[int]:
-    """Return the indices of cases in an order that keeps several processes busy to the end."""
-    return sorted(range(len(cases)), key=lambda index: cases[index].length, reverse=True)
+def tight_limit(given: Scenario) -> float:
+    """Return the tight torque limit (Nm) of a scenario's robot."""
+    return TIGHT_LIMIT * torque_ratio(read_robot(given.robot))

@@ -1,84 +1,95 @@
-"""Runs a comparison and writes its tables, figures and page."""
+"""Definition of the comparison, its tables, figures and page."""
 
 from __future__ import annotations
 
-import csv
-import io
-import time
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
+import hashlib
+import shlex
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
 
 from fivebar_bringup.pages.content import Picture, Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.recorded.results import finite, new_directory
-from fivebar_bringup.studies.common.study_directory import StudyDirectory
-from fivebar_bringup.studies.compare.cases import ComparisonExtent, longest_first
-from fivebar_bringup.studies.compare.figures import compare_figures
-from fivebar_bringup.studies.compare.results import run_case
+from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_bringup.studies.compare.cases import AS_GIVEN, ComparisonCase, ComparisonExtent
+from fivebar_bringup.studies.compare.results import ComparisonRow, result_of, row_of, run_case
 from fivebar_bringup.studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import Requirement, findings
-from fivebar_bringup.studies.engine.local import share
+from fivebar_bringup.studies.engine.program import program_digest
+from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
+from fivebar_bringup.studies.engine.table import RowTable
+from fivebar_control.laws.registry import CONTROLLERS
 
 TITLE = "Controllers side by side"
 
 WORDS = {True: "Met", False: "Not met", None: "Not known"}
 
 
-class Comparison(NamedTuple):
-    """Results of a comparison, and the page."""
+class ComparisonSettings(StudySettings):
+    """The settings that determine the rows of a comparison.
 
-    page: Path
+    Attributes:
+        scenarios: whose motions are run, by name or path.
+        controllers: that make each motion.
+        durations: of every segment (s).
+        rigs: by name or path; None for the default ones of each scenario.
+    """
+
+    scenarios: tuple[str, ...] = ("middle", "multiple")
+    controllers: tuple[str, ...] = tuple(CONTROLLERS)
+    durations: tuple[float, ...] = (0.5, 1.0, 2.0, 3.0)
+    rigs: tuple[str, ...] | None = None
+
+
+class ComparedCases(NamedTuple):
+    """The runs of a comparison, and those under the tight torque limit, whose numbers follow."""
+
+    extent: ComparisonExtent
+    asked: list[ComparisonCase]
+    tight: list[ComparisonCase]
+
+
+@lru_cache(maxsize=4)
+def cases_of(settings: ComparisonSettings) -> ComparedCases:
+    """Return the runs of a comparison."""
+    given = tuple(load_scenario(name) for name in settings.scenarios)
+    extent = ComparisonExtent(given, settings.controllers, settings.durations, settings.rigs)
+    return ComparedCases(extent, extent.cases(), extent.tight_cases())
+
+
+def run_numbered(settings: ComparisonSettings, number: int) -> list[ComparisonRow]:
+    """Return the row of a run."""
+    _, asked, tight = cases_of(settings)
+    return [row_of(number, run_case([*asked, *tight][number]))]
+
+
+class Compared(NamedTuple):
+    """What the command shows of a comparison."""
+
     verdicts: Sequence[Requirement]
     overview: Table
-    content: Mapping[str, Any]
 
 
-def compare(
-    extent: ComparisonExtent,
-    out: Path | None,
-    workers: int,
-    command: str = "fivebar compare",
-    progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Comparison:
-    """Run all cases, and write compare.html, compare.json, compare.csv and the figures.
+def comparison_report(settings: ComparisonSettings, rows: Sequence[ComparisonRow]) -> StudyReport:
+    """Return tables, figures and page."""
+    # here, because workers need no matplotlib
+    from fivebar_bringup.studies.compare.figures import compare_figures
 
-    Args:
-        extent: what is compared.
-        out: new or empty directory, by default runs/compare-<date>-<time>.
-        workers: processes to use; fewer than two run everything in this one.
-        command: that repeats this comparison, for the page.
-        progress: called with the number of finished runs and of all.
-
-    Raises:
-        InputError: the directory cannot be used.
-    """
-    directory = StudyDirectory(new_directory(out, "compare"), "compare")
-    began = time.monotonic()
-    cases, tight_cases = extent.cases(), extent.tight_cases()
-    everything = [*cases, *tight_cases]
-    order = longest_first(everything)
-    found = dict(zip(order, share(run_case, [everything[index] for index in order], workers, progress), strict=True))
-    all_results = [found[index] for index in range(len(everything))]
-    results, tight = all_results[: len(cases)], all_results[len(cases) :]
+    extent, asked, tight_cases = cases_of(settings)
+    everything = [result_of(case, row) for case, row in zip([*asked, *tight_cases], rows, strict=True)]
+    results, tight = everything[: len(asked)], everything[len(asked) :]
     verdicts, overview = findings(results, tight), overview_table(results)
     tables = [overview, tight_table(tight), rigs_table(extent), *run_tables(results)]
-    wall_s = time.monotonic() - began
-    rows = [result.as_row() for result in (*results, *tight)]
-    content = finite(
-        {
-            "command": command,
-            "wall_s": wall_s,
-            "verdicts": [finding.as_json() for finding in verdicts],
-            "rigs": rigs_table(extent).as_json()["rows"],
-            "runs": rows,
-        }
-    )
+    command = _command(settings)
+    content = {
+        "command": command,
+        "verdicts": [finding.as_json() for finding in verdicts],
+        "rigs": rigs_table(extent).as_json()["rows"],
+        "runs": [row._asdict() for row in rows],
+    }
     pictures = compare_figures(results)
-    setting = f"{len(rows)} runs in {wall_s:.0f} s · simulated throughout, without ROS"
-    page = html_page(verdicts, pictures, tables, setting, command)
-    directory.write(page, content, pictures, {"compare.csv": _csv(content["runs"])})
-    return Comparison(directory.page, verdicts, overview, content)
+    page = html_page(verdicts, pictures, tables, f"{len(rows)} runs · simulated throughout, without ROS", command)
+    return StudyReport(page, content, pictures, Compared(verdicts, overview))
 
 
 def html_page(
@@ -97,10 +108,36 @@ def html_page(
     )
 
 
-def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
-    """Return rows with the same keys as comma-separated values; unknown values are left empty."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+def _command(settings: ComparisonSettings) -> str:
+    """Return the command that repeats a comparison, with all options that affect its results."""
+    parts = ["fivebar", "compare", *settings.scenarios, "--controllers", ",".join(settings.controllers)]
+    parts += ["--durations", ",".join(f"{duration:g}" for duration in settings.durations)]
+    parts += ["--rig", ",".join(settings.rigs)] if settings.rigs is not None else []
+    return shlex.join(parts)
+
+
+def _program(settings: ComparisonSettings) -> str:
+    extent, asked, _ = cases_of(settings)
+    rigs = {case.rig for case in asked} - {AS_GIVEN}
+    given = program_digest(DECIDING, {one.robot for one in extent.given}, rigs, settings.controllers)
+    return hashlib.sha256(f"{given} {extent.given!r}".encode()).hexdigest()[:16]
+
+
+DECIDING = (
+    "recorded/*.py",
+    *(f"studies/compare/{module}.py" for module in ("cases", "results", "screening")),
+)
+"""Files that decide the rows besides those of every study."""
+
+COMPARISON = Study(
+    name="compare",
+    place=f"{__name__}:COMPARISON",
+    settings=ComparisonSettings,
+    table=RowTable(ComparisonRow),
+    run=run_numbered,
+    cases=lambda settings: sum(map(len, cases_of(settings)[1:])),
+    chunk=1,
+    report=comparison_report,
+    program=_program,
+)
+"""The study of the same motions with every controller."""

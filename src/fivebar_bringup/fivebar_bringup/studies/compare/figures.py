@@ -74,7 +74,9 @@ def _figure(motion: str, results: Sequence[ComparisonResult]) -> Picture:
             _lines(error, runs, controllers, [_scaled(run.tracking_error) for run in runs])
             _lines(torque, runs, controllers, [run.requested for run in runs])
             if rig in BOUNDS:
-                for axes, bound in ((error, 1e3 * BOUNDS[rig].error), (torque, BOUNDS[rig].torque)):
+                case = runs[0].case
+                bounds = (error, 1e3 * BOUNDS[rig].error * case.size), (torque, BOUNDS[rig].torque * case.torque)
+                for axes, bound in bounds:
                     axes.axhline(bound, color=INK, linewidth=1.0, linestyle="--", zorder=1.5)
             _strip(success, runs, controllers)
         _log_over_all(rows[0, 0], [_scaled(run.tracking_error) for run in results])

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +20,10 @@ from fivebar_description.strict_yaml import InputError
 
 AT_LIMIT = 1e-6
 """A torque this close (Nm) to the limit is at the limit."""
+
+
+SEPARATOR = "; "
+"""Between reasons in a line."""
 
 
 class ComparisonResult(NamedTuple):
@@ -43,7 +46,6 @@ class ComparisonResult(NamedTuple):
         energy: spent by the motors (J), see `MotorWork`.
         net_work: their net work (J), all of it lost to friction where the robot ends at rest.
         durations: of the segments (s).
-        wall_s: how long it took (s).
         outcome: what became of the run.
     """
 
@@ -64,7 +66,6 @@ class ComparisonResult(NamedTuple):
     energy: float | None = None
     net_work: float | None = None
     durations: tuple[float, ...] = ()
-    wall_s: float = 0.0
     outcome: RunOutcome = RunOutcome.REFUSED
 
     @property
@@ -77,34 +78,117 @@ class ComparisonResult(NamedTuple):
         """The same as a share of the limit."""
         return None if self.limit is None or self.margin is None else self.margin / self.limit
 
-    def as_row(self) -> dict[str, Any]:
-        """Return the result as one flat row of plain values."""
-        case = self.case
-        return {
-            "motion": case.motion,
-            "rig": case.rig,
-            "controller": case.controller,
-            "segment_duration_s": case.duration,
-            "duration_s": sum(self.durations) if self.durations else None,
-            "torque_limit_nm": self.limit,
-            "completed": self.completed,
-            "outcome": self.outcome.value,
-            "why_not": "; ".join(self.why_not),
-            "refused_by_screen": bool(self.objections) if self.made else None,
-            "screen_says": "; ".join(self.objections),
-            "tracking_error_peak_m": self.tracking_error,
-            "tracking_error_rms_m": self.tracking_rms,
-            "vhc_error_max_m": self.constraint_error,
-            "torque_peak_nm": self.applied,
-            "torque_requested_peak_nm": self.requested,
-            "torque_saturated_samples": self.saturated,
-            "samples_at_limit": self.at_limit,
-            "samples": self.samples,
-            "margin_nm": self.margin,
-            "margin_share": self.margin_share,
-            "energy_j": self.energy,
-            "net_work_j": self.net_work,
-        }
+
+class ComparisonRow(NamedTuple):
+    """A line of compare.csv: a result with plain values; what is not known is left empty.
+
+    Attributes:
+        case: number of the run.
+        motion, rig, controller: what was run.
+        segment_duration_s: of each segment, nothing for the quickest that the screen allows.
+        duration_s: of the whole motion.
+        torque_limit_nm: of the drives.
+        completed: whether the motion was made, within the tolerance or not.
+        outcome: what became of the run.
+        why_not: reasons where it was not completed.
+        refused_by_screen: whether the planner's screen refuses the motion; nothing where there was no run.
+        screen_says: why.
+        tracking_error_peak_m, tracking_error_rms_m: distance from the reference.
+        vhc_error_max_m: largest |h| in the blending zones.
+        torque_peak_nm, torque_requested_peak_nm: largest torque applied by, and requested of, a motor.
+        torque_saturated_samples: samples that requested more than the limit.
+        samples_at_limit: samples with a motor at its limit.
+        samples: samples made.
+        margin_nm, margin_share: how far the largest applied torque stayed below the limit, and as a share of it.
+        energy_j, net_work_j: spent by the motors, and their net work.
+        segments_s: durations of the segments, separated by blanks.
+    """
+
+    case: int
+    motion: str
+    rig: str
+    controller: str
+    segment_duration_s: float | None
+    duration_s: float | None
+    torque_limit_nm: float | None
+    completed: bool
+    outcome: str
+    why_not: str
+    refused_by_screen: bool | None
+    screen_says: str
+    tracking_error_peak_m: float | None
+    tracking_error_rms_m: float | None
+    vhc_error_max_m: float | None
+    torque_peak_nm: float | None
+    torque_requested_peak_nm: float | None
+    torque_saturated_samples: int | None
+    samples_at_limit: int | None
+    samples: int | None
+    margin_nm: float | None
+    margin_share: float | None
+    energy_j: float | None
+    net_work_j: float | None
+    segments_s: str
+
+
+def row_of(number: int, result: ComparisonResult) -> ComparisonRow:
+    """Return the line of a result, of the case of a number."""
+    case = result.case
+    return ComparisonRow(
+        number,
+        case.motion,
+        case.rig,
+        case.controller,
+        case.duration,
+        sum(result.durations) if result.durations else None,
+        result.limit,
+        result.completed,
+        result.outcome.value,
+        SEPARATOR.join(result.why_not),
+        bool(result.objections) if result.made else None,
+        SEPARATOR.join(result.objections),
+        result.tracking_error,
+        result.tracking_rms,
+        result.constraint_error,
+        result.applied,
+        result.requested,
+        result.saturated,
+        result.at_limit,
+        result.samples,
+        result.margin,
+        result.margin_share,
+        result.energy,
+        result.net_work,
+        " ".join(map(repr, result.durations)),
+    )
+
+
+def result_of(case: ComparisonCase, row: ComparisonRow) -> ComparisonResult:
+    """Return the result of a case from its line."""
+    return ComparisonResult(
+        case,
+        row.completed,
+        _parts(row.why_not),
+        _parts(row.screen_says),
+        row.refused_by_screen is not None,
+        row.tracking_error_peak_m,
+        row.tracking_error_rms_m,
+        row.vhc_error_max_m,
+        row.torque_peak_nm,
+        row.torque_requested_peak_nm,
+        row.torque_saturated_samples,
+        row.samples_at_limit,
+        row.samples,
+        row.torque_limit_nm,
+        row.energy_j,
+        row.net_work_j,
+        tuple(map(float, row.segments_s.split())),
+        RunOutcome(row.outcome),
+    )
+
+
+def _parts(text: str) -> tuple[str, ...]:
+    return tuple(text.split(SEPARATOR)) if text else ()
 
 
 class MotorWork(NamedTuple):
@@ -136,7 +220,6 @@ def motor_work(angles: FloatArray, torques: FloatArray) -> MotorWork:
 
 def run_case(case: ComparisonCase) -> ComparisonResult:
     """Run one case without ROS and return its metrics."""
-    began = time.monotonic()
     try:
         scenario = case.scenario()
         plan = scenario.plan()
@@ -167,7 +250,6 @@ def run_case(case: ComparisonCase) -> ComparisonResult:
         energy=work.spent,
         net_work=work.net,
         durations=scenario.durations(),
-        wall_s=time.monotonic() - began,
         outcome=summary.outcome,
     )
 

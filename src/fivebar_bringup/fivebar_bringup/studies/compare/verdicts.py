@@ -21,7 +21,10 @@ class Bound(NamedTuple):
 
 
 BOUNDS = {"ideal": Bound(0.4e-3, 1.0), "realistic": Bound(0.8e-3, 1.5)}
-"""By rig. Every run has to be completed as well."""
+"""By rig, of DexTAR; errors of other robots go with their size, torques with theirs. Every run has to be completed as
+well."""
+
+IN_PROPORTION = ", of DexTAR, in proportion to size and torque of other robots"
 
 
 class Requirement(NamedTuple):
@@ -51,7 +54,7 @@ def lost(result: ComparisonResult) -> bool:
     """Return whether a run failed, or left the error that its rig is expected to keep."""
     bound = BOUNDS.get(result.case.rig)
     error = result.tracking_error
-    return not result.completed or (bound is not None and (error is None or error > bound.error))
+    return not result.completed or (bound is not None and (error is None or error > bound.error * result.case.size))
 
 
 def _on_rig(rig: str, bound: Bound, results: Sequence[ComparisonResult]) -> Requirement:
@@ -61,6 +64,7 @@ def _on_rig(rig: str, bound: Bound, results: Sequence[ComparisonResult]) -> Requ
         f"all runs completed, at most {engineering(bound.error, 'm')} from the reference,"
         f" at most {plain(bound.torque, 'Nm')}"
     )
+    runs_of_others = any(run.case.size != 1.0 or run.case.torque != 1.0 for run in runs)
     if not runs:
         return Requirement(title, expected, "not part of this comparison", None)
     done = sum(result.completed for result in runs)
@@ -69,14 +73,14 @@ def _on_rig(rig: str, bound: Bound, results: Sequence[ComparisonResult]) -> Requ
         f"{done} of {len(runs)} completed, {error_of(error, 'm')}{_where(runs, error, 'tracking_error')},"
         f" {plain(torque, 'Nm')}{_where(runs, torque, 'applied')}"
     )
-    met = (
-        done == len(runs)
-        and error is not None
-        and error <= bound.error
-        and torque is not None
-        and torque <= bound.torque
-    )
-    return Requirement(title, expected, measured, met)
+    met = done == len(runs) and all(_within(run, bound) for run in runs)
+    return Requirement(title, expected + (IN_PROPORTION if runs_of_others else ""), measured, met)
+
+
+def _within(run: ComparisonResult, bound: Bound) -> bool:
+    error, torque = run.tracking_error, run.applied
+    kept = error is not None and error <= bound.error * run.case.size
+    return kept and torque is not None and torque <= bound.torque * run.case.torque
 
 
 def _under_tight_limit(tight: Sequence[ComparisonResult]) -> Requirement:
