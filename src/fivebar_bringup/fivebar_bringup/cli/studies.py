@@ -9,9 +9,25 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from fivebar_bringup.cli.app import Group, JsonOption, RobotArgument, RobotOption, command, input_errors, robot_of
+from fivebar_bringup.cli.app import (
+    Group,
+    JobsOption,
+    JsonOption,
+    RobotArgument,
+    RobotOption,
+    command,
+    input_errors,
+    robot_of,
+)
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
+from fivebar_bringup.cli.study_options import (
+    Machines,
+    SchedulerFileOption,
+    SchedulerOption,
+    StudyOutOption,
+    run_command,
+)
 from fivebar_description.interrupts import keyboard_interrupts
 
 
@@ -49,11 +65,11 @@ def map_robot(
 
 @command(Group.STUDY)
 def reproduce(
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", help="New or empty directory for the results [default: runs/reproduce-DATE-TIME]"),
-    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="One duration and one perturbed plant only.")] = False,
+    out: StudyOutOption = None,
+    jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
+    scheduler_file: SchedulerFileOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Compute the figures of the thesis and judge its claims.
@@ -62,15 +78,14 @@ def reproduce(
 
     Example: `fivebar reproduce --out runs/thesis`
     """
-    from fivebar_bringup.studies.reproduce.reproduce import reproduce as make
-
-    with input_errors(), keyboard_interrupts(), progress_bar("reproduction", as_json) as progress:
-        made = make(out, quick, progress)
+    place = "fivebar_bringup.studies.reproduce.reproduce:REPRODUCTION"
+    with input_errors(), keyboard_interrupts():
+        made = run_command(place, {"quick": quick or None}, out, Machines(jobs, scheduler, scheduler_file), as_json)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return
     table = Table("thesis", "about", "verdict", box=None)
-    for row in made.rows:
+    for row in made.shown:
         table.add_row(row.place, row.title, str(row.judgement.verdict))
     Printer().print(table)
     Printer().print(f"look at {made.page}", soft_wrap=True)

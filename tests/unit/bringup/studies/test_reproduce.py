@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-import multiprocessing
 import re
-from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -26,13 +24,14 @@ from fivebar_bringup.report.criterion_figure import crossing_residuals, referenc
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
+from fivebar_bringup.studies.engine.running import run_study
 from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, claims_vision, tables
 from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, VARIANTS, ReproductionCase
 from fivebar_bringup.studies.reproduce.free_dynamics import free_dynamics, rotated
 from fivebar_bringup.studies.reproduce.joint_law import OBLIQUE, shares_as_printed
-from fivebar_bringup.studies.reproduce.reproduce import CLAIMS, html_page, reproduce
+from fivebar_bringup.studies.reproduce.reproduce import CLAIMS, REPRODUCTION, html_page
 from fivebar_bringup.studies.reproduce.rows import ClaimRow, largest
-from fivebar_bringup.studies.reproduce.runner import ReproductionResult, run_case, run_cases
+from fivebar_bringup.studies.reproduce.runner import ReproductionResult, result_of, row_of, run_case
 from fivebar_bringup.studies.reproduce.verdicts import (
     Judgement,
     PairedRuns,
@@ -232,35 +231,11 @@ def test_a_run_in_memory_is_the_run_in_its_bag(case: ReproductionCase, camera: C
     assert summarize(from_bag, one, scenario, timing) == summarize(from_memory, other, scenario, timing)
 
 
-@pytest.mark.extra
-def test_two_processes_find_what_one_does() -> None:
-    cases: dict[ReproductionCase, tuple[str, ...]] = {
-        ReproductionCase(duration=0.5): (),
-        ReproductionCase("ctc", duration=0.5): (),
-    }
-    one, two = run_cases(cases, workers=1), run_cases(cases, workers=2)
-    for case in cases:
-        first, second = one[case].summary, two[case].summary
-        assert first is not None and second is not None
-        assert replace(first, wall_s=None) == replace(second, wall_s=None)
-
-
-@pytest.mark.extra
-def test_an_interrupted_reproduction_leaves_no_process() -> None:
-    """One worker is done at once, the other in the middle of a run of many seconds; nobody waits for it."""
-
-    def interrupt(done: int, total: int) -> None:
-        if done:
-            raise KeyboardInterrupt
-
-    cases: dict[ReproductionCase, tuple[str, ...]] = {
-        ReproductionCase(motion="multiple", duration=20.0): (),
-        ReproductionCase(duration=0.5): (),
-    }
-    before = set(multiprocessing.active_children())
-    with pytest.raises(KeyboardInterrupt):
-        run_cases(cases, workers=2, progress=interrupt)
-    assert set(multiprocessing.active_children()) <= before
+def test_a_result_survives_its_row() -> None:
+    result = run_case(ReproductionCase("ctc", duration=0.5))
+    text = REPRODUCTION.table.lines([row_of(7, result)])
+    (row,) = REPRODUCTION.table.read(text)
+    assert result_of(result.case, row, ()) == result
 
 
 def test_a_lost_run_keeps_its_reasons() -> None:
@@ -368,18 +343,11 @@ def refuse(constant: str) -> float:
 
 def test_a_quick_reproduction_leaves_a_page_and_strict_json(tmp_path: Path) -> None:
     """Three rows, their runs in this process."""
-    chosen = [claim for claim in CLAIMS if claim.name in ("4.8", "4.9", "3.45")]
     seen: list[tuple[int, int]] = []
-    made = reproduce(
-        tmp_path / "out",
-        quick=True,
-        progress=lambda done, total: seen.append((done, total)),
-        workers=1,
-        claims=chosen,
-        with_tables=False,
-    )
+    given = {"quick": True, "claims": ("4.8", "4.9", "3.45")}
+    made = run_study(REPRODUCTION, given, tmp_path / "out", progress=lambda done, total: seen.append((done, total)))
     assert seen == [(0, 1), (1, 1)]
-    assert [str(row.judgement.verdict) for row in made.rows] == ["not reproduced", "agreed", "better"]
+    assert [str(row.judgement.verdict) for row in made.shown] == ["not reproduced", "agreed", "better"]
     text = (tmp_path / "out" / "reproduce.json").read_text(encoding="utf-8")
     content = json.loads(text, parse_constant=refuse)
     assert content == json.loads(json.dumps(made.content))
@@ -392,14 +360,17 @@ def test_a_quick_reproduction_leaves_a_page_and_strict_json(tmp_path: Path) -> N
     assert len(tags.sources) == 2
     assert all(source.startswith("data:image/png;base64,") for source in tags.sources)
     assert not re.search(r"https?://|@import|url\(", page)
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"figures", "reproduce.html", "reproduce.json"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "figures",
+        *(f"reproduce.{ending}" for ending in ("csv", "html", "json", "parquet", "schema.json")),
+    }
     assert len(list((tmp_path / "out" / "figures").iterdir())) == 2
 
 
 def test_results_do_not_overwrite_others(tmp_path: Path) -> None:
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="is not empty"):
-        reproduce(tmp_path, claims=(), with_tables=False)
+        run_study(REPRODUCTION, {}, tmp_path)
 
 
 def test_the_command_refuses_a_directory_in_use(tmp_path: Path) -> None:
@@ -426,14 +397,14 @@ def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
     ]
     json.dumps([table.as_json() for table in made], allow_nan=False)
     assert all(len(row) == len(table.columns) for table in made for row in table.rows)
-    assert Tags(html_page([], made, 0, 0.0, "fivebar reproduce")).open == []
+    assert Tags(html_page([], made, 0, "fivebar reproduce")).open == []
 
 
 def test_what_comes_from_outside_is_escaped() -> None:
     malice = '"><script>alert(1)</script>'
     row = ClaimRow(malice, malice, malice, malice, {}, Judgement(NOT, malice, malice), malice)
     table = Table("name", malice, malice, (malice,), ((Cell(malice, 1),),))
-    assert "<script" not in html_page([row], [table], 1, 1.0, malice)
+    assert "<script" not in html_page([row], [table], 1, malice)
 
 
 def test_numbers_that_json_lacks_become_null() -> None:

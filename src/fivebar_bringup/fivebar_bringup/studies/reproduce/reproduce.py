@@ -1,16 +1,16 @@
-"""Runs the reproduction of the thesis and writes its rows, tables and page."""
+"""Definition of the reproduction of the thesis as a study, with its rows, tables and page."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
 
 from fivebar_bringup.pages.content import Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.recorded.results import finite, new_directory
-from fivebar_bringup.studies.common.study_directory import StudyDirectory
+from fivebar_bringup.studies.engine.program import program_digest
+from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
+from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.reproduce import (
     claims_experiment,
     claims_methods,
@@ -21,11 +21,8 @@ from fivebar_bringup.studies.reproduce import (
 )
 from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, ReproductionCase, ReproductionExtent
 from fivebar_bringup.studies.reproduce.rows import Claim, ClaimRow
-from fivebar_bringup.studies.reproduce.runner import Drawings, Results, run_cases
+from fivebar_bringup.studies.reproduce.runner import Drawings, ReproductionRow, Results, result_of, row_of, run_case
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
-
-WORKERS = 2
-"""Number of processes for the runs."""
 
 CLAIMS: tuple[Claim, ...] = (
     *claims_model.CLAIMS,
@@ -36,78 +33,74 @@ CLAIMS: tuple[Claim, ...] = (
 )
 
 
-class Reproduction(NamedTuple):
-    """Results of a reproduction, and the page."""
+class ReproductionSettings(StudySettings):
+    """The settings that determine the rows of a reproduction.
 
-    page: Path
-    rows: Sequence[ClaimRow]
-    content: Mapping[str, Any]
-
-
-def reproduce(
-    out: Path | None,
-    quick: bool = False,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-    workers: int = WORKERS,
-    claims: Sequence[Claim] = CLAIMS,
-    with_tables: bool = True,
-) -> Reproduction:
-    """Run all cases, and write reproduce.html, reproduce.json and the figures.
-
-    Args:
-        out: new or empty directory, by default runs/reproduce-<date>-<time>.
+    Attributes:
         quick: one duration and one perturbed plant only.
-        progress: called with the number of finished runs and of all.
-        workers: processes to use; fewer than two run everything in this one.
-        claims: rows to evaluate.
-        with_tables: whether the tables are made.
-
-    Raises:
-        InputError: the directory cannot be used.
+        claims: names of the rows to evaluate; none for all of them, and the tables.
     """
-    extent = QUICK if quick else FULL
-    directory = StudyDirectory(new_directory(out, "reproduce"), "reproduce")
-    began = time.monotonic()
-    results = run_cases(_needs(extent, claims, with_tables), workers, progress)
-    rows = [claim.make(extent, results) for claim in claims]
-    made = _tables(extent, results) if with_tables else []
-    wall_s = time.monotonic() - began
+
+    quick: bool = False
+    claims: tuple[str, ...] = ()
+
+    @property
+    def extent(self) -> ReproductionExtent:
+        """How much is run."""
+        return QUICK if self.quick else FULL
+
+    @property
+    def chosen(self) -> tuple[Claim, ...]:
+        """The claims that are evaluated."""
+        return tuple(claim for claim in CLAIMS if not self.claims or claim.name in self.claims)
+
+
+def run_numbered(settings: ReproductionSettings, number: int) -> list[ReproductionRow]:
+    """Return the row of a run."""
+    return [row_of(number, run_case(list(needs_of(settings))[number]))]
+
+
+def reproduction_report(settings: ReproductionSettings, rows: Sequence[ReproductionRow]) -> StudyReport:
+    """Return the claims with their verdicts, tables, figures and page."""
+    needs, extent = needs_of(settings), settings.extent
+    results = {case: result_of(case, row, drawn) for (case, drawn), row in zip(needs.items(), rows, strict=True)}
+    made = [claim.make(extent, results) for claim in settings.chosen]
+    shown = [] if settings.claims else _tables(extent, results)
     content = {
-        "quick": quick,
-        "wall_s": wall_s,
-        "verdicts": {str(verdict): sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict},
-        "rows": [row.as_json() for row in rows],
-        "tables": [table.as_json() for table in made],
+        "quick": settings.quick,
+        "verdicts": {str(verdict): sum(row.judgement.verdict == verdict for row in made) for verdict in Verdict},
+        "rows": [row.as_json() for row in made],
+        "tables": [table.as_json() for table in shown],
         "runs": [_run(results, case) for case in sorted(results)],
     }
-    page = html_page(rows, made, len(results), wall_s, "fivebar reproduce" + (" --quick" if quick else ""))
-    directory.write(page, content, [picture for row in rows for picture in row.pictures])
-    return Reproduction(directory.page, rows, finite(content))
+    page = html_page(made, shown, len(results), "fivebar reproduce" + (" --quick" if settings.quick else ""))
+    return StudyReport(page, content, [picture for row in made for picture in row.pictures], made)
 
 
-def html_page(rows: Sequence[ClaimRow], tables: Sequence[Table], runs: int, wall_s: float, command: str) -> str:
+def html_page(rows: Sequence[ClaimRow], tables: Sequence[Table], runs: int, command: str) -> str:
     """Return the page: an overview of the verdicts, every row with its figures, the tables."""
     counts = {verdict: sum(row.judgement.verdict == verdict for row in rows) for verdict in Verdict}
     short = ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
     return render(
         "reproduction.html",
         title=f"Reproduction: {short}",
-        setting=f"{short} · {runs} runs in {wall_s:.0f} s · simulated throughout",
+        setting=f"{short} · {runs} runs · simulated throughout",
         rows=rows,
         tables=tables,
         command=command,
     )
 
 
-def _needs(extent: ReproductionExtent, claims: Sequence[Claim], with_tables: bool) -> dict[ReproductionCase, Drawings]:
+@lru_cache(maxsize=4)
+def needs_of(settings: ReproductionSettings) -> dict[ReproductionCase, Drawings]:
     """Return all runs that rows and tables need, each once, with all figures needed of it."""
     needs: dict[ReproductionCase, Drawings] = {}
-    for claim in claims:
-        for case, drawings in claim.needs(extent).items():
+    for claim in settings.chosen:
+        for case, drawings in claim.needs(settings.extent).items():
             needs[case] = tuple(dict.fromkeys((*needs.get(case, ()), *drawings)))
-    if with_tables:
-        cases = [*tables.crossing_cases(extent), *tables.comparison_cases(extent), *tables.far_cases()]
-        cases += [*tables.imu_cases(extent)]
+    if not settings.claims:
+        cases = [*tables.crossing_cases(settings.extent), *tables.comparison_cases(settings.extent)]
+        cases += [*tables.far_cases(), *tables.imu_cases(settings.extent)]
         for case in cases:
             needs.setdefault(case, ())
     return needs
@@ -137,3 +130,24 @@ def _run(results: Results, case: ReproductionCase) -> dict[str, Any]:
         "acceleration_m_s2": result.acceleration_whole,
         "noise_floor_whole_m_s2": result.noise_whole,
     }
+
+
+DECIDING = (
+    "recorded/*.py",
+    "report/*.py",
+    *(f"studies/reproduce/{module}.py" for module in ("cases", "runner")),
+)
+"""Files that decide the rows besides those of every study."""
+
+REPRODUCTION = Study(
+    name="reproduce",
+    place=f"{__name__}:REPRODUCTION",
+    settings=ReproductionSettings,
+    table=RowTable(ReproductionRow),
+    run=run_numbered,
+    cases=lambda settings: len(needs_of(settings)),
+    chunk=1,
+    report=reproduction_report,
+    program=lambda settings: program_digest(DECIDING, ("dextar",)),
+)
+"""The study of the thesis' figures and claims."""

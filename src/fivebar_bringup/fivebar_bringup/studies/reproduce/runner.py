@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.recorded.bag.recording import FloatArray
@@ -18,7 +18,6 @@ from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.engine.local import share
 from fivebar_bringup.studies.reproduce.cases import ReproductionCase
 from fivebar_control.estimation.imu_check import noise_floor
 from fivebar_control.trajectory.planner import PlanRefused
@@ -41,7 +40,6 @@ class ReproductionResult(NamedTuple):
         noise_outside: the noise floor of the sensor there (m/s^2).
         acceleration_whole, noise_whole: both over the whole run (m/s^2).
         pictures: requested figures, by name.
-        wall_s: how long it took (s).
     """
 
     case: ReproductionCase
@@ -56,7 +54,6 @@ class ReproductionResult(NamedTuple):
     acceleration_whole: float | None = None
     noise_whole: float | None = None
     pictures: Mapping[str, bytes] = {}
-    wall_s: float = 0.0
 
     @property
     def completed(self) -> bool:
@@ -126,29 +123,82 @@ class ReproductionResult(NamedTuple):
 Results = Mapping[ReproductionCase, ReproductionResult]
 
 
-def run_cases(
-    cases: Mapping[ReproductionCase, Drawings],
-    workers: int,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Results:
-    """Run every case and draw its figures; with fewer than two workers in this process.
+class ReproductionRow(NamedTuple):
+    """A line of reproduce.csv: the results of a run, without figures.
 
-    Args:
-        cases: what to run, and the names of the figures to draw of it.
-        workers: processes to use.
-        progress: called with the number of finished cases and of all.
+    Attributes:
+        case: number of the run.
+        label: what was run.
+        refused: why the planner refused it.
+        summary: its metrics as JSON, nothing where the planner refused it.
+        crossing_residual_n: largest |m t_s^T xddot| of the reference on the locus.
+        least_fraction, largest_fraction: of a segment's way at which it crosses.
+        zones: how often sigma rose above zero.
+        sigma_at_rest: largest sigma at the first and last sample.
+        acceleration_outside_zones_m_s2: rms of the IMU's error outside the blending zones.
+        noise_floor_m_s2: the noise floor of the sensor there.
+        acceleration_m_s2, noise_floor_whole_m_s2: both over the whole run.
     """
-    longest_first = sorted(cases.items(), key=lambda item: _length(item[0]), reverse=True)
-    return {result.case: result for result in share(_run_item, longest_first, workers, progress)}
+
+    case: int
+    label: str
+    refused: str
+    summary: str
+    crossing_residual_n: float | None
+    least_fraction: float | None
+    largest_fraction: float | None
+    zones: int | None
+    sigma_at_rest: float | None
+    acceleration_outside_zones_m_s2: float | None
+    noise_floor_m_s2: float | None
+    acceleration_m_s2: float | None
+    noise_floor_whole_m_s2: float | None
 
 
-def _run_item(item: tuple[ReproductionCase, Drawings]) -> ReproductionResult:
-    return run_case(*item)
+SUMMARY = TypeAdapter(Summary)
+
+
+def row_of(number: int, result: ReproductionResult) -> ReproductionRow:
+    """Return the line of a result, of the case of a number."""
+    least, largest = result.crossing_fractions or (None, None)
+    return ReproductionRow(
+        number,
+        result.case.label,
+        result.refused or "",
+        "" if result.summary is None else SUMMARY.dump_json(result.summary).decode(),
+        result.crossing_residual,
+        least,
+        largest,
+        result.zones,
+        result.sigma_at_rest,
+        result.acceleration_outside,
+        result.noise_outside,
+        result.acceleration_whole,
+        result.noise_whole,
+    )
+
+
+def result_of(case: ReproductionCase, row: ReproductionRow, drawings: Drawings) -> ReproductionResult:
+    """Return the result of a case from its line; one with figures is run again for these."""
+    least, largest = row.least_fraction, row.largest_fraction
+    return ReproductionResult(
+        case,
+        SUMMARY.validate_json(row.summary) if row.summary else None,
+        row.refused or None,
+        row.crossing_residual_n,
+        None if least is None or largest is None else (least, largest),
+        row.zones,
+        row.sigma_at_rest,
+        row.acceleration_outside_zones_m_s2,
+        row.noise_floor_m_s2,
+        row.acceleration_m_s2,
+        row.noise_floor_whole_m_s2,
+        run_case(case, drawings).pictures if drawings else {},
+    )
 
 
 def run_case(case: ReproductionCase, drawings: Sequence[str] = ()) -> ReproductionResult:
     """Run one case without ROS and return its results."""
-    began = time.monotonic()
     scenario = case.scenario()
     try:
         plan = scenario.plan()
@@ -157,7 +207,7 @@ def run_case(case: ReproductionCase, drawings: Sequence[str] = ()) -> Reproducti
     run = simulate(scenario)
     recording = RunInMemory(run, scenario)
     series = read_series(recording, scenario)
-    summary = summarize(recording, series, scenario, RunTiming(runner="offline", wall_s=time.monotonic() - began))
+    summary = summarize(recording, series, scenario, RunTiming(runner="offline"))
     findings = RunAnalysis(scenario, plan, scenario.five_bar(), series, summary)
     fractions = [_fraction(findings, number) for number in range(len(plan.crossings))]
     outside = ~series.in_zone
@@ -173,7 +223,6 @@ def run_case(case: ReproductionCase, drawings: Sequence[str] = ()) -> Reproducti
         acceleration_whole=rms(series.acceleration_error),
         noise_whole=_noise_floor(series.reference, scenario.imu.noise),
         pictures=_draw(findings, drawings) if drawings else {},
-        wall_s=time.monotonic() - began,
     )
 
 
@@ -207,7 +256,3 @@ def _draw(run: RunAnalysis, names: Iterable[str]) -> dict[str, bytes]:
 def _larger(pair: tuple[float | None, float | None]) -> float | None:
     known = [value for value in pair if value is not None]
     return max(known, default=None)
-
-
-def _length(case: ReproductionCase) -> float:
-    return case.duration * len(case.scenario().waypoints)
