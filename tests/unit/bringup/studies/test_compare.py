@@ -216,7 +216,7 @@ def test_no_verdict_is_passed_on_what_cannot_be_run() -> None:
     weak = ComparisonExtent((changed(plant={"torque_limit": 0.5}),), ("unified",), (1.0,))
     assert weak.tight_cases() == []
     small = ComparisonExtent((load_scenario("motkin_middle"),), ("unified",), (1.0,)).tight_cases()
-    assert {case.torque_limit for case in small} == {pytest.approx(0.035 / 0.55 * TIGHT_LIMIT)}
+    assert [case.torque_limit for case in small] == [pytest.approx(0.035 / 0.55 * TIGHT_LIMIT)] * len(small) != []
     assert ComparisonExtent((MIDDLE,), ("unified",), (1.0,)).tight_cases()
 
 
@@ -349,4 +349,4 @@ def test_a_law_from_elsewhere_is_compared() -> None:
     )
     assert len(cases_of(settings).asked) == 1
     (row,) = COMPARISON.run(settings, 0)
-    assert (row.controller, row.completed, row.samples) == ("toy_law:LAW", True, 501)
+    assert (row.controller, row.completed, row.samples) == ("toy_law:LAW", True, 1001)
