@@ -335,17 +335,6 @@ def test_laws_with_zones_make_the_motion_that_is_planned_for_unified() -> None:
     assert 0.0 < explained(blended).worst.error <= blended.error_peak
 
 
-def test_a_law_from_elsewhere_is_compiled_if_it_compiles_and_else_interpreted() -> None:
-    laws = ("toy_law:LAW", "toy_law:UNCOMPILED")
-    made = (run_case(SEED, number, "ideal", laws) for number in range(20) if draw(SEED, number).duration < 0.6)
-    compiled, interpreted = next(rows for rows in made if rows[0].status != REFUSED)
-    assert (compiled.controller, interpreted.controller) == laws
-    assert compiled.samples == interpreted.samples
-    assert interpreted.requested == pytest.approx(compiled.requested, rel=1e-6)
-    settings = SweepSettings(controllers=laws)
-    assert SWEEP.program(settings) != SWEEP.program(SweepSettings(controllers=laws[:1]))
-
-
 def test_any_robot_is_swept_and_judged_by_its_torque_and_size() -> None:
     case = draw(SEED, 0, name="motkin")
     scenario, ratio = case.scenario("unified"), 0.035 / 0.55
