@@ -343,7 +343,7 @@ def test_any_robot_is_swept_and_judged_by_its_torque_and_size() -> None:
     sensed = next(one for one in (draw(SEED, number, name="motkin") for number in range(9)) if one.encoder_counts)
     assert sensed.scenario("unified").plant.torque_quantum == pytest.approx(0.002 * ratio)
     assert (case.size, draw(SEED, 0).size) == (pytest.approx(0.08 / 0.09), 1.0)
-    assert shortcomings(OUTCOME._replace(error_peak=1.8e-3), 101, 1, case.size) == ["peak error 1.80 mm"]
+    assert shortcomings(OUTCOME._replace(error_peak=1.8e-3), 101, 1, 2e-3 * case.size) == ["peak error 1.80 mm"]
     done = CliRunner().invoke(app, ["sweep", "--robot", "motkin", "--rig", "good"])
     assert (done.exit_code, done.stderr.count("\n")) == (2, 1) and "--robot" in done.stderr
 

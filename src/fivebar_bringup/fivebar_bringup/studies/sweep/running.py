@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-from fivebar_bringup.odds.success import FINAL_LIMIT, PEAK_LIMIT, shortcomings
+from fivebar_bringup.odds.success import PEAK_LIMIT, shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
@@ -16,7 +16,6 @@ from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, 
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SweepRow
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.laws import registry
-from fivebar_control.laws.robot_sizes import size_ratio
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure, nearest
@@ -27,21 +26,10 @@ from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
-from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
 SWEPT = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.compiles)
 """The controllers of a sweep, unless others are asked for: those that the engine takes."""
-
-
-def success_rule(robot: str = "") -> str:
-    """Return the definition of a success in words, fixed before any run; distances go with the size of a robot."""
-    scale = size_ratio(load_robot(robot)) if robot else 1.0
-    return (
-        "all samples without a fault, the planned change of assembly mode, never"
-        f" {1e3 * scale * PEAK_LIMIT:.3g} mm from the reference, less than {1e3 * scale * FINAL_LIMIT:.3g} mm from it"
-        " at the end"
-    )
 
 
 def counted(controllers: Sequence[str]) -> str:

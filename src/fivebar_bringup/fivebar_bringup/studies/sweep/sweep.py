@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import field_validator
 
+from fivebar_bringup.odds.success import success_rule
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
@@ -15,7 +16,7 @@ from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.explanations import explained
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, ROWS, SweepRow
-from fivebar_bringup.studies.sweep.running import SWEPT, counted, run_case, success_rule
+from fivebar_bringup.studies.sweep.running import SWEPT, counted, run_case
 from fivebar_bringup.studies.sweep.statistics import (
     branch_table,
     equipment_table,
