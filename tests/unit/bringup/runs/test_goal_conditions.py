@@ -9,7 +9,7 @@ from generator_parameters import generator_parameters
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.sweep.drawing import draw
-from fivebar_bringup.studies.sweep.running import limits_for
+from fivebar_bringup.studies.sweep.screening import limits_for
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.safety.stages import EVERYWHERE, Area
 from fivebar_control.scenario.goal_conditions import conditions_of

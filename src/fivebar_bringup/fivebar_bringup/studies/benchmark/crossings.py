@@ -16,7 +16,7 @@ from typing import NamedTuple
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, ROBOT, Draw, draw, on_robot
-from fivebar_bringup.studies.sweep.running import limits_for
+from fivebar_bringup.studies.sweep.screening import limits_for
 from fivebar_control.planning.feasibility import screen
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError

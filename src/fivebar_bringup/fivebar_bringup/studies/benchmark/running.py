@@ -8,7 +8,7 @@ from fivebar_bringup.simulation.uncompiled import crossing as run_crossing
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark
 from fivebar_bringup.studies.benchmark.scoring import Result
 from fivebar_bringup.studies.engine.study import StudySettings
-from fivebar_bringup.studies.sweep.running import planned
+from fivebar_bringup.studies.sweep.screening import planned
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import InputError

@@ -22,7 +22,7 @@ from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
-from fivebar_bringup.studies.sweep.running import planned, screened
+from fivebar_bringup.studies.sweep.screening import planned, screened
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.model.singularity import FOLDED, STRETCHED, DistalLinks, parallel_svd
 from fivebar_control.trajectory.desired import desired_at

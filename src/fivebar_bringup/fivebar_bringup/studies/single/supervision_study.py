@@ -19,7 +19,8 @@ from fivebar_bringup.odds.success import shortcomings
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
-from fivebar_bringup.studies.sweep.running import planned, screened, timed_for_loads
+from fivebar_bringup.studies.sweep.screening import planned, screened
+from fivebar_bringup.studies.sweep.timing import timed_for_loads
 from fivebar_control.laws.registry import SUPERVISIONS
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_description.strict_yaml import InputError

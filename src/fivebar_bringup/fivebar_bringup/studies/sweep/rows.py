@@ -15,6 +15,9 @@ REFUSED, SCREENED_OUT, FEASIBLE = "refused", "screened_out", "feasible"
 STATUSES = (REFUSED, SCREENED_OUT, FEASIBLE)
 
 
+SUCCESS_PROBABILITY = "success probability"
+"""As the reason for a crossing to be screened out begins whose odds are too low."""
+
 FAULT_DELAY = 0.05
 """A failure is silent if no fault comes within this time (s) of leaving 5 mm."""
 
@@ -47,6 +50,8 @@ class SweepRow(NamedTuple):
         type1_distance: least distance from Type 1 (m).
         work: spent by the motors (J).
         distal_links: how they lie at the planned crossings, "stretched", "folded" or "stretched and folded".
+        likely_robots, drawn_robots: how many of the robots drawn within the rig's errors make the motion by the counted
+            controller, of how many; None where none were drawn.
     """
 
     case: int
@@ -95,6 +100,8 @@ class SweepRow(NamedTuple):
     type1_distance: float | None = None
     work: float | None = None
     distal_links: str = ""
+    likely_robots: int | None = None
+    drawn_robots: int | None = None
 
     @property
     def silent(self) -> bool:
@@ -107,6 +114,16 @@ class SweepRow(NamedTuple):
         """Return whether it stayed closer to its reference than a limit (m), without a fault, in the planned mode."""
         near = self.error_peak is not None and self.error_peak < limit
         return near and not self.fault and self.mode_changes == self.crossings
+
+    @property
+    def odds(self) -> float | None:
+        """Share of the drawn robots that make it, None where none were drawn."""
+        return self.likely_robots / self.drawn_robots if self.likely_robots is not None and self.drawn_robots else None
+
+    @property
+    def too_unlikely(self) -> bool:
+        """Whether nothing but its odds has screened it out."""
+        return self.status == SCREENED_OUT and self.reason.startswith(SUCCESS_PROBABILITY)
 
     @property
     def draw(self) -> Draw:

@@ -19,6 +19,9 @@ from fivebar_bringup.units import error_of, plain
 
 PERCENTILES = (50.0, 90.0, 95.0, 99.0, 99.9, 100.0)
 
+ODDS_BINS = tuple((0.1 * step, 0.1 * (step + 1) if step < 9 else 1.01) for step in range(10))
+"""Shares of drawn robots by which crossings are counted."""
+
 PLANNER_REASONS = {
     "meets the Type 1 singularity": "meets Type 1",
     "is out of reach": "out of reach",
@@ -120,6 +123,51 @@ def branch_table(rows: Sequence[SweepRow]) -> Table:
         ),
         tuple(lines),
     )
+
+
+def odds_table(rows: Sequence[SweepRow]) -> Table:
+    """Return how many crossings succeed by the share of drawn robots that make them, refused ones run as well."""
+    known = [row for row in rows if row.odds is not None]
+    lines = []
+    for low, high in ODDS_BINS:
+        inside = [row for row in known if row.odds is not None and low <= row.odds < high]
+        if inside:
+            lines.append(_odds_line(f"{100.0 * low:.0f} to {100.0 * min(high, 1.0):.0f} %", inside))
+    if known:
+        lines.append(_odds_line("all", known))
+        lines.append(_odds_line("all that are not too unlikely", [row for row in known if row.status == FEASIBLE]))
+    return Table(
+        "odds",
+        "By the odds",
+        "The planner tries a crossing on robots drawn as those of the rig, of which none is the one that then makes it,"
+        " and refuses one that too few of them make. Predicted is the mean of these shares; refused crossings are run"
+        " all the same. Judged strictly, a crossing that is refused for its odds alone is a failure: then the share of"
+        f" successes is {_strict(known)}.",
+        ("of the drawn robots succeed", "crossings", "predicted", "of them made", "share", "95 %"),
+        tuple(lines),
+    )
+
+
+def _odds_line(words: str, rows: Sequence[SweepRow]) -> tuple[Cell, ...]:
+    predicted = sum(row.odds or 0.0 for row in rows) / len(rows) if rows else 0.0
+    good, count = rate_of(rows)
+    return (
+        Cell(words, words),
+        Cell(str(count), count),
+        Cell(f"{100.0 * predicted:.1f} %", predicted),
+        Cell(str(good), good),
+        _share(good, count),
+        _interval(good, count),
+    )
+
+
+def _strict(rows: Sequence[SweepRow]) -> str:
+    """Return the share of successes where what is refused for its odds alone has failed."""
+    judged = [row for row in rows if row.status == FEASIBLE or row.too_unlikely]
+    good = sum(row.success is True for row in judged if row.status == FEASIBLE)
+    if not judged:
+        return "not known"
+    return f"{good} of {len(judged)}, {_share(good, len(judged)).text} ({_interval(good, len(judged)).text})"
 
 
 def within_table(rows: Sequence[SweepRow]) -> Table:

@@ -23,6 +23,7 @@ from fivebar_bringup.studies.sweep.statistics import (
     error_table,
     explanations_table,
     failures_table,
+    odds_table,
     overview_table,
     rate_of,
     refusals_table,
@@ -37,7 +38,7 @@ MOST_DRAWS = 100
 """Largest ratio of drawn cases to requested crossings."""
 
 
-DECIDING = tuple(f"studies/sweep/{module}.py" for module in ("drawing", "rows", "running"))
+DECIDING = tuple(f"studies/sweep/{module}.py" for module in ("drawing", "rows", "running", "screening", "timing"))
 """Files that decide the rows besides those of every study."""
 
 
@@ -114,6 +115,7 @@ def sweep_report(settings: SweepSettings, rows: Sequence[SweepRow]) -> StudyRepo
     overview = overview_table(rows, required)
     tables = [
         overview,
+        odds_table(rows),
         branch_table(rows),
         within_table(rows),
         silence_table(rows),
