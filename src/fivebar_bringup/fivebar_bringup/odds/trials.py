@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from fivebar_bringup.odds.drawn_robots import with_drawn_robot
 from fivebar_bringup.odds.odds import Odds
@@ -11,6 +13,7 @@ from fivebar_bringup.odds.success import shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_control.safety.stages import NO_FAULT
 
 ROBOTS = 24
 """Robots on which a motion is tried for the odds that are stated."""
@@ -19,8 +22,36 @@ OTHER_ROBOTS = range(ROBOTS, 2 * ROBOTS)
 """Robots that have no part in a choice by the first ones."""
 
 
+SOFTNESS = 0.15
+"""How far beyond the tolerance, as a share of it, a run still says something for its motion."""
+
+
+class Trials(NamedTuple):
+    """What has come of trying a motion on some robots.
+
+    Attributes:
+        odds: how many make it.
+        promise: the same with a gradual transition from success to failure by the largest error: of two motions that
+            equally many robots make, the one that keeps nearer to its reference has more. A run with a fault has none.
+    """
+
+    odds: Odds = Odds()
+    promise: float = 0.0
+
+    def __add__(self, other: object) -> Trials:
+        """Return the trials on the robots of both."""
+        if not isinstance(other, Trials):
+            return NotImplemented
+        return Trials(self.odds + other.odds, self.promise + other.promise)
+
+
 def odds_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Odds:
-    """Return the odds of a scenario's motion.
+    """Return the odds of a scenario's motion; arguments as for `trials_of`."""
+    return trials_of(scenario, errors, seed, robots).odds
+
+
+def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Trials:
+    """Try a scenario's motion on drawn robots.
 
     Args:
         scenario: with the motion, the controller and what all its robots have in common.
@@ -35,7 +66,7 @@ def odds_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
     planned = plan.path.samples(scenario.rate_hz) + 1
     times = [one.time for one in plan.crossings] or [0.5 * plan.path.duration]
-    successes = tried = 0
+    successes, tried, promise = 0, 0, 0.0
     for number in robots:
         # a push meets one of the crossings
         drawn = with_drawn_robot(scenario, errors, seed, number, times[number % len(times)])
@@ -43,4 +74,8 @@ def odds_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable
         missed = shortcomings(outcome, planned, len(plan.crossings), scenario.error_tolerance)
         successes += not missed
         tried += 1
-    return Odds(successes, tried)
+        if outcome.fault == NO_FAULT and outcome.mode_changes == len(plan.crossings):
+            beyond = outcome.error_peak / scenario.error_tolerance - 1.0
+            # the exponent is bounded, as the exponential function overflows
+            promise += 1.0 / (1.0 + math.exp(min(beyond / SOFTNESS, 100.0)))
+    return Trials(Odds(successes, tried), promise)

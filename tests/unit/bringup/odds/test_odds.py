@@ -20,7 +20,7 @@ from fivebar_bringup.odds.drawn_robots import ASSUMED, declared_errors, has_odds
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import reliefs
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
-from fivebar_bringup.odds.trials import ROBOTS, odds_of
+from fivebar_bringup.odds.trials import ROBOTS, Trials, odds_of, trials_of
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.trajectory.planner import PlanRefused
@@ -98,6 +98,11 @@ def test_the_odds_follow_the_errors() -> None:
     pushed = odds_of(scenario, NO_ERRORS._replace(push=2.0), 3, range(ROBOTS))
     assert exact == Odds(2, 2)
     assert 6 <= pushed.successes <= 22
+    # nearer to the reference is more promising, though as many robots make it
+    quick = trials_of(slow(segment_duration=0.6), NO_ERRORS._replace(push=0.2), 3, range(4))
+    slower = trials_of(slow(), NO_ERRORS._replace(push=0.2), 3, range(4))
+    assert quick.odds == slower.odds == Odds(4, 4)
+    assert slower.promise < quick.promise < 4.0
     # the same robots, whoever asks
     halves = [odds_of(scenario, NO_ERRORS._replace(push=2.0), 3, half) for half in (range(12), range(12, ROBOTS))]
     assert halves[0] + halves[1] == pushed
@@ -122,13 +127,15 @@ def test_the_likeliest_motion_is_found_and_judged_by_robots_that_had_no_part_in_
     """Motions are durations here; the robot of a number makes those of which its own threshold is the shorter one."""
     tried: list[tuple[float, list[int]]] = []
 
-    def odds_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Odds:
+    def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Trials:
         numbers = list(robots)
         (duration,) = scenario.durations()
         tried.append((duration, numbers))
-        return Odds(sum(number % 10 < duration for number in numbers), len(numbers))
+        made = sum(number % 10 < duration for number in numbers)
+        return Trials(Odds(made, len(numbers)), made * duration)
 
-    monkeypatch.setattr(choice, "odds_of", odds_of)
+    monkeypatch.setattr(choice, "trials_of", trials_of)
+    monkeypatch.setattr(choice, "odds_of", lambda *given: trials_of(*given).odds)
     motions = [slow(segment_duration=float(duration)) for duration in (2, 5, 9, 8, 1, 4)]
     found = likeliest(motions, NO_ERRORS, 1)
     assert found is not None

@@ -13,7 +13,7 @@ from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, draw
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SUCCESS_PROBABILITY, SweepRow
 from fivebar_bringup.studies.sweep.screening import planned, sampled_case, screened
-from fivebar_bringup.studies.sweep.timing import Timed, timed
+from fivebar_bringup.studies.sweep.timing import TimedCase, timed
 from fivebar_control.laws import registry
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
 from fivebar_control.safety.stages import NO_FAULT
@@ -52,7 +52,7 @@ def _judged(case: Case, plan: Plan, samples: Sampled, size: float) -> tuple[Outc
     return outcome, shortcomings(outcome, plan.path.samples(case.rate_hz) + 1, len(plan.crossings), size * PEAK_LIMIT)
 
 
-def _row(found: Timed, controller: str) -> SweepRow:
+def _row(found: TimedCase, controller: str) -> SweepRow:
     # the odds are those of the law for which the motion is planned
     case, odds = found.case, found.odds if controller == PLANNED_FOR else None
     plan = planned(case)

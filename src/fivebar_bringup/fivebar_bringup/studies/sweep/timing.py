@@ -29,7 +29,7 @@ DURATIONS = tuple(1.4 * 0.8**step for step in range(14))
 """Durations that are tried for better odds, relative to the one drawn."""
 
 
-class Timed(NamedTuple):
+class TimedCase(NamedTuple):
     """A case as its planner times it, with its odds; None where its robots declare nothing to draw from."""
 
     case: Draw
@@ -46,7 +46,7 @@ class Timed(NamedTuple):
         return self.odds is None or self.odds.share >= self.required
 
 
-def timed(case: Draw) -> Timed:
+def timed(case: Draw) -> TimedCase:
     """Return a case as the planner times it for `PLANNED_FOR`.
 
     First it is timed for the declared loads. Where not enough of the robots make it that are drawn as the rig's are,
@@ -58,11 +58,11 @@ def timed(case: Draw) -> Timed:
     first = timed_for_loads(case)
     planned(first)
     if case.rig == VARIED or not has_odds(first.scenario(PLANNED_FOR)):
-        return Timed(first)
+        return TimedCase(first)
     errors, seed = find_rig(case.rig).errors, odds_seed(case)
-    by_loads = Timed(first, Odds())
+    by_loads = TimedCase(first, Odds())
     if screened(first, PLANNED_FOR, judge_loads=False).feasible:
-        by_loads = Timed(first, odds_of(first.scenario(PLANNED_FOR), errors, seed, range(ROBOTS)))
+        by_loads = TimedCase(first, odds_of(first.scenario(PLANNED_FOR), errors, seed, range(ROBOTS)))
         if by_loads.likely:
             return by_loads
     others = list(_others(case))
@@ -71,7 +71,7 @@ def timed(case: Draw) -> Timed:
     if choice is None:
         return by_loads
     chosen = next(one for one, scenario in zip(others, scenarios, strict=True) if scenario is choice.scenario)
-    return Timed(chosen, choice.odds)
+    return TimedCase(chosen, choice.odds)
 
 
 def odds_seed(case: Draw) -> int:
