@@ -96,9 +96,32 @@ def test_it_plays_to_the_end_and_the_charts_follow(
     page.select_option("#replay-speed", "2")
     page.click("#replay-play")
     until(page, "replay.time >= replay.end && !replay.playing")
-    assert page.text_content("#replay-clock") == "2.000 s of 2.000 s"
+    assert page.text_content("#replay-clock") == "2.000 s of 2.000 s, assembly mode +"
     assert page.evaluate("replay.charts.cursors.map(cursor => cursor.location)") == [2.0] * 4
     assert page.text_content("#replay-play") == "Play"
+
+
+def test_it_says_mode_and_lost_direction_and_hands_out_its_table(
+    runs: tuple[RunDirectory, RunDirectory], open_page: OpenPage
+) -> None:
+    page, series = opened(open_page, runs[0].page), series_of(runs[0])
+    page.evaluate("replay.seek(0.502)")
+    grip = page.evaluate("gripOf(replay.stage.drawn[0].joints)")
+    assert grip["kappa"] == pytest.approx(series.kappa[251], abs=1e-4)
+    # down the vertical axis, on which the distal links are level there
+    assert [abs(part) for part in grip["direction"]] == pytest.approx([0.0, 1.0], abs=1e-3)
+    page.evaluate("replay.seek(0.8)")
+    assert page.text_content("#replay-clock").endswith("assembly mode −")
+    assert page.evaluate("gripOf(replay.stage.drawn[0].joints).kappa > LITTLE_GRIP")
+    with page.expect_download() as saved:
+        page.click("#replay-csv")
+    assert saved.value.suggested_filename == "middle.csv"
+    names, *rows = [line.split(",") for line in Path(saved.value.path()).read_text(encoding="utf-8").splitlines()]
+    assert names[:4] == ["time (s)", "x (mm)", "y (mm)", "q11 (rad)"]
+    assert [float(value) for value in rows[300][:3]] == pytest.approx(
+        [series.time[300], *(1e3 * series.platform[300, :2])], abs=1e-4
+    )
+    assert len(rows) == len(series.time)
 
 
 def test_a_slow_passage_takes_a_hundred_times_as_long(

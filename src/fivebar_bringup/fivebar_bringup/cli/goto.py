@@ -150,7 +150,10 @@ def goto(
     first: where to cross the locus, how fast, and whether torque, speeds, margins and dwell near the locus keep their
     limits. Where no motion is feasible, the command gives the reason (exit status 2).
 
-    Example: `fivebar goto 0 0.02 --mode - --fastest`
+    All nodes run it, in lockstep. With `--offline` it is simulated in this process, without ROS: sooner, and with the
+    same bag and report.
+
+    Example: `fivebar goto 0 0.02 --mode - --fastest --offline`
 
     Example: `fivebar goto 0.03 0.02 --via 0.04,0.13 --blend-radius 0.02`
     """

@@ -126,7 +126,7 @@ class Live {
     this.posture = { x: rows.x[last], y: rows.y[last], q11: rows.q11[last], q21: rows.q21[last], mode: rows.mode[last] };
     const shown = (value, digits, unit) => (value === null ? "–" : `${value.toFixed(digits)} ${unit}`);
     this.find("values").textContent = [`${rows.time[last].toFixed(2)} s`, `x ${shown(this.posture.x, 2, "mm")}`,
-      `y ${shown(this.posture.y, 2, "mm")}`, `σ ${shown(rows.sigma[last], 2, "")}`,
+      `y ${shown(this.posture.y, 2, "mm")}`, modeName(this.posture.mode), `σ ${shown(rows.sigma[last], 2, "")}`,
       `error ${shown(rows.error[last], 3, "mm")}`].join(" · ");
     this.draw();
   }

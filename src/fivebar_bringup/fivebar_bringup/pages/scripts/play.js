@@ -243,7 +243,7 @@ class Play {
     const goal = this.motion && mm([this.motion.segment.end_x, this.motion.segment.end_y]);
     if (goal) lines.unshift({ points: [mm([this.motion.segment.start_x, this.motion.segment.start_y]), goal], colour: "soft", width: 1.5, dash: [3, 5] });
     this.stage.over = { lines, labels, goal };
-    const robots = [{ robot: this.data.robot, posture: shown, trail: pieces }];
+    const robots = [{ robot: this.data.robot, posture: shown, trail: pieces, plain: true }];
     if (other.every(Number.isFinite)) robots.push({ robot: this.data.robot, posture: { ...shown, x: other[0], y: other[1], mode: -mode }, second: true });
     this.stage.show(robots);
   }

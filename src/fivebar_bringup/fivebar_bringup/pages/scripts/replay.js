@@ -86,6 +86,7 @@ class Player {
 
   listen(holder) {
     this.controls.play.addEventListener("click", () => this.toggle());
+    document.getElementById("replay-csv").addEventListener("click", () => this.save());
     this.controls.time.addEventListener("input", () => this.seek(Number(this.controls.time.value)));
     document.addEventListener("keydown", (event) => {
       const on = event.target;
@@ -140,7 +141,8 @@ class Player {
     this.time = Math.min(this.end, Math.max(0, time));
     this.controls.time.value = this.time;
     this.controls.time.setAttribute("aria-valuetext", `${this.time.toFixed(3)} s`);
-    this.texts.clock.textContent = `${this.time.toFixed(3)} s of ${this.end.toFixed(3)} s`;
+    const modes = this.tracks.map((track) => modeName(track.columns.mode[track.row(this.time)]));
+    this.texts.clock.textContent = `${this.time.toFixed(3)} s of ${this.end.toFixed(3)} s, ${modes.join(" and ")}`;
     const happened = this.faults.filter((fault) => fault.time <= this.time + 1e-6);
     this.texts.fault.textContent = happened.map((fault) => `${fault.time.toFixed(3)} s: ${fault.text}`).join("\n");
     this.texts.fault.hidden = !happened.length;
@@ -148,6 +150,23 @@ class Player {
       robot: track.run.robot, posture: track.posture(this.time), trail: track.trail(this.time), second: number > 0 })));
     this.charts.at(this.time);
     this.showValues();
+  }
+
+  // The columns of each run as a file, with units in the row of names.
+  save() {
+    const units = { time: "s", x: "mm", y: "mm", q11: "rad", q21: "rad" };
+    for (const chart of this.charted) for (const line of chart.lines) units[line.column] = chart.unit;
+    for (const track of this.tracks) {
+      const names = Object.keys(track.columns);
+      const lines = [names.map((name) => (units[name] ? `${name} (${units[name]})` : name)).join(",")];
+      for (let row = 0; row <= track.last; row++)
+        lines.push(names.map((name) => (Number.isFinite(track.columns[name][row]) ? Number(track.columns[name][row].toPrecision(7)) : "")).join(","));
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(new Blob([lines.join("\n") + "\n"], { type: "text/csv" }));
+      link.download = `${track.run.name.replace(/[^\w.-]+/g, "_") || "run"}.csv`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+    }
   }
 
   buildValues() {

@@ -9,6 +9,7 @@ const COLOURS = {
     boundary: "#8a93a5", locus: "#d48ed0", path: "#4c5565", plus: "#56b4e9", minus: "#ff9a4d", good: "#35c496",
     zone: "#b8922a", zoneAlpha: 0.3, second: "#79839a" },
 };
+const LITTLE_GRIP = 0.1, LOST_LENGTH = 25;
 const DARK = window.matchMedia("(prefers-color-scheme: dark)");
 const colours = () => COLOURS[DARK.matches ? "dark" : "light"];
 
@@ -18,6 +19,20 @@ function jointsOf(robot, posture) {
     robot.base[leg] + robot.proximal[leg] * Math.cos(angle), robot.proximal[leg] * Math.sin(angle)];
   return [[robot.base[0], 0], elbow(0, posture.q11), [posture.x, posture.y], elbow(1, posture.q21), [robot.base[1], 0]];
 }
+
+// Where a posture's platform cannot be controlled, or hardly: the direction t_s, and kappa = 1/cond(A), 0 on the locus.
+function gripOf([, elbow1, platform, elbow2]) {
+  const along = (elbow) => {
+    const far = Math.hypot(platform[0] - elbow[0], platform[1] - elbow[1]);
+    return [(platform[0] - elbow[0]) / far, (platform[1] - elbow[1]) / far];
+  };
+  const one = along(elbow1), two = along(elbow2), cosine = one[0] * two[0] + one[1] * two[1], fold = cosine < 0 ? -1 : 1;
+  const kept = [one[0] + fold * two[0], one[1] + fold * two[1]], length = Math.hypot(...kept);
+  const kappa = Math.abs(one[0] * two[1] - one[1] * two[0]) / (1 + Math.abs(cosine));
+  return { kappa, direction: [-kept[1] / length, kept[0] / length] };
+}
+
+const modeName = (mode) => (mode > 0 ? "assembly mode +" : mode < 0 ? "assembly mode −" : "on the locus");
 
 class Stage {
   // `scene`: bounds [left, bottom, right, top], polygons `positive` and `negative`, lines `locus`, `boundary`, `path`;
@@ -103,6 +118,15 @@ class Stage {
     pen.fillText(text, column + shift[0], row + shift[1]);
   }
 
+  // Near the locus the direction that the motors have lost.
+  paintLost(pen, joints) {
+    const { kappa, direction } = gripOf(joints), [x, y] = joints[2];
+    if (!(kappa < LITTLE_GRIP)) return;
+    const end = (size) => [x + size * direction[0], y + size * direction[1]];
+    this.line(pen, [end(-LOST_LENGTH), end(LOST_LENGTH)], colours().minus, 2.5);
+    this.label(pen, "tₛ: no torque acts along it", end(LOST_LENGTH), [8, 4]);
+  }
+
   paintBackground() {
     const pen = this.begin(this.background), tint = colours(), scene = this.scene;
     for (const sign of ["negative", "positive"]) {
@@ -137,6 +161,7 @@ class Stage {
       for (const piece of item.trail || [])
         this.line(pen, piece.points, piece.mode > 0 ? tint.plus : tint.minus, 2, item.second ? 0.5 : 1);
     }
+    for (const item of this.drawn) if (!item.second && !item.plain) this.paintLost(pen, item.joints);
     for (const item of [...this.drawn].reverse()) {
       const colour = item.second ? tint.second : tint.ink;
       this.line(pen, item.joints, colour, item.second ? 4 : 6, item.second ? 0.8 : 1);
