@@ -12,6 +12,7 @@ from rehearsed import expect_crossing, expect_stop, last_torque
 REHEARSED = ("run", "middle_moteus", "--hardware", "emulated", "--json")
 
 
+@pytest.mark.clock
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     expect_crossing(fivebar(*REHEARSED, "--out", str(folder / "moteus")))
 
