@@ -24,7 +24,7 @@ SHORT = "name: short\ncontroller: unified\nwaypoints: [[0.0, 0.15], [0.0, 0.14]]
 def test_it_runs_the_plan_and_goes_on_from_there(fivebar: Callable[..., FivebarCommand], tmp_path: Path) -> None:
     """There, and back: the second motion begins where the first has ended, in the other assembly mode."""
     out = tmp_path / "there"
-    there = fivebar("goto", "0", "0.03", "--offline", "--json", "--out", str(out))
+    there = fivebar("goto", "0", "0.03", "--ros", "--json", "--out", str(out))
     assert there.finish() == 0, there.stderr
     summary = there.json()["summary"]
     assert summary["outcome"] == "succeeded"

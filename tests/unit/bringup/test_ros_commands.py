@@ -20,7 +20,7 @@ COMMANDS = (
     ("run", "middle", "--domain", "46"),
     ("run", "middle_robot", "--hardware", "socketcan", "--drives", "dextar_socketcan"),
     ("stand",),
-    ("goto", "0", "0.1"),
+    ("goto", "0", "0.1", "--ros"),
     ("goto", "0", "0.1", "--live"),
     ("program", "pick_and_place"),
     ("status",),

@@ -119,8 +119,13 @@ def goto(
         bool, typer.Option("--plan-only", help="Plan and check the motion without running it.")
     ] = False,
     offline: Annotated[
-        bool, typer.Option("--offline/--ros", help="Run in this process, or with all nodes in lockstep.")
-    ] = False,
+        bool | None,
+        typer.Option(
+            "--offline/--ros",
+            help="Simulate it in this process, or with all nodes in lockstep [default: in this process]",
+            show_default=False,
+        ),
+    ] = None,
     live: Annotated[
         bool, typer.Option("--live", help="Send the goal to the graph in --domain, such as that of `fivebar stand`.")
     ] = False,
@@ -150,10 +155,10 @@ def goto(
     first: where to cross the locus, how fast, and whether torque, speeds, margins and dwell near the locus keep their
     limits. Where no motion is feasible, the command gives the reason (exit status 2).
 
-    All nodes run it, in lockstep. With `--offline` it is simulated in this process, without ROS: sooner, and with the
-    same bag and report.
+    It is simulated in this process, without ROS. With `--ros` all nodes run it, in lockstep: the same bag and report,
+    somewhat later.
 
-    Example: `fivebar goto 0 0.02 --mode - --fastest --offline`
+    Example: `fivebar goto 0 0.02 --mode - --fastest`
 
     Example: `fivebar goto 0.03 0.02 --via 0.04,0.13 --blend-radius 0.02`
     """
@@ -185,6 +190,7 @@ def goto(
                 "--fastest": fastest or None,
                 "--plan-only": plan_only or None,
                 "--offline": offline or None,
+                "--ros": offline is False or None,
                 "--out": out,
             }
             _refuse_given(without_effect, OF_ITS_OWN)
@@ -205,7 +211,8 @@ def goto(
             )
         of_live = {"--domain": domain, "--namespace": namespace or None, "--timeout": timeout}
         _refuse_given(of_live, "expected with --live: this motion is run on its own")
-        if not (plan_only or offline):
+        with_nodes = offline is False
+        if with_nodes and not plan_only:
             check_ros_environment()
         begin = _start(start, start_mode, after, robot, seen)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
@@ -238,10 +245,10 @@ def goto(
             raise typer.Exit(COMPLETED)
         scenario = likely.scenario
         with progress_bar("goto", as_json) as progress:
-            if offline:
-                directory, summary = run_offline(scenario, out, progress, odds=likely.known_odds)
-            else:
+            if with_nodes:
                 directory, summary = run_with_ros(scenario, Mode.LOCKSTEP, out, None, progress, odds=likely.known_odds)
+            else:
+                directory, summary = run_offline(scenario, out, progress, odds=likely.known_odds)
     if as_json:
         print(json.dumps({"plan": plan, "summary": summary.as_dict()}, indent=2, allow_nan=False))
     else:

@@ -207,6 +207,7 @@ def test_it_goes_on_only_where_the_platform_carries_nothing(
                 ("--fastest",),
                 ("--plan-only",),
                 ("--offline",),
+                ("--ros",),
                 ("--out", "new"),
             )
         ),

@@ -171,7 +171,7 @@ def test_goto_chooses_a_duration_with_good_odds_and_keeps_one_that_is_given(tmp_
 
 def test_a_run_keeps_its_odds(tmp_path: Path) -> None:
     robot = robot_file(tmp_path, "loads: {push: 0.5}\n")
-    command = ["goto", "0", "0.02", "--mode", "-", "--robot", robot, "--offline", "--out", str(tmp_path / "run")]
+    command = ["goto", "0", "0.02", "--mode", "-", "--robot", robot, "--out", str(tmp_path / "run")]
     done = CliRunner().invoke(app, command)
     assert done.exit_code == 0
     summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
