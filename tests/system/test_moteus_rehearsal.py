@@ -9,10 +9,12 @@ import pytest
 from fivebar_command import FivebarCommand
 from rehearsed import expect_crossing, expect_stop, last_torque
 
+pytestmark = pytest.mark.clock
+"""At 500 Hz nothing else may run beside them."""
+
 REHEARSED = ("run", "middle_moteus", "--hardware", "emulated", "--json")
 
 
-@pytest.mark.clock
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     expect_crossing(fivebar(*REHEARSED, "--out", str(folder / "moteus")))
 
