@@ -33,6 +33,9 @@ from fivebar_description.interface import (
 from fivebar_description.ros.messages import joint_state, stamp_of
 from fivebar_description.share import share_file
 
+pytestmark = pytest.mark.clock
+"""The drives follow the clock: nothing else may run beside them."""
+
 RATE_HZ = 100
 """Slow enough for a machine that has other work to do."""
 

@@ -37,7 +37,7 @@ def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Pat
 def test_a_fault_on_the_way(fivebar: Callable[..., FivebarCommand], folder: Path, broken: str, fault: str) -> None:
     out = folder / broken.replace(" ", "_")
     # whether bridge, runner or blender notices silence first depends on the machine: at 500 Hz all do within 20 ms
-    silenced = ("state_stale: ",) if "fault" not in broken and "frozen" not in broken else ()
+    silenced = ("state_stale: ", "command_stale: ") if "fault" not in broken and "frozen" not in broken else ()
     expect_stop(fivebar(*REHEARSED, "--inject", broken, "--out", str(out)), fault, *silenced)
     # nobody commands anything once the blender is dead
     assert "blender" in broken or last_torque(out) == (0.0, 0.0)
