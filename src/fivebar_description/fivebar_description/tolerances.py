@@ -38,6 +38,11 @@ class Tolerances(NamedTuple):
         ),
     ] = 0.005
 
+    @property
+    def declared(self) -> bool:
+        """Whether lengths, bases or zeros may differ from the file at all."""
+        return max(self.length, self.base, self.zero) > 0.0
+
 
 EXACT = Tolerances()
 """A robot that equals its file."""

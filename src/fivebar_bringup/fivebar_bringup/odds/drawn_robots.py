@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-import numpy as np
-
-from fivebar_bringup.odds.robot_errors import EFFECTS, GYROSCOPE, SCALES, RobotErrors, drawn_effects, drawn_scales
+from fivebar_bringup.odds.robot_errors import RobotErrors, drawn_effects, drawn_gyro_bias, drawn_scales
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.settings import sections
 from fivebar_sim.effects.bus import BusEffects
@@ -22,9 +20,7 @@ S = TypeVar("S", bound=Scenario)
 
 def has_odds(scenario: Scenario) -> bool:
     """Return whether a scenario's robot declares anything to draw from, and its run can be simulated by the engine."""
-    declared = scenario.to_bear().declared or any(
-        (scenario.known_within().length, scenario.known_within().base, scenario.known_within().zero)
-    )
+    declared = scenario.to_bear().declared or scenario.known_within().declared
     return declared and scenario.plant.engine == PINOCCHIO and scenario.stands is None and not scenario.working_modes
 
 
@@ -57,22 +53,19 @@ def with_drawn_robot(scenario: S, errors: RobotErrors, seed: int, number: int, c
         seed, number: with equal ones the same robot is drawn for any motion.
         crossing: when a push meets the robot (s).
     """
-    drawn = drawn_effects(errors, np.random.default_rng((seed, number, EFFECTS)), crossing)
-    scales = drawn_scales(errors, np.random.default_rng((seed, number, SCALES)))
+    drawn = drawn_effects(errors, seed, number, crossing)
     common = as_modelled(scenario.plant)
     friction = common.friction
     plant = common._replace(
-        mass_scale=scales.mass,
-        inertia_scale=scales.inertia,
-        friction_scale=scales.friction,
+        **drawn_scales(errors, seed, number)._asdict(),
         seed=drawn["seed"],
         friction=friction._replace(passive=max(friction.passive, scenario.to_bear().passive)),
     )
     plant = plant._replace(
         **{name: getattr(plant, name)._replace(**drawn[name]) for name in sections(PlantSettings) if name in drawn}
     )
-    bias = errors.gyro_bias * np.random.default_rng((seed, number, GYROSCOPE)).uniform(-1.0, 1.0)
-    return scenario.model_copy(update={"plant": plant, "imu": scenario.imu._replace(gyro_bias=bias)})
+    imu = scenario.imu._replace(gyro_bias=drawn_gyro_bias(errors, seed, number))
+    return scenario.model_copy(update={"plant": plant, "imu": imu})
 
 
 def as_modelled(plant: PlantSettings) -> PlantSettings:

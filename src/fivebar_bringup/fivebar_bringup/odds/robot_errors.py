@@ -16,7 +16,7 @@ from fivebar_sim.effects.loads import LOCUS
 PUSH_LENGTH = 0.05
 """s. A push begins in its length before the first crossing, so that the robot meets it on the locus."""
 
-SCALES, EFFECTS, GYROSCOPE = 1, 2, 3
+_SCALES, _EFFECTS, _GYROSCOPE = 1, 2, 3
 """Random streams of a robot, beside its number and a seed."""
 
 LOSSES = 0.2
@@ -85,15 +85,16 @@ NO_ERRORS = RobotErrors()
 
 
 class Scales(NamedTuple):
-    """Mass, inertia and friction of a robot, actual over modelled."""
+    """Mass, inertia and friction of a robot, actual over modelled, by their keys in the section `plant`."""
 
-    mass: float
-    inertia: float
-    friction: float
+    mass_scale: float
+    inertia_scale: float
+    friction_scale: float
 
 
-def drawn_scales(errors: RobotErrors, random: np.random.Generator) -> Scales:
-    """Return the scales of a robot."""
+def drawn_scales(errors: RobotErrors, seed: int, number: int) -> Scales:
+    """Return the scales of the robot of a number."""
+    random = np.random.default_rng((seed, number, _SCALES))
     mass, inertia, friction = random.uniform(-1.0, 1.0, 3).tolist()
     return Scales(
         1.0 + errors.mass_and_inertia * mass,
@@ -102,11 +103,18 @@ def drawn_scales(errors: RobotErrors, random: np.random.Generator) -> Scales:
     )
 
 
-def drawn_effects(errors: RobotErrors, random: np.random.Generator, crossing: float) -> dict[str, Any]:
-    """Return the sections of effects of a robot in `plant`, and its seed, for a first crossing at a time (s).
+def drawn_gyro_bias(errors: RobotErrors, seed: int, number: int) -> float:
+    """Return the bias (rad/s) of the gyroscope of the robot of a number."""
+    bound = errors.gyro_bias
+    return float(np.random.default_rng((seed, number, _GYROSCOPE)).uniform(-bound, bound))
 
-    Equal random numbers make the same robot of any rig, with errors in proportion to the rig's bounds.
+
+def drawn_effects(errors: RobotErrors, seed: int, number: int, crossing: float) -> dict[str, Any]:
+    """Return the sections of effects in `plant` of the robot of a number, and its seed, for a crossing at a time (s).
+
+    Equal seeds and numbers make the same robot of any rig, with errors in proportion to the rig's bounds.
     """
+    random = np.random.default_rng((seed, number, _EFFECTS))
     lengths, zeros, constants = random.uniform(-1.0, 1.0, 6), random.uniform(-1.0, 1.0, 2), random.uniform(-1.0, 1.0, 2)
     tilt, force, share, before = random.uniform(0.0, 1.0, 4).tolist()
     tilted, pushed = random.uniform(-math.pi, math.pi, 2).tolist()

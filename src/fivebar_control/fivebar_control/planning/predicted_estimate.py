@@ -50,7 +50,7 @@ class Sensing(NamedTuple):
     @property
     def declared(self) -> bool:
         """Whether tolerances of the robot are declared; without, the filter is to believe the model, and so are we."""
-        return max(self.tolerances.length, self.tolerances.base, self.tolerances.zero) > 0.0
+        return self.tolerances.declared
 
 
 class PredictedEstimate(NamedTuple):

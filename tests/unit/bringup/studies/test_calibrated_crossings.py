@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from fivebar_bringup.odds.robot_errors import drawn_gyro_bias
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.studies.single.calibrated_crossings import (
     calibrated,
     crossed,
-    gyro_bias,
     left_error,
     rigs_of,
     robot_of_rig,
@@ -48,7 +48,7 @@ def _planned(number: int) -> bool:
 @pytest.mark.extra
 def test_a_calibration_by_hand_leaves_less_than_the_rig_of_calibrated_robots_has(tmp_path: Path) -> None:
     plant = robot_of_rig(PRINTED, SEED, 0)
-    result = calibrated(PRINTED, plant, gyro_bias(PRINTED, SEED, 0))
+    result = calibrated(PRINTED, plant, drawn_gyro_bias(PRINTED.errors, SEED, 0))
     left = left_error(result)
     assert left.gap_before > 2e-4
     assert left.gap < left.claimed < 6e-5

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.odds.robot_errors import EFFECTS, GYROSCOPE, SCALES, drawn_effects, drawn_scales
+from fivebar_bringup.odds.robot_errors import drawn_effects, drawn_gyro_bias, drawn_scales
 from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.recorded.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
@@ -74,17 +74,9 @@ class BeforeAndAfter(NamedTuple):
 
 def robot_of_rig(rig: Rig, seed: int, number: int) -> dict[str, Any]:
     """Return the section `plant` of a robot of a rig, without push and lost commands."""
-    scales = drawn_scales(rig.errors, np.random.default_rng((seed, number, SCALES)))
-    effects = drawn_effects(rig.errors, np.random.default_rng((seed, number, EFFECTS)), 0.0)
+    effects = drawn_effects(rig.errors, seed, number, 0.0)
     lasting = {name: keys for name, keys in effects.items() if name not in ("push", "bus")}
-    names = ("mass_scale", "inertia_scale", "friction_scale")
-    return merged(dict(zip(names, scales, strict=True)) | lasting, rig.plant)
-
-
-def gyro_bias(rig: Rig, seed: int, number: int) -> float:
-    """Return the bias (rad/s) of a robot's gyroscope while it is calibrated."""
-    bound = rig.errors.gyro_bias
-    return float(np.random.default_rng((seed, number, GYROSCOPE)).uniform(-bound, bound))
+    return merged(drawn_scales(rig.errors, seed, number)._asdict() | lasting, rig.plant)
 
 
 def calibrated(rig: Rig, plant: dict[str, Any], bias: float, touched: float = 0.0) -> CalibrationResult:
@@ -244,7 +236,7 @@ def main() -> None:
     done: list[BeforeAndAfter] = []
     for robot in range(given.robots):
         plant = robot_of_rig(rig, given.seed, robot)
-        result = calibrated(rig, plant, gyro_bias(rig, given.seed, robot), 1e-3 * given.touched)
+        result = calibrated(rig, plant, drawn_gyro_bias(rig.errors, given.seed, robot), 1e-3 * given.touched)
         crossings = crossed(rig, given.seed, robot, plant, result, given.crossings)
         left.append(left_error(result))
         done += crossings

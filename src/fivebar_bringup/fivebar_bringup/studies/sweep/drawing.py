@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.robot_errors import EFFECTS, GYROSCOPE, NO_ERRORS, SCALES, drawn_effects, drawn_scales
+from fivebar_bringup.odds.robot_errors import NO_ERRORS, Scales, drawn_effects, drawn_gyro_bias, drawn_scales
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.laws.registry import find_controller
@@ -178,7 +178,7 @@ class Draw(NamedTuple):
         base = find_rig("ideal" if self.encoder_counts is None else "encoders")
         content = base.content(_given(self.robot_name), controller, {})
         content["plant"] |= {
-            **self._scales(),
+            **self._scales()._asdict(),
             "encoder_counts": self.encoder_counts,
             "delay_samples": self.delay_samples,
         }
@@ -192,21 +192,16 @@ class Draw(NamedTuple):
     def _on_its_rig(self, controller: str, effects: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of a scenario with a robot of the case's rig."""
         rig = find_rig(self.rig)
-        scales = self._scales()
+        scales = self._scales()._asdict()
         # a study may give a robot of a rig without errors scales of its own
         exact = rig.errors == NO_ERRORS and not effects and set(scales.values()) == {1.0}
         content = rig.content(_given(rig.robot), controller, None if exact else {**scales, **effects})
         if rig.errors.gyro_bias > 0.0 and content["ekf"]["gyro"]:
-            bound, random = rig.errors.gyro_bias, np.random.default_rng((self.seed, self.number, GYROSCOPE))
-            content["imu"]["gyro_bias"] = random.uniform(-bound, bound)
+            content["imu"]["gyro_bias"] = drawn_gyro_bias(rig.errors, self.seed, self.number)
         return content
 
-    def _scales(self) -> dict[str, float]:
-        return {
-            "mass_scale": self.mass_scale,
-            "inertia_scale": self.inertia_scale,
-            "friction_scale": self.friction_scale,
-        }
+    def _scales(self) -> Scales:
+        return Scales(self.mass_scale, self.inertia_scale, self.friction_scale)
 
 
 def draw(seed: int, number: int, rig: str = VARIED, name: str = "") -> Draw:
@@ -251,11 +246,9 @@ def draw(seed: int, number: int, rig: str = VARIED, name: str = "") -> Draw:
 def on_robot(case: Draw, name: str) -> Draw:
     """Return a case with a robot of a rig, by name or path."""
     rig = find_rig(name)
-    mass, inertia, friction = drawn_scales(rig.errors, np.random.default_rng((case.seed, case.number, SCALES)))
+    scales = drawn_scales(rig.errors, case.seed, case.number)
     return case._replace(
-        mass_scale=rig.plant.get("mass_scale", mass),
-        inertia_scale=rig.plant.get("inertia_scale", inertia),
-        friction_scale=rig.plant.get("friction_scale", friction),
+        **{name: rig.plant.get(name, drawn) for name, drawn in scales._asdict().items()},
         encoder_counts=rig.plant.get("encoder_counts"),
         delay_samples=rig.plant.get("delay_samples", 0),
         rig=name,
@@ -283,8 +276,7 @@ def _effects(case: Draw) -> Mapping[str, Any]:
     errors = NO_ERRORS if case.rig == VARIED else find_rig(case.rig).errors
     if errors == NO_ERRORS:
         return {}
-    random = np.random.default_rng((case.seed, case.number, EFFECTS))
-    return drawn_effects(errors, random, plan_of(case).crossings[0].time)
+    return drawn_effects(errors, case.seed, case.number, plan_of(case).crossings[0].time)
 
 
 @cache
