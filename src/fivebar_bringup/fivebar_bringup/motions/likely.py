@@ -65,20 +65,20 @@ def plan_likely(request: Request) -> LikelyTransfer:
     if found.odds.share >= required:
         return found
     with stage("trying other durations"):
-        others = _others(request, sum(transfer.durations))
-        choice = likeliest([first, *(one.scenario for one in others)], errors, SEED)
+        motions = [found, *_others(request, sum(transfer.durations))]
+        choice = likeliest(motions, lambda motion: motion.scenario, errors, SEED)
     assert choice is not None
-    duration = sum(choice.scenario.durations())
+    chosen = choice.motion
+    duration = sum(chosen.transfer.durations)
     if not isinstance(request.duration, Speed):
         better = choice.odds.share > found.odds.share and duration != request.duration
         return found._replace(better=(duration, choice.odds) if better else None)
     if choice.odds.share < required:
-        relief = most_relieved(choice.scenario, errors, SEED, choice.odds)
+        relief = most_relieved(chosen.scenario, errors, SEED, choice.odds)
         raise InputError(
             f"the motion is not likely enough to succeed: at best, in {duration:.3g} s, {choice.odds}; expected at"
             f" least {required:.0%} (risk.success){f'; {relief}' if relief else ''}"
         )
-    chosen = next(one for one in (found, *others) if one.scenario is choice.scenario)
     return chosen._replace(odds=choice.odds)
 
 

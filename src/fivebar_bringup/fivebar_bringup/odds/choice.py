@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
 from fivebar_bringup.odds.odds import Odds
@@ -13,29 +13,31 @@ from fivebar_bringup.scenario import Scenario
 FIRST_ROBOTS = 6
 """Robots on which each motion is tried first."""
 
-S = TypeVar("S", bound=Scenario)
+M = TypeVar("M")
 
 
-class Choice(NamedTuple, Generic[S]):
+class Choice(NamedTuple, Generic[M]):
     """A motion and its odds, on other robots than those by which it was chosen."""
 
-    scenario: S
+    motion: M
     odds: Odds
 
 
-def likeliest(motions: Sequence[S], errors: RobotErrors, seed: int) -> Choice[S] | None:
-    """Return the motion with the best odds; None of no motions.
+def likeliest(
+    motions: Sequence[M], scenario_of: Callable[[M], Scenario], errors: RobotErrors, seed: int
+) -> Choice[M] | None:
+    """Return the motion with the best odds, each by the scenario that runs it; None of no motions.
 
     All motions are tried on the same few robots, the more promising half of them on twice as many, and so on. The one
     that is left is tried on robots that had no part in the choice: the best of many looks better than it is on those
     that did.
     """
-    left = [(scenario, Trials()) for scenario in motions]
+    left = [(motion, Trials()) for motion in motions]
     robots = FIRST_ROBOTS
     while len(left) > 1:
         tried = [
-            (scenario, trials + trials_of(scenario, errors, seed, range(trials.odds.robots, robots)))
-            for scenario, trials in left
+            (motion, trials + trials_of(scenario_of(motion), errors, seed, range(trials.odds.robots, robots)))
+            for motion, trials in left
         ]
         # in case of equality the first of them, as they were given
         tried.sort(key=lambda one: -one[1].promise)
@@ -43,5 +45,5 @@ def likeliest(motions: Sequence[S], errors: RobotErrors, seed: int) -> Choice[S]
         robots = min(2 * robots, ROBOTS)
     if not left:
         return None
-    scenario = left[0][0]
-    return Choice(scenario, odds_of(scenario, errors, seed, OTHER_ROBOTS))
+    motion = left[0][0]
+    return Choice(motion, odds_of(scenario_of(motion), errors, seed, OTHER_ROBOTS))

@@ -36,8 +36,10 @@ class Odds(NamedTuple):
 
     def __str__(self) -> str:
         """Return the odds for a person."""
-        low, high = self.interval
-        return (
-            f"{self.successes} of {self.robots} drawn robots succeed: {self.share:.0%}, with 95 % confidence"
-            f" {low:.0%} to {high:.0%}"
-        )
+        return odds_words(*self, *self.interval)
+
+
+def odds_words(successes: int, robots: int, low: float, high: float) -> str:
+    """Return odds on at least one robot, with their interval, for a person."""
+    share = f"{successes / robots:.0%}"
+    return f"{successes} of {robots} drawn robots succeed: {share}, with 95 % confidence {low:.0%} to {high:.0%}"

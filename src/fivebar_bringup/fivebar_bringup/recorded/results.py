@@ -9,10 +9,12 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from fivebar_description.strict_yaml import InputError
-from fivebar_description.text_file import replace_file
+from fivebar_description.strict_yaml import InputError, StrictModel, validate
+from fivebar_description.text_file import LARGEST_TABLE, read_text, replace_file
+
+M = TypeVar("M", bound=StrictModel)
 
 FIGURES = "figures"
 """Folder of the PNG figures in every result directory."""
@@ -68,6 +70,19 @@ def write_errors(directory: Path) -> Iterator[None]:
     except OSError as error:
         place = error.filename if isinstance(error.filename, str) else directory
         raise InputError(f"{place}: cannot be used for the results: {error.strerror}") from error
+
+
+def read_json(path: Path, model: type[M]) -> M:
+    """Read a JSON file that a program has written with its results.
+
+    Raises:
+        InputError: the file cannot be read, or has unexpected content.
+    """
+    try:
+        content = json.loads(read_text(path, LARGEST_TABLE))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not valid JSON: {error}") from error
+    return validate(content, model, str(path))
 
 
 def json_text(content: Any) -> str:

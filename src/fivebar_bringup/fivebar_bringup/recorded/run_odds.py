@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field
 
-from fivebar_description.strict_yaml import InputError, StrictModel, validate
-from fivebar_description.text_file import LARGEST_TABLE, read_text
+from fivebar_bringup.recorded.results import read_json
+from fivebar_description.strict_yaml import StrictModel
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -35,10 +34,4 @@ def read_odds(path: Path) -> dict[str, Any] | None:
     Raises:
         InputError: the file cannot be read, or has unexpected content.
     """
-    if not path.exists():
-        return None
-    try:
-        content = json.loads(read_text(path, LARGEST_TABLE))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not valid JSON: {error}") from error
-    return validate(content, RunOdds, str(path)).model_dump(mode="json")
+    return read_json(path, RunOdds).model_dump(mode="json") if path.exists() else None

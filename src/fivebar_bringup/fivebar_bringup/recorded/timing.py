@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Literal
 
 from pydantic import ConfigDict, Field
 
-from fivebar_description.strict_yaml import InputError, StrictModel, validate
-from fivebar_description.text_file import LARGEST_TABLE, read_text
+from fivebar_bringup.recorded.results import read_json
+from fivebar_description.strict_yaml import StrictModel
 
 
 class RunTiming(StrictModel):
@@ -42,11 +41,4 @@ def read_timing(path: Path) -> RunTiming:
     Raises:
         InputError: the file cannot be read, or has unexpected content.
     """
-    if not path.exists():
-        return RunTiming()
-    text = read_text(path, LARGEST_TABLE)
-    try:
-        content = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not valid JSON: {error}") from error
-    return validate(content, RunTiming, str(path))
+    return read_json(path, RunTiming) if path.exists() else RunTiming()

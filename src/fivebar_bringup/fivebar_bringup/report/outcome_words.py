@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fivebar_bringup.odds.odds import odds_words
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
@@ -54,9 +55,8 @@ def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
         torque += f"; {summary.torque_saturated_samples} samples asked for more than the limit, up to {asked} Nm"
     rows.append(("torque", torque))
     if summary.odds is not None:
-        low, high = summary.odds["interval_95"]
-        drawn = f"{summary.odds['successes']} of {summary.odds['robots']} drawn robots make it in simulation"
-        rows.append(("odds", f"{drawn}, with 95 % confidence {low:.0%} to {high:.0%}"))
+        odds = summary.odds
+        rows.append(("odds", odds_words(odds["successes"], odds["robots"], *odds["interval_95"])))
     rows.append(("faults", ", ".join(summary.faults) or "none"))
     if warnings := _warnings(summary):
         rows.append(("warnings", "; ".join(warnings)))

@@ -137,15 +137,15 @@ def test_the_likeliest_motion_is_found_and_judged_by_robots_that_had_no_part_in_
     monkeypatch.setattr(choice, "trials_of", trials_of)
     monkeypatch.setattr(choice, "odds_of", lambda *given: trials_of(*given).odds)
     motions = [slow(segment_duration=float(duration)) for duration in (2, 5, 9, 8, 1, 4)]
-    found = likeliest(motions, NO_ERRORS, 1)
+    found = likeliest(motions, lambda motion: motion, NO_ERRORS, 1)
     assert found is not None
-    assert found.scenario is motions[2]
+    assert found.motion is motions[2]
     assert tried[-1] == (9.0, list(range(ROBOTS, 2 * ROBOTS)))
     assert found.odds == Odds(22, 24)
     # those that can be told to be worse by few robots are tried on few
     of_the_worst = [number for duration, numbers in tried if duration == 1.0 for number in numbers]
     assert len(of_the_worst) == choice.FIRST_ROBOTS
-    assert likeliest([], NO_ERRORS, 1) is None
+    assert likeliest([], lambda motion: motion, NO_ERRORS, 1) is None
 
 
 def robot_file(directory: Path, more: str) -> str:
@@ -177,7 +177,7 @@ def test_a_run_keeps_its_odds(tmp_path: Path) -> None:
     summary = json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))
     assert summary["odds"]["robots"] == ROBOTS
     assert summary["odds"]["successes"] == ROBOTS
-    assert "24 of 24 drawn robots make it" in done.stdout
+    assert "24 of 24 drawn robots succeed: 100%" in done.stdout.partition("error")[2]
     (tmp_path / "run" / "odds.json").write_text('{"successes": -1}', encoding="utf-8")
     refused = CliRunner().invoke(app, ["report", str(tmp_path / "run")])
     assert refused.exit_code == 2

@@ -65,13 +65,8 @@ def timed(case: Draw) -> TimedCase:
         by_loads = TimedCase(first, odds_of(first.scenario(PLANNED_FOR), errors, seed, range(ROBOTS)))
         if by_loads.likely:
             return by_loads
-    others = list(_others(case))
-    scenarios = [one.scenario(PLANNED_FOR) for one in others]
-    choice = likeliest(scenarios, errors, seed)
-    if choice is None:
-        return by_loads
-    chosen = next(one for one, scenario in zip(others, scenarios, strict=True) if scenario is choice.scenario)
-    return TimedCase(chosen, choice.odds)
+    choice = likeliest(list(_others(case)), lambda one: one.scenario(PLANNED_FOR), errors, seed)
+    return by_loads if choice is None else TimedCase(*choice)
 
 
 def odds_seed(case: Draw) -> int:
