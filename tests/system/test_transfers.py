@@ -54,7 +54,7 @@ def test_a_transfer_between_assembly_modes_completes(controller: str, seed: int)
         }
     )
     outcome = outcome_of(scenario)
-    expect_completed(outcome, scenario, len(transfer.branches))
+    expect_completed(outcome, scenario, len(transfer.crossings))
     assert outcome.mode_changes >= 1
     assert outcome.error_peak < 0.05
     assert outcome.error_final < 0.002

@@ -47,7 +47,7 @@ class Motion(NamedTuple):
     @property
     def crossings(self) -> int:
         """How often it crosses the Type 2 locus."""
-        return len(self.transfer.branches)
+        return len(self.transfer.crossings)
 
 
 def plan(

@@ -39,10 +39,10 @@ def as_json(request: Request, likely: LikelyTransfer, planning_s: float) -> dict
                 "y": one.y,
                 "distal_links": one.distal_links,
                 "elbows_pass": one.elbows_pass,
-                "speed_m_s": branch.speed,
-                "direction": branch.crossing.authority,
+                "speed_m_s": transfer.speed_at(crossing),
+                "direction": crossing.authority,
             }
-            for one, branch in zip(crossings, transfer.branches, strict=True)
+            for one, crossing in zip(crossings, transfer.crossings, strict=True)
         ],
         "figures": [
             {
@@ -80,11 +80,11 @@ def as_text(request: Request, likely: LikelyTransfer, planning_s: float) -> Rend
         rounded = f", corners rounded within {', '.join(f'{r:g}' for r in part.blend_radius)} m" if part.rounded else ""
         lines.append(f"segment {index + 1}: {points}{rounded} in {segment.duration:.3f} s")
         lines += [
-            f"  crosses the Type 2 locus at {place(branch.crossing.x, branch.crossing.y)} after"
-            f" {branch.crossing.time:.3f} s at {branch.speed:.3f} m/s, distal links {branch.crossing.distal_links}"
-            + (f": {ELBOWS_UNKNOWN}" if unknown and branch.crossing.distal_links == FOLDED else "")
-            for branch in transfer.branches
-            if branch.crossing.segment == index
+            f"  crosses the Type 2 locus at {place(crossing.x, crossing.y)} after"
+            f" {crossing.time:.3f} s at {transfer.speed_at(crossing):.3f} m/s, distal links {crossing.distal_links}"
+            + (f": {ELBOWS_UNKNOWN}" if unknown and crossing.distal_links == FOLDED else "")
+            for crossing in transfer.crossings
+            if crossing.segment == index
         ]
     if likely.odds is not None:
         lines.append(f"odds: {likely.odds}")

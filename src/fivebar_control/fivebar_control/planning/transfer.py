@@ -43,13 +43,6 @@ class TransferRefused(PlanRefused):
     """There is no feasible motion; the message gives the reason."""
 
 
-class Branch(NamedTuple):
-    """A crossing, with the platform's speed (m/s) there."""
-
-    crossing: Crossing
-    speed: float
-
-
 class Transfer(NamedTuple):
     """A feasible motion between two rests.
 
@@ -59,7 +52,6 @@ class Transfer(NamedTuple):
         course: where it goes.
         durations: of the legs of its course (s).
         assembly_start, assembly_goal: signs of det A.
-        branches: its crossings of the Type 2 locus.
     """
 
     plan: Plan
@@ -68,7 +60,16 @@ class Transfer(NamedTuple):
     durations: tuple[float, ...]
     assembly_start: int
     assembly_goal: int
-    branches: tuple[Branch, ...]
+
+    @property
+    def crossings(self) -> tuple[Crossing, ...]:
+        """Its crossings of the Type 2 locus."""
+        return self.plan.crossings
+
+    def speed_at(self, crossing: Crossing) -> float:
+        """Return the speed (m/s) of the platform at a crossing."""
+        motion = self.plan.path.at(crossing.time)
+        return math.hypot(motion.vx, motion.vy)
 
     @property
     def waypoints(self) -> tuple[Point, ...]:
@@ -134,8 +135,7 @@ def plan_transfer(
     else:
         search = _Search(task, start, goal, duration)
         found = search.found(needed=0 if signs[0] == signs[1] else 1)
-    branches = tuple(_branch(found.plan, crossing) for crossing in found.plan.crossings)
-    return Transfer(found.plan, found.feasibility, found.course, found.durations, signs[0], signs[1], branches)
+    return Transfer(found.plan, found.feasibility, found.course, found.durations, signs[0], signs[1])
 
 
 def _given(task: Task, course: Course, duration: float | Speed) -> Timed:
@@ -248,8 +248,3 @@ class _Search:
                 return found.reason
             slowest.append(found)
         return self._durations.timed(course, slowest)
-
-
-def _branch(plan: Plan, crossing: Crossing) -> Branch:
-    motion = plan.path.at(crossing.time)
-    return Branch(crossing, math.hypot(motion.vx, motion.vy))

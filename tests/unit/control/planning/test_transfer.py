@@ -53,7 +53,7 @@ def expect_feasible(robot: FiveBar, mode: tuple[int, int], transfer: Transfer, l
                 # outside every blending zone all controllers need the inverse dynamics
                 torque = inverse_dynamics_of_platform(robot, state, p.ax, p.ay, *friction)
                 assert max(map(abs, torque)) <= 0.85 * limits.torque * 1.002
-    assert crossings == len(transfer.branches) == len(transfer.plan.crossings)
+    assert crossings == len(transfer.plan.crossings)
     for x, y in transfer.waypoints:
         assert rest_problem(robot, mode, x, y, limits) is None
 
@@ -89,7 +89,7 @@ def test_any_two_rests_get_a_feasible_motion_or_a_reason(
     assert (transfer.waypoints[0], transfer.waypoints[-1]) == (start, goal)
     expect_feasible(robot, mode, transfer, limits)
     parted = place_at(robot, mode, *start).assembly != place_at(robot, mode, *goal).assembly
-    assert len(transfer.branches) % 2 == parted
+    assert len(transfer.crossings) % 2 == parted
 
 
 def random_rests(robot: FiveBar, mode: tuple[int, int], seed: int) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -114,9 +114,9 @@ def test_nearly_every_pair_is_joined(dextar: FiveBar) -> None:
 def test_a_straight_line_where_that_will_do(dextar: FiveBar) -> None:
     transfer = plan_transfer(dextar, (1, -1), (0.0, 0.15), (0.0, 0.02), -1, RATE_HZ)
     assert transfer.waypoints == ((0.0, 0.15), (0.0, 0.02))
-    (branch,) = transfer.branches
-    assert (branch.crossing.x, branch.crossing.y) == pytest.approx((0.0, math.sqrt(0.0081 - 0.000961)))
-    assert branch.crossing.distal_links == "stretched"
+    (crossing,) = transfer.crossings
+    assert (crossing.x, crossing.y) == pytest.approx((0.0, math.sqrt(0.0081 - 0.000961)))
+    assert crossing.distal_links == "stretched"
     assert (transfer.assembly_start, transfer.assembly_goal) == (1, -1)
 
 
@@ -124,10 +124,10 @@ def test_elbows_that_must_not_pass_are_led_around(dextar: FiveBar) -> None:
     start, goal = (0.063, -0.051), (0.018, 0.017)
     for allowed in ("unknown", True):
         straight = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=allowed))
-        assert [branch.crossing.distal_links for branch in straight.branches] == ["folded"]
+        assert [crossing.distal_links for crossing in straight.crossings] == ["folded"]
         assert straight.waypoints == (start, goal)
     around = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=False))
-    assert [branch.crossing.distal_links for branch in around.branches] == ["stretched"]
+    assert [crossing.distal_links for crossing in around.crossings] == ["stretched"]
     with pytest.raises(TransferRefused) as refusal:
         via = (0.04, -0.018)
         plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=False), via=[via])
@@ -150,11 +150,11 @@ def test_only_laws_that_hold_the_path_by_its_normal_go_around_where_that_cannot_
     start, goal = (0.0153, 0.0703), (0.0006, -0.0286)
     straight = plan_transfer(dextar, (-1, 1), start, goal, None, RATE_HZ, UNIFIED)
     assert straight.waypoints == (start, goal)
-    assert straight.branches[0].crossing.authority < 0.06
+    assert straight.crossings[0].authority < 0.06
     expect_feasible(dextar, (-1, 1), straight, MotionLimits())
     around = plan_transfer(dextar, (-1, 1), start, goal, None, RATE_HZ, BLENDED, motion_limits_of(BLENDED))
     assert len(around.waypoints) > 2
-    assert min(branch.crossing.authority for branch in around.branches) >= 0.3
+    assert min(crossing.authority for crossing in around.crossings) >= 0.3
 
 
 def test_only_laws_with_blending_zones_rest_outside_of_them(dextar: FiveBar) -> None:
@@ -173,7 +173,7 @@ def test_around_the_locus_rather_than_through_it_twice(dextar: FiveBar) -> None:
     signs = [place_at(dextar, (1, -1), 0.0, y).assembly for y in np.linspace(start[1], goal[1], 200).tolist()]
     assert sum(one != other for one, other in pairwise(signs)) == 2
     transfer = plan_transfer(dextar, (1, -1), start, goal, 1, RATE_HZ)
-    assert transfer.branches == ()
+    assert transfer.crossings == ()
     assert len(transfer.waypoints) > 2
     expect_feasible(dextar, (1, -1), transfer, MotionLimits())
 
@@ -182,7 +182,7 @@ def test_through_the_locus_twice_where_there_is_no_other_way(dextar: FiveBar) ->
     """The tip of the workspace has the assembly mode of the middle, and the other one lies between them."""
     assert place_at(dextar, (-1, 1), 0.0, 0.167).assembly == place_at(dextar, (-1, 1), 0.0, -0.02).assembly == 1
     transfer = plan_transfer(dextar, (-1, 1), (0.0, 0.167), (0.0, -0.02), 1, RATE_HZ)
-    assert len(transfer.branches) == 2
+    assert len(transfer.crossings) == 2
     expect_feasible(dextar, (-1, 1), transfer, MotionLimits())
 
 

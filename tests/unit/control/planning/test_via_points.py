@@ -88,10 +88,10 @@ def test_round_the_corners_it_never_rests_crosses_by_the_criterion_and_is_quicke
     for via in points[1:-1]:
         assert slowest_at(rests, via, 0.01) < 1e-3
         assert slowest_at(found, via, 0.01) > 0.05
-    ((crossing, speed_there),) = found.branches
+    (crossing,) = found.crossings
     # N, against those of the motion: 0.35 kg and accelerations of some m/s^2
     assert criterion_residual(dextar, 1, -1, found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)
-    assert speed_there > 0.1
+    assert found.speed_at(crossing) > 0.1
     assert rests.course.time_law == (OPTIMAL if speed is Speed.FASTEST else QUINTIC)
     assert sum(found.durations) < share * sum(rests.durations)
     error = found.feasibility.figure(ERROR)
@@ -121,7 +121,7 @@ def test_a_corner_may_hold_the_crossing_near_which_no_rest_is_possible(dextar: F
 def test_through_the_locus_and_back_to_where_it_was(dextar: FiveBar) -> None:
     points = ((0.0, 0.15), (-0.03, 0.02), (0.03, 0.02), (0.0, 0.15))
     found = transfer(dextar, points, (0.02,))
-    assert len(found.branches) == 2
+    assert len(found.crossings) == 2
     assert found.assembly_start == found.assembly_goal == 1
     for crossing in found.plan.crossings:
         assert criterion_residual(dextar, 1, -1, found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)

@@ -91,7 +91,7 @@ def trips(name: str, start: Point, goal: Point) -> list[Trip]:
             made = plan_transfer(robot, mode, start, goal, None, RATE_HZ, follower, limits, duration=Speed.FASTEST)
         except (TransferRefused, PlanRefused):
             continue
-        found.append(Trip(sum(made.durations), work(robot, made, follower, limits), len(made.branches)))
+        found.append(Trip(sum(made.durations), work(robot, made, follower, limits), len(made.crossings)))
     return found
 
 
