@@ -27,7 +27,9 @@ class Supervisor:
         """Bind the supervisor to a plan; `weighting` is one of `SUPERVISIONS`."""
         self._plan = plan
         self._rate_hz = rate_hz
-        self._in_time, self._forecasts = weighting == SIGMOID, weighting == ESTIMATE
+        self._in_time = weighting == SIGMOID
+        self.forecasts = weighting == ESTIMATE
+        """Whether the weight depends on |d kappa / dt|."""
 
     def __call__(self, sample: int, state: State) -> SupervisorState:
         """Return sigma and kappa for a sample."""
@@ -36,14 +38,15 @@ class Supervisor:
     def at(self, t: float, state: State) -> SupervisorState:
         """Return sigma and kappa at time t (s)."""
         kappa = inverse_condition(state)
-        return SupervisorState(self.weight(t, kappa, inverse_condition_rate(state)), kappa)
+        kappa_rate = inverse_condition_rate(state) if self.forecasts else 0.0
+        return SupervisorState(self.weight(t, kappa, kappa_rate), kappa)
 
     def weight(self, t: float, kappa: float, kappa_rate: float) -> float:
-        """Return sigma at time t (s) for a kappa and |d kappa / dt| (1/s)."""
+        """Return sigma at time t (s) for a kappa, and for |d kappa / dt| (1/s) where it `forecasts`."""
         if self._in_time:
             return time_weight(self._plan, t)
         epsilon = self._plan.epsilon_at(t)
-        if self._forecasts:
+        if self.forecasts:
             epsilon = forecast_width(kappa_rate, self._plan.zone_time, epsilon)
         return blending_weight(kappa, epsilon)
 

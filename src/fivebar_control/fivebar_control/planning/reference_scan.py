@@ -185,8 +185,7 @@ class ReferenceScan:
         new = [sample for sample in samples if sample not in self._seen]
         references = desired_along(self._robot, self._plan, [sample / self._rate_hz for sample in new])
         for sample, seen, row in zip(new, samples_of(self._robot, references), references, strict=True):
-            # no other controller's share depends on it
-            rate = inverse_condition_rate(reference_of(row.tolist()).state) if self._blended else 0.0
+            rate = inverse_condition_rate(reference_of(row.tolist()).state) if self._needed.forecasts else 0.0
             if self._needed.own_share(sample, seen.kappa, rate) > 0.0:
                 torque = self._needed(sample, reference_of(row.tolist()))
                 seen = seen._replace(torque=larger(torque.tau1, torque.tau2))

@@ -40,17 +40,23 @@ class ReferenceTorque:
         self._own = follower.nominal if self._regular else follower.constraint
         self._memories: dict[str, Any] = {}
         self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
+        self.forecasts = self._supervise.forecasts
+        """Whether the share of its own answer depends on |d kappa / dt|."""
 
     def __call__(self, sample: int, reference: Reference) -> Torque:
         """Return the torque (Nm) for a sample of the reference; NaN where the controller has none."""
         state, full = reference.state, full_torque(self._robot, reference)
-        share = self.own_share(sample, inverse_condition(state), inverse_condition_rate(state))
+        kappa_rate = inverse_condition_rate(state) if self.forecasts else 0.0
+        share = self.own_share(sample, inverse_condition(state), kappa_rate)
         if self._own is None or reference.by_motors or not share > 0.0:
             return full
         return blend(share, full, self._answer(self._own, sample, state, reference))
 
     def own_share(self, sample: int, kappa: float, kappa_rate: float) -> float:
-        """Return the share of the controller's own answer in its torque, from 0, for `full_torque`, to 1."""
+        """Return the share of the controller's own answer in its torque, from 0, for `full_torque`, to 1.
+
+        |d kappa / dt| (1/s) counts where it `forecasts`.
+        """
         if self._own is None:
             return 0.0
         if self._regular:
