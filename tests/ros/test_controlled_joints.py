@@ -183,6 +183,15 @@ def test_states_that_are_more_frequent_are_thinned_out(cell: Bench, tmp_path: Pa
         drives.close()
 
 
+def test_a_torque_that_is_measured_has_acted(cell: Bench, tmp_path: Path) -> None:
+    with controlled_robot(cell.domain, velocities=True, efforts=True):
+        drives = opened(tmp_path)
+        drives.write((STRONG, -STRONG))
+        pushed = exchanged(drives, lambda one: one.complete and one.readings[0].torque > 0.0)
+        assert pushed.readings[0].velocity > 0.0 > pushed.readings[1].velocity
+        drives.close()
+
+
 def test_a_bridge_that_hangs_or_dies_leaves_no_torque(bench: Bench, tmp_path: Path) -> None:
     path = drives_file(tmp_path)
     with controlled_robot(bench.domain) as robot:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import pytest
 from closed_posture import closed_posture
 
 from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_control.hardware.two_motors import TwoMotors
 from fivebar_description.strict_yaml import validate
 from fivebar_sim.motors.configuration import MotorsEmulationFile
 from fivebar_sim.motors.emulation import MotorLink, MotorsEmulation
@@ -56,3 +59,11 @@ def served(
         ending.set()
         thread.join()
         emulation.close()
+
+
+def expect_torques_that_have_acted(motors: TwoMotors) -> None:
+    """Expect of drives that are enabled that an answer has the torque that acted until the command, and not its own."""
+    for before, torques in itertools.pairwise([(0.0, 0.0), (1.0, -1.0), (-0.5, 0.25), (0.0, 0.75)]):
+        motors.write(torques)
+        readings = motors.exchange().readings
+        assert [None if one is None else one.torque for one in readings] == pytest.approx(before)

@@ -39,7 +39,7 @@ class ShaftReading(NamedTuple):
     Attributes:
         position: angle (rad) of the motor from where the drive reads 0.
         velocity: its speed (rad/s).
-        torque: torque (Nm) at its shaft.
+        torque: torque (Nm) that has acted at its shaft until then, not the one that a command asks for from then on.
     """
 
     position: float

@@ -256,23 +256,26 @@ class MoteusBus(CanLink[MoteusLinkFile]):
                     _fail(state, motor, "THETA_INVALID")
 
     def _registers(self, motor: SimulatedMotor, state: MoteusState, found: ShaftState) -> dict[int, float]:
-        """Return what can be read of a drive whose last frame has found a state."""
+        """Return what can be read of a drive whose last frame has found a state.
+
+        Motion, torque and current are those that it found, and not what it leads to.
+        """
         turns, speed = found.position / math.tau, found.velocity / math.tau
         return {
             MODE_REGISTER: state.mode,
             0x001: turns,
             0x002: speed,
-            0x003: motor.torque,
-            0x004: motor.torque / motor.facts.torque_constant,
+            0x003: found.torque,
+            0x004: found.torque / motor.facts.torque_constant,
             0x005: 0.0,
-            0x007: motor.torque * found.velocity,
+            0x007: found.torque * found.velocity,
             0x00A: 0.0,
             0x00B: 1,
             0x00C: self.link.home_state,
             0x00D: state.voltage,
             0x00E: 30.0,
             0x00F: state.fault,
-            0x03A: motor.torque,
+            0x03A: found.torque,
             0x050: turns % 1.0,
             0x051: speed,
             0x058: self.link.encoder_validity,

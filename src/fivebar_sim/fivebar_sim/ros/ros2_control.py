@@ -165,8 +165,9 @@ class ControllerManager:
         if record.number == self._published:
             return
         self._published = record.number
+        # an update first reads, then writes what has come by then
+        found = [motor.state for motor in motors.motors]
         if self._file.pace != "commands":
-            # an update first reads, then writes what has come by then
             self._apply(motors)
         if STOPPED in self._faults:
             return
@@ -174,8 +175,7 @@ class ControllerManager:
         stamp = self._began + record.number * self._file.period_us * 1000
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
         values = {name: (math.nan, math.nan, math.nan) for name in OTHER_JOINTS}
-        for motor in motors.motors:
-            state = motor.state
+        for motor, state in zip(motors.motors, found, strict=True):
             values[self._link.joints[motor.facts.id]] = (
                 math.nan if motor.fault == NOT_FINITE else state.position,
                 state.velocity if self._link.velocities else math.nan,

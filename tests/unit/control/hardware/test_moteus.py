@@ -17,7 +17,7 @@ import can
 import moteus
 import pytest
 from moteus.protocol import Register
-from served_motors import bridge_file, served, virtual_link
+from served_motors import bridge_file, expect_torques_that_have_acted, served, virtual_link
 
 from fivebar_bringup.drives.kinds import MOTEUS_DRIVES
 from fivebar_bringup.drives.moteus_files import private_link
@@ -80,6 +80,13 @@ def test_torque_and_angle_go_over_the_bus() -> None:
         assert emulation.motors.motors[0].torque == pytest.approx(3.0)
         motors.disable(2.0)
         assert [motor.powered for motor in emulation.motors.motors] == [False, False]
+        motors.close()
+
+
+def test_a_torque_that_is_answered_has_acted() -> None:
+    with drives():
+        motors = enabled(pace="commands")
+        expect_torques_that_have_acted(motors)
         motors.close()
 
 
@@ -300,8 +307,9 @@ def test_the_vendor_s_library_drives_the_emulation() -> None:
             answer = await drive.set_position(watchdog_timeout=math.nan, **command)
         assert answer.values[Register.MODE] == moteus.Mode.POSITION
         assert answer.values[Register.TORQUE] == pytest.approx(0.5)
-        # with its loops about where it stands it does not let itself be pushed
-        held = await drive.set_position(position=math.nan, velocity=1.0, watchdog_timeout=math.nan, query=True)
+        # with its loops about where it stands it does not let itself be pushed; the next answer has their torque
+        for _ in range(2):
+            held = await drive.set_position(position=math.nan, velocity=1.0, watchdog_timeout=math.nan, query=True)
         assert held.values[Register.TORQUE] != pytest.approx(0.0, abs=1e-3)
         assert (await drive.set_stop(query=True)).values[Register.MODE] == moteus.Mode.STOPPED
         transport.close()

@@ -10,7 +10,7 @@ from typing import Any
 
 import can
 import pytest
-from served_motors import bridge_file, served
+from served_motors import bridge_file, expect_torques_that_have_acted, served
 
 from fivebar_bringup.drives.odrive_files import private_link
 from fivebar_control.hardware import odrive
@@ -43,6 +43,15 @@ def test_torque_and_angle_go_over_the_bus() -> None:
         assert [motor.torque for motor in emulation.motors.motors] == pytest.approx([1.5, -1.5])
         motors.disable(2.0)
         assert [motor.powered for motor in emulation.motors.motors] == [False, False]
+        motors.close()
+
+
+def test_a_torque_that_is_answered_has_acted() -> None:
+    with drives():
+        motors = TwoMotors(bridge_file("odrive"), ODrives(bridge_file("odrive")))
+        motors.set_up()
+        motors.enable(2.0)
+        expect_torques_that_have_acted(motors)
         motors.close()
 
 
