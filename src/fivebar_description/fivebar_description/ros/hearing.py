@@ -19,10 +19,10 @@ from rclpy.qos import (
 )
 from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 from rclpy.subscription import Subscription
-from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from fivebar_description.errors import InputError
 from fivebar_description.interface import Topic
+from fivebar_description.ros.endpoints import node_name
 from fivebar_description.ros.messages import message_class
 from fivebar_description.ros.qos import best_effort, qos_profile
 
@@ -135,7 +135,7 @@ class Hearing:
             return ""
         asked = self._first.qos_profile
         found = self._node.get_publishers_info_by_topic(self.topic_name)
-        names = ", ".join(sorted({_name(one) for one in found if _offers_less(one.qos_profile, asked)}))
+        names = ", ".join(sorted({node_name(one) for one in found if _offers_less(one.qos_profile, asked)}))
         if not names:
             return ""
         word = self._policy.lower()
@@ -163,10 +163,6 @@ def _offers_less(offered: QoSProfile, asked: QoSProfile) -> bool:
         return True
     latched, volatile = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
     return bool(asked.durability == latched and offered.durability == volatile)
-
-
-def _name(endpoint: TopicEndpointInfo) -> str:
-    return f"{endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"
 
 
 def _ignore(message: Any) -> None:

@@ -6,14 +6,12 @@ publishes itself are counted periodically: within one process they are not read 
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from fivebar_description.interface import RUN_READY
 from fivebar_description.publishers import (
-    HALF,
     UNNAMED,
     Living,
     PublisherOf,
@@ -21,6 +19,7 @@ from fivebar_description.publishers import (
     second_publisher,
     second_publisher_of,
 )
+from fivebar_description.ros.endpoints import is_own, publishers_of
 
 if TYPE_CHECKING:
     from fivebar_description.ros.node import GraphNode
@@ -162,11 +161,11 @@ class PublisherWatch:
     def is_published(self, topic: str) -> bool:
         """Return whether a topic, by its full name, has a publisher whose process is not known to have ended."""
         machine = self._own_machine()
-        return any(not self._living.is_gone(one, machine) for one in self._publishers(topic))
+        return any(not self._living.is_gone(one, machine) for one in publishers_of(self._node, topic))
 
     def contradiction(self, topic: str, moment: str) -> str:
         """Return the text of the fault that two different messages of a moment are."""
-        alive = self._living.among(self._publishers(topic), self._own_machine())
+        alive = self._living.among(publishers_of(self._node, topic), self._own_machine())
         return contradiction(self._short(topic), moment, alive, self._own_machine())
 
     def _suspect(self, topic: str) -> None:
@@ -188,7 +187,7 @@ class PublisherWatch:
         """Report each suspected topic that has several living publishers, once their names are known or time is up."""
         now, machine = time.monotonic(), self._own_machine()
         for topic, since in list(self._suspected.items()):
-            publishers = self._publishers(topic)
+            publishers = publishers_of(self._node, topic)
             complete = len(publishers) > 1 and all(one.known for one in publishers)
             waits = topic not in self.conflicts and now - since < self._longest_wait(publishers, machine)
             if waits and not complete:
@@ -234,18 +233,11 @@ class PublisherWatch:
         elif not self._suspected and not self._naming.is_canceled():
             self._naming.cancel()
 
-    def _publishers(self, topic: str) -> list[PublisherOf]:
-        return [
-            PublisherOf(f"{one.node_namespace.rstrip('/')}/{one.node_name}", bytes(one.endpoint_gid))
-            for one in self._node.get_publishers_info_by_topic(topic)
-        ]
-
     def _own_machine(self) -> bytes:
         """Return this machine's part of identities, by a publisher of this node."""
         if not self._machine:
-            name, process = self._node.get_fully_qualified_name(), os.getpid() % HALF
-            publishers = self._publishers(self._node.resolve_topic_name(RUN_READY.name))
-            own = (one.machine for one in publishers if (one.node, one.process) == (name, process))
+            publishers = publishers_of(self._node, self._node.resolve_topic_name(RUN_READY.name))
+            own = (one.machine for one in publishers if is_own(self._node, one))
             self._machine = next(own, b"")
         return self._machine
 
