@@ -126,6 +126,7 @@ ELSEWHERE = {
     "ros/test_dextar_bridge.py": ("fivebar_control.ros.drive_bridge",),
     "ros/test_controlled_joints.py": (
         "fivebar_control.nodes.command_watchdog",
+        "fivebar_control.ros.controller_watch",
         "fivebar_control.ros.joints_port",
         "fivebar_control.ros.ros2_control",
         "fivebar_sim.ros.ros2_control",

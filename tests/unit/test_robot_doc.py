@@ -31,7 +31,7 @@ BOARD_ONLY = {CONTROL / "hardware" / name for name in ("motor_board.py", "board_
 MOTEUS_PAGE = (ROOT / "docs" / "moteus.md").read_text(encoding="utf-8")
 ODRIVE_ONLY = {CONTROL / "hardware" / "odrive.py"}
 JOINT_PAGE = (ROOT / "docs" / "ros2_control.md").read_text(encoding="utf-8")
-JOINTS_ONLY = {CONTROL / "ros" / name for name in ("joints_port.py", "ros2_control.py")}
+JOINTS_ONLY = {CONTROL / "ros" / name for name in ("controller_watch.py", "joints_port.py", "ros2_control.py")}
 MOTEUS_ONLY = {CONTROL / "hardware" / "moteus.py"}
 
 
