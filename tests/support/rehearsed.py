@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fivebar_command import CommandCall
@@ -19,14 +20,22 @@ def expect_crossing(call: CommandCall) -> None:
     assert summary["samples"] == summary["planned_samples"]
 
 
-def expect_stop(call: CommandCall, *faults: str) -> None:
-    """Expect that a run is stopped by a fault, whose text begins in one of these ways."""
+def expect_stop(
+    fivebar: Callable[..., CommandCall], rehearsed: Sequence[str], broken: str, out: Path, fault: str
+) -> None:
+    """Break something in a rehearsal, and expect that a fault whose text begins so stops it, with zero torque.
+
+    Args:
+        fivebar: begins a command.
+        rehearsed: its arguments.
+        broken: what is broken, and when.
+        out: folder of the run, which is made.
+        fault: how the text of the fault begins.
+    """
+    call = fivebar(*rehearsed, "--inject", broken, "--out", str(out))
     assert call.finish() == 1, call.stderr
     summary = call.json()
     assert summary["outcome"] == "stopped"
-    assert summary["fault_details"][0].startswith(faults)
-
-
-def last_torque(out: Path) -> tuple[float, ...]:
-    """Return the last torque command (Nm) in the bag of a run."""
-    return tuple(read_bag(out / "bag").field(TORQUE_COMMAND, "effort")[-1])
+    assert summary["fault_details"][0].startswith(fault)
+    # nobody commands anything once the blender is dead
+    assert "blender" in broken or tuple(read_bag(out / "bag").field(TORQUE_COMMAND, "effort")[-1]) == (0.0, 0.0)
