@@ -70,6 +70,10 @@ class CanPair(ABC, Generic[D]):
         with self.received:
             return self.received.wait_for(lambda: all(map(reached, self.drives)), timeout)
 
+    def wait_for_answers(self, timeout: float) -> bool:
+        """Wait for a time (s) until the awaited answers have come; return whether they have."""
+        return self.wait_for_both(lambda drive: not drive.awaited, timeout)
+
     def note_answer(self, drive: D) -> None:
         """Note the answer of a drive, which is late where none is awaited; called from `take`."""
         if not drive.awaited:

@@ -121,7 +121,7 @@ class MoteusDrives(CanPair[MoteusDrive]):
         self._tag = (self._tag + 1) % TAGS
         for drive, torque in zip(self.drives, command.torques, strict=True):
             self._ask(drive, self._command(drive, command.power, torque), self._tag if command.power else None)
-        self.wait_for_both(_has_answered, timeout)
+        self.wait_for_answers(timeout)
         with self.received:
             first, second = map(_reading, self.drives)
             powered = all(drive.mode == Mode.POSITION for drive in self.drives)
@@ -136,7 +136,7 @@ class MoteusDrives(CanPair[MoteusDrive]):
         """Leave the bus, both drives stopped."""
         for _ in range(STOPS):
             self._stop()
-            if self.wait_for_both(_has_answered, STOP_TIMEOUT):
+            if self.wait_for_answers(STOP_TIMEOUT):
                 break
         self.leave()
 
@@ -275,10 +275,6 @@ class MoteusDrives(CanPair[MoteusDrive]):
                 self.received.wait_for(lambda: drive.polled, POLL_TIMEOUT)
                 self.received.wait_for(lambda: complete(drive.text), POLL_PERIOD)
         return drive.text
-
-
-def _has_answered(drive: MoteusDrive) -> bool:
-    return not drive.awaited
 
 
 def _reading(drive: MoteusDrive) -> ShaftReading | None:

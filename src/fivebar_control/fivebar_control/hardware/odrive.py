@@ -132,7 +132,7 @@ class ODrives(CanPair[Axis]):
             # in any state, since it feeds the drive's watchdog
             self._command(axis, SET_INPUT_TORQUE, struct.pack("<f", torque if command.power else 0.0))
             self._request(axis, GET_ENCODER_ESTIMATES)
-        self.wait_for_both(lambda axis: not axis.awaited, timeout)
+        self.wait_for_answers(timeout)
         with self.received:
             first, second = (
                 self._reading(axis, torque) for axis, torque in zip(self.drives, self._torques, strict=True)
