@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -28,6 +29,13 @@ def run_chunk(chunk: Chunk) -> str:
     study = defined(chunk.study)
     settings = study.settings.model_validate_json(chunk.settings)
     return study.table.lines(row for number in range(chunk.first, chunk.end) for row in study.run(settings, number))
+
+
+@lru_cache(maxsize=8)
+def program_of(study: str, settings: str) -> str:
+    """Return the digest of what decides the rows of a chunk with this study and settings, found once in a process."""
+    found = defined(study)
+    return found.program(found.settings.model_validate_json(settings))
 
 
 def defined(place: str) -> Study[Any, Any]:

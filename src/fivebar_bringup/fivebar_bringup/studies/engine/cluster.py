@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_bringup.extras import library
-from fivebar_bringup.studies.engine.chunks import Chunk, defined
+from fivebar_bringup.studies.engine.chunks import Chunk, program_of
 from fivebar_bringup.studies.engine.worker import FAILED, HOST, KIND, PROGRAM, REFUSED, ROWS, run_on_worker
 from fivebar_description.errors import InputError
 from fivebar_description.stages import stage
@@ -80,8 +80,7 @@ class DaskCluster:
             raise RuntimeError(f"{result[HOST]}: {result[FAILED]}")
         if REFUSED in result:
             raise InputError(f"{result[HOST]}: {result[REFUSED]}")
-        study = defined(chunk.study)
-        if result[PROGRAM] != study.program(study.settings.model_validate_json(chunk.settings)):
+        if result[PROGRAM] != program_of(chunk.study, chunk.settings):
             raise InputError(f"{result[HOST]}: has another version of the project or of a law than this machine")
         self._compare(result[HOST], result[KIND])
         rows: str = result[ROWS]

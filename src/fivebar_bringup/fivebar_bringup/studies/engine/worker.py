@@ -12,7 +12,7 @@ from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
 
-from fivebar_bringup.studies.engine.chunks import Chunk, defined, run_chunk
+from fivebar_bringup.studies.engine.chunks import Chunk, program_of, run_chunk
 from fivebar_control.compiling import processor
 from fivebar_description.errors import InputError
 
@@ -27,7 +27,7 @@ def run_on_worker(study: str, settings: str, first: int, end: int) -> str:
     keep_machine_code_apart()
     result: dict[str, object] = {HOST: socket.gethostname()}
     try:
-        result |= {KIND: kind_of_machine(), PROGRAM: _program(study, settings)}
+        result |= {KIND: kind_of_machine(), PROGRAM: program_of(study, settings)}
         result[ROWS] = run_chunk(Chunk(study, settings, first, end))
     except InputError as error:
         result[REFUSED] = str(error)
@@ -53,9 +53,3 @@ def kind_of_machine() -> dict[str, str]:
     """Return what the last digits of results depend on besides the program."""
     libraries = {name: version(name) for name in ("numpy", "scipy", "numba", "llvmlite", "pin")}
     return {"python": platform.python_version(), "processor": processor(), **libraries}
-
-
-@lru_cache(maxsize=8)
-def _program(place: str, settings: str) -> str:
-    study = defined(place)
-    return study.program(study.settings.model_validate_json(settings))
