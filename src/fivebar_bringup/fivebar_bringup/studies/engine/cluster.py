@@ -34,8 +34,8 @@ class DaskCluster:
         self._client, self._tell = client, tell
         self._kinds: dict[str, str] = {}
 
-    def stream(self, function: Callable[[Chunk], str], chunks: Iterable[Chunk]) -> Generator[str, None, None]:
-        """Yield the rows of chunks, in order of completion; the workers know the function by themselves.
+    def stream(self, chunks: Iterable[Chunk]) -> Generator[str, None, None]:
+        """Yield the rows of chunks as lines, in order of completion.
 
         Raises:
             InputError: the cluster has gone, a worker has another program, or it refuses its chunk.

@@ -7,15 +7,15 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
-from fivebar_bringup.studies.engine.chunks import Chunk
+from fivebar_bringup.studies.engine.chunks import Chunk, run_chunk
 from fivebar_bringup.studies.engine.local import stream
 
 
 class Executor(Protocol):
     """Runs chunks, as many at a time as it has processors for."""
 
-    def stream(self, function: Callable[[Chunk], str], chunks: Iterable[Chunk]) -> Generator[str, None, None]:
-        """Yield the results of a module's function on chunks, in order of completion.
+    def stream(self, chunks: Iterable[Chunk]) -> Generator[str, None, None]:
+        """Yield the rows of chunks as lines, in order of completion.
 
         The chunks may be endless: they are drawn only as processors become free, and closing the iterator cancels what
         is still running.
@@ -27,9 +27,9 @@ class LocalProcesses(NamedTuple):
 
     workers: int
 
-    def stream(self, function: Callable[[Chunk], str], chunks: Iterable[Chunk]) -> Generator[str, None, None]:
-        """Yield the results in order of completion."""
-        return stream(function, chunks, self.workers)
+    def stream(self, chunks: Iterable[Chunk]) -> Generator[str, None, None]:
+        """Yield the rows of chunks as lines, in order of completion."""
+        return stream(run_chunk, chunks, self.workers)
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, Generic, NamedTuple
 
 from fivebar_bringup.recorded.results import write_errors
-from fivebar_bringup.studies.engine.chunks import Chunk, run_chunk
+from fivebar_bringup.studies.engine.chunks import Chunk
 from fivebar_bringup.studies.engine.directory import StudyFiles, opened
 from fivebar_bringup.studies.engine.executor import Executor, LocalProcesses
 from fivebar_bringup.studies.engine.study import Settings, Study
@@ -147,7 +147,7 @@ def _all_rows(
     progress(tally.there, tally.wanted)
     if not tally.enough:
         files.replace_rows(kept)
-        with closing(executor.stream(run_chunk, tally.missing())) as coming:
+        with closing(executor.stream(tally.missing())) as coming:
             for text in coming:
                 rows = study.table.read(text)
                 files.append_rows(rows)
