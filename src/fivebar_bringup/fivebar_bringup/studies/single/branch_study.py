@@ -17,14 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.odds.success import PEAK_LIMIT, shortcomings
-from fivebar_bringup.simulation.case import case_of, sampled
-from fivebar_bringup.simulation.outcome import Outcome
-from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
+from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.screening import planned, screened
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.model.singularity import FOLDED, STRETCHED, DistalLinks, parallel_svd
+from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.strict_yaml import InputError
@@ -90,24 +89,15 @@ def branch_run(exact: Draw, encoders: Draw) -> BranchRun:
     return BranchRun(crossed.distal_links, crossed.kappa_rate, _succeeds(scenario, plan), pushed, sensed)
 
 
-def _run(scenario: DrawnScenario, plan: Plan) -> Outcome:
-    samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
-    return crossing(case_of(scenario), samples)
-
-
-def _missed(scenario: DrawnScenario, plan: Plan, outcome: Outcome) -> list[str]:
-    return shortcomings(outcome, plan.path.samples(scenario.rate_hz) + 1, len(plan.crossings))
-
-
 def _succeeds(scenario: DrawnScenario, plan: Plan) -> bool:
-    return not _missed(scenario, plan, _run(scenario, plan))
+    return not made(scenario, plan)[1]
 
 
 def _pushed(scenario: DrawnScenario, plan: Plan, force: float, heading: float) -> float:
     start = max(0.0, plan.crossings[0].time - 0.5 * LENGTH)
     push = scenario.plant.push._replace(force=force, heading=heading, start=start, length=LENGTH)
-    outcome = _run(scenario.model_copy(update={"plant": scenario.plant._replace(push=push)}), plan)
-    lost = any(word.startswith("fault") or "changes" in word for word in _missed(scenario, plan, outcome))
+    outcome, _ = made(scenario.model_copy(update={"plant": scenario.plant._replace(push=push)}), plan)
+    lost = outcome.fault != NO_FAULT or outcome.mode_changes != len(plan.crossings)
     return math.inf if lost else outcome.error_peak
 
 

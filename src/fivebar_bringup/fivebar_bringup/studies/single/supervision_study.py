@@ -1,8 +1,8 @@
 """The three supervisions of a blended controller on the same random crossings.
 
-`python -m fivebar_bringup.studies.single.supervision_study [--crossings 60] [--seed N]` takes crossings that the
-screen accepts for `multi_cartesian`, runs each by 1/cond(A) in the planned zones, by a sigmoid in time, and in zones as
-wide as the estimated state's speed makes them, and prints the table of docs/theory.md.
+`python -m fivebar_bringup.studies.single.supervision_study [--crossings 60] [--rigs RIG ...] [--seed N]` takes
+crossings that the screen accepts for `multi_cartesian`, runs each by 1/cond(A) in the planned zones, by a sigmoid in
+time, and in zones as wide as the estimated state's speed makes them, and prints the table of docs/theory.md.
 """
 
 from __future__ import annotations
@@ -15,10 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.odds.success import shortcomings
-from fivebar_bringup.simulation.case import case_of, sampled
-from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
+from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.screening import planned, screened
 from fivebar_bringup.studies.sweep.timing import timed_for_loads
 from fivebar_control.laws.registry import SUPERVISIONS
@@ -60,11 +58,9 @@ def accepted(seed: int, rig: str) -> Iterator[Draw]:
 
 def supervised_run(case: Draw, supervision: str) -> SupervisedRun:
     """Run an accepted crossing under one of `SUPERVISIONS`."""
-    given, plan = case.scenario(CONTROLLER), planned(case)
+    given = case.scenario(CONTROLLER)
     scenario = given.model_copy(update={"zone": given.zone._replace(supervision=supervision)})
-    samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
-    outcome = crossing(case_of(scenario), samples)
-    missed = shortcomings(outcome, plan.path.samples(scenario.rate_hz) + 1, len(plan.crossings))
+    outcome, missed = made(scenario, planned(case))
     requested = max(outcome.requested1, outcome.requested2)
     return SupervisedRun(case.rig, supervision, not missed, outcome.error_peak, requested)
 
