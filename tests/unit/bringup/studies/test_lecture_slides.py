@@ -6,7 +6,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from typer.testing import CliRunner
 
+from fivebar_bringup.cli.main import app
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.studies.single.lecture_slides import SLIDES, draw_slides, run_with
 
@@ -14,6 +16,14 @@ from fivebar_bringup.studies.single.lecture_slides import SLIDES, draw_slides, r
 def test_computed_torque_gets_lost_and_unified_gets_across() -> None:
     assert run_with("ctc").summary.outcome == RunOutcome.STOPPED
     assert run_with("unified").summary.outcome == RunOutcome.SUCCEEDED
+
+
+def test_a_folder_that_cannot_be_made_is_refused_in_one_line(tmp_path: Path) -> None:
+    out = tmp_path / "slides"
+    out.write_text("a file")
+    called = CliRunner().invoke(app, ["lecture", "--out", str(out)])
+    assert called.exit_code == 2
+    assert called.stderr == f"fivebar: {out}: cannot be used for the results: File exists\n"
 
 
 @pytest.mark.extra

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import io
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,6 +11,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.style import house_style
+from fivebar_bringup.recorded.results import write_errors, write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.gallery import DRAW
@@ -44,34 +46,35 @@ def draw_slides(folder: Path, progress: Callable[[int, int], None]) -> list[Path
     """Draw the slides into a folder, and return their files.
 
     Raises:
-        OSError: a file cannot be written.
+        InputError: the folder cannot be written to.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    with write_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
     paths = []
     # the same file whenever it is drawn
     with house_style(), matplotlib.rc_context({"svg.hashsalt": "fivebar", "svg.fonttype": "none"}):
         for name, figure in zip(SLIDES, _figures(), strict=True):
-            path = folder / f"{name}.svg"
-            figure().savefig(path, metadata={"Date": None})
-            paths.append(path)
+            slide, content = f"{name}.svg", io.BytesIO()
+            figure.savefig(content, format="svg", metadata={"Date": None})
+            write_results(folder, {slide: content.getvalue()})
+            paths.append(folder / slide)
             progress(len(paths), len(SLIDES))
     return paths
 
 
-def _figures() -> list[Callable[[], Figure]]:
+def _figures() -> Iterator[Figure]:
     file = read_robot("dextar")
     robot = file.five_bar()
     loci = singular_loci(robot)
     fields = evaluate(robot, loci, CELLS, lambda done, total: None)
     survey = of_map.Survey(file.name, robot, loci, fields, measure(loci, fields), choose(robot, loci, fields))
-    return [
-        lambda: of_map.postures(survey),
-        lambda: of_map.assembly_modes(survey),
-        lambda: of_map.conditioning(survey),
-        lambda: DRAW["torques"](run_with("ctc")),
-        lambda: DRAW["criterion"](run_with("unified")),
-        lambda: DRAW["hero"](run_with("unified")),
-    ]
+    yield of_map.postures(survey)
+    yield of_map.assembly_modes(survey)
+    yield of_map.conditioning(survey)
+    yield DRAW["torques"](run_with("ctc"))
+    across = run_with("unified")
+    yield DRAW["criterion"](across)
+    yield DRAW["hero"](across)
 
 
 def run_with(controller: str) -> RunAnalysis:
