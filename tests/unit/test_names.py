@@ -107,7 +107,7 @@ ELSEWHERE = {
     ),
     "unit/bringup/runs/test_injection.py": ("fivebar_sim.emulators.hardware_kinds",),
     "unit/bringup/runs/test_rehearsal_effects.py": ("fivebar_sim.emulation_file",),
-    "unit/bringup/recorded/test_results.py": ("fivebar_bringup.studies.common.study_directory",),
+    "unit/bringup/recorded/test_results.py": ("fivebar_bringup.studies.study_directory",),
     "unit/bringup/simulation/test_compiling.py": ("fivebar_control.compiled_parts",),
     "unit/bringup/simulation/test_engine.py": (
         "fivebar_bringup.simulation.case",

@@ -48,8 +48,8 @@ def map_robot(
     Example: `fivebar map dextar --out runs/map`
     """
     from fivebar_bringup.recorded.results import new_directory
-    from fivebar_bringup.studies.common.study_directory import StudyDirectory
     from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
+    from fivebar_bringup.studies.study_directory import StudyDirectory
     from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     with input_errors(), keyboard_interrupts():

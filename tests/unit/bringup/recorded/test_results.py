@@ -12,7 +12,7 @@ import pytest
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.recorded.results import json_text, new_directory, write_results
-from fivebar_bringup.studies.common.study_directory import StudyDirectory
+from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_description.strict_yaml import InputError
 
 

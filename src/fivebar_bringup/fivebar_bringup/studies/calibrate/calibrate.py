@@ -8,8 +8,8 @@ from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.results import new_directory
 from fivebar_bringup.studies.calibrate.reading import read_passive, read_record, read_seen, read_touched
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
-from fivebar_bringup.studies.common.study_directory import StudyDirectory
 from fivebar_bringup.studies.identify.reading import find_bag, read_start
+from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points
 from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.mounting import find_mounting

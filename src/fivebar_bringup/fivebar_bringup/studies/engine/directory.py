@@ -12,9 +12,9 @@ from typing import Any, Generic
 from pydantic import ValidationError
 
 from fivebar_bringup.recorded.results import finite, json_text, new_directory, write_results
-from fivebar_bringup.studies.common.study_directory import StudyDirectory
 from fivebar_bringup.studies.engine.study import Settings, Study, StudyReport
 from fivebar_bringup.studies.engine.table import Row
+from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_description.text_file import LARGEST_TABLE, append_to_file, read_text, replace_file
 

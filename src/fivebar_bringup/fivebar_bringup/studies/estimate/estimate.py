@@ -9,12 +9,12 @@ from typing import Any, NamedTuple
 from fivebar_bringup.recorded.results import new_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.common.study_directory import StudyDirectory
 from fivebar_bringup.studies.estimate.changes import SECTIONS, changed_scenario
 from fivebar_bringup.studies.estimate.otherwise import refuse_sensors_otherwise
 from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import Replay, estimated_again, with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
+from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_bringup.units import error_of
 from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.laws.registry import laws_unopened

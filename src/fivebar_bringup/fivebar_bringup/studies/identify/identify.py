@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fivebar_bringup.recorded.results import new_directory
-from fivebar_bringup.studies.common.study_directory import StudyDirectory
 from fivebar_bringup.studies.identify.reading import find_bag, read_record, read_start
 from fivebar_bringup.studies.identify.result import IdentificationResult
+from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_control.identification.identification import NotIdentifiable, identify
 from fivebar_control.identification.motor_map import MotorMap, map_motors
 from fivebar_description.strict_yaml import InputError

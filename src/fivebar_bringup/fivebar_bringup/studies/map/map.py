@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from fivebar_bringup.studies.common.study_directory import StudyDirectory
+from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
