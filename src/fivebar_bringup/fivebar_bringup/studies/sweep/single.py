@@ -17,20 +17,13 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import TraceRow
 from fivebar_bringup.simulation.uncompiled import traced_crossing
-from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.rows import REFUSED, SweepRow
-from fivebar_bringup.studies.sweep.running import run_case
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.strict_yaml import InputError
 
 LOWEST = -0.185
 """Lower edge of the map (m)."""
-
-
-def rows_of(seed: int, number: int, controllers: Sequence[str], rig: str = VARIED, robot: str = "") -> list[SweepRow]:
-    """Run a case with the controllers and return the rows; a single row where the planner refuses it."""
-    return run_case(seed, number, rig, controllers, robot)
 
 
 def save_case(rows: Sequence[SweepRow], out: Path) -> list[Path]:
