@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import count, islice
@@ -14,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, ROBOT, Draw, draw, on_robot
 from fivebar_bringup.studies.sweep.screening import limits_for
@@ -57,24 +56,19 @@ class BenchmarkCrossing(NamedTuple):
         return on_robot(case, rig)
 
 
+TABLE = RowTable(BenchmarkCrossing)
+"""The table of the file."""
+
+
 @cache
 def benchmark() -> list[BenchmarkCrossing]:
     """Return the crossings, from the file that is shipped."""
-    return read_crossings(shipped().read_text(encoding="utf-8"))
+    return TABLE.read(shipped().read_text(encoding="utf-8").removeprefix(TABLE.head))
 
 
 def shipped() -> Path:
     """Return the file of the crossings."""
     return share_file("fivebar_bringup", "config", "benchmark", "crossings.csv")
-
-
-def read_crossings(text: str) -> list[BenchmarkCrossing]:
-    """Return the crossings of a file."""
-    readers = (int, int, int, float, float, float, float, float, int)
-    return [
-        BenchmarkCrossing(*(reader(entry) for reader, entry in zip(readers, line, strict=True)))
-        for line in islice(csv.reader(io.StringIO(text)), 1, None)
-    ]
 
 
 def checked_rigs(names: Sequence[str]) -> Sequence[str]:
@@ -123,14 +117,5 @@ def drawn_crossings() -> Iterator[BenchmarkCrossing]:
             yield found._replace(mode_changes=len(plan.crossings))
 
 
-def file_text(crossings: Iterator[BenchmarkCrossing]) -> str:
-    """Return the file of crossings."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(BenchmarkCrossing._fields)
-    writer.writerows(crossings)
-    return text.getvalue()
-
-
 if __name__ == "__main__":
-    print(file_text(islice(drawn_crossings(), CROSSINGS)), end="")
+    print(TABLE.head + TABLE.lines(islice(drawn_crossings(), CROSSINGS)), end="")
