@@ -58,7 +58,7 @@ def benchmark(
     """
     from fivebar_bringup.studies.benchmark.crossings import checked_rigs
     from fivebar_bringup.studies.benchmark.scoring import RULES, read_results
-    from fivebar_bringup.studies.benchmark.study import BENCHMARK, benchmark_report
+    from fivebar_bringup.studies.benchmark.study import BENCHMARK
     from fivebar_bringup.studies.rigs.rig import named_rigs
     from fivebar_description.text_file import LARGEST_TABLE, read_text
 
@@ -69,8 +69,8 @@ def benchmark(
             "cases": cases,
         }
         if score is not None:
-            settings = BENCHMARK.settings.model_validate({k: one for k, one in given.items() if one is not None})
-            report = benchmark_report(settings, read_results(read_text(score, LARGEST_TABLE), str(score)))
+            results = read_results(read_text(score, LARGEST_TABLE), str(score))
+            report = BENCHMARK.report(BENCHMARK.settings_with(given), results)
             content, shown, page = report.content, report.shown, None
         else:
             if out is not None and out.suffix == ".csv":

@@ -116,10 +116,9 @@ def _one_case(number: int, given: dict[str, Any], out: Path | None, as_json: boo
     """
     from fivebar_bringup.recorded.results import finite
     from fivebar_bringup.studies.sweep.single import save_case
-    from fivebar_bringup.studies.sweep.sweep import SweepSettings, run_numbered
+    from fivebar_bringup.studies.sweep.sweep import SWEEP
 
-    settings = SweepSettings(**{name: value for name, value in given.items() if value is not None})
-    rows = run_numbered(settings, number)
+    rows = SWEEP.run(SWEEP.settings_with(given), number)
     written = [] if out is None else save_case(rows, out)
     if as_json:
         print(json.dumps(finite([row._asdict() for row in rows]), indent=2, allow_nan=False))

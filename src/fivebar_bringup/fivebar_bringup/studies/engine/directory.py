@@ -15,7 +15,7 @@ from fivebar_bringup.recorded.results import finite, json_text, new_directory, w
 from fivebar_bringup.studies.engine.study import Settings, Study, StudyReport
 from fivebar_bringup.studies.engine.table import Row
 from fivebar_bringup.studies.study_directory import StudyDirectory
-from fivebar_description.strict_yaml import InputError, validate
+from fivebar_description.strict_yaml import InputError
 from fivebar_description.text_file import LARGEST_TABLE, append_to_file, read_text, replace_file
 
 PROGRAM = "program"
@@ -140,19 +140,18 @@ def opened(
     Raises:
         InputError: the directory cannot be used, or holds a study with other settings.
     """
-    wanted = {name: value for name, value in given.items() if value is not None}
     if out is not None and StudyFiles(study, out).content.is_file():
         begun = StudyFiles(study, out)
         settings, program = begun.read_settings()
         found = {**settings.model_dump(), PROGRAM: program}
-        for name, value in {**wanted, PROGRAM: study.program(settings)}.items():
-            if value != found[name]:
+        for name, value in {**given, PROGRAM: study.program(settings)}.items():
+            if value is not None and value != found[name]:
                 raise InputError(
                     f"{out}: holds a {study.name} with {name} {_words(found[name])}, not {_words(value)}: expected the"
                     " same or another directory"
                 )
         return begun, settings
     new = StudyFiles(study, new_directory(out, study.name))
-    settings = validate(wanted, study.settings, study.name)
+    settings = study.settings_with(given)
     write_results(new.path, {new.content.name: json_text(begun_content(study, settings, False))})
     return new, settings

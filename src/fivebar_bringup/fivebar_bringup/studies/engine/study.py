@@ -8,7 +8,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.studies.engine.table import Row, RowTable
-from fivebar_description.strict_yaml import StrictModel
+from fivebar_description.strict_yaml import StrictModel, validate
 
 
 class StudySettings(StrictModel):
@@ -65,6 +65,14 @@ class Study(Generic[Settings, Row]):
     complete: Callable[[Settings, Sequence[Row]], bool] = lambda settings, rows: True
     wanted: Callable[[Settings], int] | None = None
     counts: Callable[[Settings, Sequence[Row]], int] = field(default=lambda settings, rows: len(case_numbers(rows)))
+
+    def settings_with(self, given: Mapping[str, Any]) -> Settings:
+        """Return the settings with given values; those that are missing or None are their defaults.
+
+        Raises:
+            InputError: there is no such setting, or a value is not allowed.
+        """
+        return validate({name: value for name, value in given.items() if value is not None}, self.settings, self.name)
 
     def needed(self, settings: Settings) -> int:
         """Return how much has to come of the cases: all of them, unless the study says otherwise."""
