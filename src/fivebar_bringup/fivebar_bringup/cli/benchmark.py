@@ -11,12 +11,12 @@ import typer
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer, complain
 from fivebar_bringup.cli.study_options import (
-    ControllersOption,
     Machines,
     SchedulerFileOption,
     SchedulerOption,
     StudyOutOption,
     chosen_controllers,
+    controllers_option,
     print_table,
     run_command,
 )
@@ -29,7 +29,7 @@ def benchmark(
         int | None,
         typer.Option("--cases", min=1, max=1000, help="Only the first so many crossings. [default: all]"),
     ] = None,
-    controllers: ControllersOption = None,
+    controllers: Annotated[str | None, controllers_option("all")] = None,
     rig: Annotated[
         str | None,
         typer.Option(

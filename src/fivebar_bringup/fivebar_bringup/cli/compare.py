@@ -12,12 +12,12 @@ from rich.text import Text
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.study_options import (
-    ControllersOption,
     Machines,
     SchedulerFileOption,
     SchedulerOption,
     StudyOutOption,
     chosen_controllers,
+    controllers_option,
     print_table,
     run_command,
 )
@@ -40,7 +40,7 @@ def compare(
             help="YAML files or shipped scenarios, whose motions are run [default: middle multiple]",
         ),
     ] = None,
-    controllers: ControllersOption = None,
+    controllers: Annotated[str | None, controllers_option("all")] = None,
     durations: Annotated[
         str | None, typer.Option("--durations", help="Of every segment, in seconds [default: 0.5,1,2,3]")
     ] = None,

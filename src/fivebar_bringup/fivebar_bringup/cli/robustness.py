@@ -13,13 +13,13 @@ from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, inpu
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
 from fivebar_bringup.cli.study_options import (
-    ControllersOption,
     Machines,
     SchedulerFileOption,
     SchedulerOption,
     StudyOutOption,
     chosen,
     chosen_controllers,
+    controllers_option,
     print_table,
     run_command,
 )
@@ -33,7 +33,7 @@ def robustness(
         str | None,
         typer.Option("--effects", help="Some of the effects, such as lengths,zeros,elasticity [default: all]"),
     ] = None,
-    controllers: ControllersOption = None,
+    controllers: Annotated[str | None, controllers_option("unified,multi_cartesian,multi_joint")] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only 1 s and two draws of each size.")] = False,
     losses: Annotated[
         bool,

@@ -1,4 +1,4 @@
-"""Options that the commands of all studies have, and how such a command runs its study."""
+"""Options that commands of studies share, and how such a command runs its study."""
 
 from __future__ import annotations
 
@@ -18,45 +18,6 @@ if TYPE_CHECKING:
     from fivebar_bringup.pages.content import Table as PageTable
     from fivebar_bringup.studies.engine.running import FinishedStudy
 
-ControllersOption = Annotated[
-    str | None,
-    typer.Option(
-        "--controllers",
-        help="Which, separated by commas: some of {controllers}, or laws of your own as my_package.my_law:LAW."
-        " [default: those that the engine takes, or those of the study in --out]",
-    ),
-]
-RigOption = Annotated[
-    str | None,
-    typer.Option(
-        "--rig",
-        help="Whose robots to draw: {rigs}, or the path of a rig file; docs/sweeps.md says what each has and what it"
-        " leaves out. Without a rig"
-        " the robots differ in mass, inertia and friction by 15 %, and all else is exact but the encoders' rounding."
-        " [default: none, or that of the study in --out]",
-    ),
-]
-RobotOption = Annotated[
-    str | None,
-    typer.Option(
-        "--robot",
-        help="A shipped robot, or a robot file (.yaml): limits and tolerances go with its torque and size."
-        " [default: dextar, or that of the rig]",
-    ),
-]
-CasesOption = Annotated[
-    int | None,
-    typer.Option(
-        "--cases",
-        min=1,
-        max=10_000_000,
-        help="How many; of a sweep crossings that the planner's screen judges feasible for unified, or else for the"
-        " first controller. [default: 2000, or those of the study in --out]",
-    ),
-]
-SeedOption = Annotated[
-    int | None, typer.Option("--seed", min=0, help="Of all cases. [default: 1, or that of the study in --out]")
-]
 StudyOutOption = Annotated[
     Path | None,
     typer.Option(
@@ -76,6 +37,15 @@ SchedulerOption = Annotated[
 SchedulerFileOption = Annotated[
     Path | None, typer.Option("--scheduler-file", help="The same, by the file that the scheduler has written.")
 ]
+
+
+def controllers_option(default: str) -> Any:
+    """Return the option `--controllers` of a study, with the words for those that it runs by default."""
+    return typer.Option(
+        "--controllers",
+        help="Which, separated by commas: some of {controllers}, or laws of your own as my_package.my_law:LAW."
+        f" [default: {default}, or those of the study in --out]",
+    )
 
 
 class Machines(NamedTuple):

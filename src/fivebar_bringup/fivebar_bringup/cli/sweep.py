@@ -13,16 +13,12 @@ from rich.text import Text
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.study_options import (
-    CasesOption,
-    ControllersOption,
     Machines,
-    RigOption,
-    RobotOption,
     SchedulerFileOption,
     SchedulerOption,
-    SeedOption,
     StudyOutOption,
     chosen_controllers,
+    controllers_option,
     print_table,
     run_command,
 )
@@ -43,11 +39,37 @@ SHOWN = {
 
 @command(Group.STUDY, former={"--controller": "--controllers"})
 def sweep(
-    cases: CasesOption = None,
-    seed: SeedOption = None,
-    controllers: ControllersOption = None,
-    rig: RigOption = None,
-    robot: RobotOption = None,
+    cases: Annotated[
+        int | None,
+        typer.Option(
+            "--cases",
+            min=1,
+            max=10_000_000,
+            help="How many crossings that the planner's screen judges feasible for unified, or else for the first"
+            " controller. [default: 2000, or those of the study in --out]",
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", min=0, help="Of all cases. [default: 1, or that of the study in --out]")
+    ] = None,
+    controllers: Annotated[str | None, controllers_option("those that the engine takes")] = None,
+    rig: Annotated[
+        str | None,
+        typer.Option(
+            "--rig",
+            help="Whose robots to draw: {rigs}, or the path of a rig file; docs/sweeps.md says what each has and what"
+            " it leaves out. Without a rig the robots differ in mass, inertia and friction by 15 %, and all else is"
+            " exact but the encoders' rounding. [default: none, or that of the study in --out]",
+        ),
+    ] = None,
+    robot: Annotated[
+        str | None,
+        typer.Option(
+            "--robot",
+            help="A shipped robot, or a robot file (.yaml): limits and tolerances go with its torque and size."
+            " [default: dextar, or that of the rig]",
+        ),
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help=f"The same as --cases {QUICK_CASES}.")] = False,
     case: Annotated[
         int | None,

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
@@ -104,6 +105,12 @@ def test_a_gyroscope_saves_a_robot_whose_lengths_are_wrong() -> None:
     lengths = EFFECTS["lengths"]
     assert failure_of("unified, encoders", lengths, 0.2, 0.5, 0) is not None
     assert failure_of("unified, gyro", lengths, 0.2, 0.5, 0) is None
+
+
+def test_the_help_names_the_controllers_that_run_by_default() -> None:
+    command = get_command(app).commands["robustness"]  # type: ignore[attr-defined]
+    (option,) = (one for one in command.params if one.name == "controllers")
+    assert f"[default: {','.join(RobustnessSettings().controllers)}, or" in option.help
 
 
 def test_an_unknown_effect_is_refused() -> None:
