@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.studies.robustness.bursts import BURSTS, LIMIT, LossSeries, Lost, losses_of
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.robustness.figures import place_of
@@ -124,6 +125,47 @@ def test_the_page_has_every_effect_with_what_robots_have() -> None:
     for effect in EFFECTS.values():
         good, middling = (effect.shown(size) for size in (effect.good, effect.middling))
         assert f"| {effect.words} | {good} | {middling} |" in page
+
+
+def of_robots_on(name: str) -> dict[str, float]:
+    """What the robots of a rig have of each effect, or have at most, in SI units; nothing of what no rig has."""
+    rig = find_rig(name)
+    errors, plant, imu = rig.errors, rig.plant, rig.scenario["imu"]
+    friction, motors, timing = plant["friction"], plant["motors"], plant["timing"]
+    return {
+        "lengths": errors.length,
+        "bases": errors.length,
+        "zeros": errors.zero,
+        "mass": errors.mass_and_inertia,
+        "inertia": errors.mass_and_inertia,
+        "coulomb": errors.coulomb_friction,
+        "breakaway": friction["stribeck"] - 1.0,
+        "viscous": friction["viscous"],
+        "passive": friction["passive"],
+        "elasticity": plant["transmission"]["frequency"],
+        "backlash": plant["transmission"]["backlash"],
+        "loop": plant["platform_joint"]["stiffness"],
+        "clearance": plant["platform_joint"]["clearance"],
+        "current": motors["current_loop_hz"],
+        "constants": errors.torque_constant,
+        "ripple": motors["ripple"],
+        "cogging": motors["cogging"],
+        "tilt": errors.tilt,
+        "push": errors.push,
+        "lost": errors.lost_commands,
+        "late": timing["command_delay"] + timing["command_jitter"],
+        "old": timing["reading_age"] + timing["reading_jitter"],
+        "gyro_noise": imu["gyro_noise"],
+        "gyro_bias": errors.gyro_bias,
+    }
+
+
+@pytest.mark.parametrize("rig", ["good", "middling"])
+def test_good_and_middling_robots_have_what_the_rigs_of_that_name_have(rig: str) -> None:
+    found = of_robots_on(rig)
+    assert set(EFFECTS) - set(found) == {"eccentricity", "presliding", "gyro_low_pass", "gyro_lost"}
+    stated = {name: getattr(EFFECTS[name], rig) * EFFECTS[name].scale for name in found}
+    assert stated == pytest.approx(found)
 
 
 def test_bursts_of_lost_commands_are_borne() -> None:
