@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shlex
 from collections.abc import Sequence
 from functools import lru_cache
@@ -119,8 +118,7 @@ def _command(settings: ComparisonSettings) -> str:
 def _program(settings: ComparisonSettings) -> str:
     extent, asked, _ = cases_of(settings)
     rigs = {case.rig for case in asked} - {AS_GIVEN}
-    given = program_digest(DECIDING, {one.robot for one in extent.given}, rigs, settings.controllers)
-    return hashlib.sha256(f"{given} {extent.given!r}".encode()).hexdigest()[:16]
+    return program_digest(DECIDING, {one.robot for one in extent.given}, rigs, settings.controllers, extent.given)
 
 
 DECIDING = (

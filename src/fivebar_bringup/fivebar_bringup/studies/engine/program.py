@@ -11,6 +11,7 @@ import fivebar_bringup
 import fivebar_control
 import fivebar_description
 import fivebar_sim
+from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.compiling import digest
 from fivebar_control.laws.law import Law
@@ -48,21 +49,28 @@ DECIDING = {
 
 
 def program_digest(
-    deciding: Iterable[str], robots: Iterable[str] = (), rigs: Iterable[str] = (), controllers: Iterable[str] = ()
+    deciding: Iterable[str],
+    robots: Iterable[str] = (),
+    rigs: Iterable[str] = (),
+    controllers: Iterable[str] = (),
+    scenarios: Iterable[Scenario] = (),
 ) -> str:
-    """Return a digest of the source files, robots, rigs and foreign laws that decide rows.
+    """Return a digest of the source files, robots, rigs, laws from elsewhere and scenarios that decide rows.
 
     The place of installation does not enter it.
 
     Args:
         deciding: patterns of files in fivebar_bringup, besides those of `DECIDING`.
         robots, rigs, controllers: by name.
+        scenarios: as they were read.
     """
     total = hashlib.sha256()
     for robot in sorted({*robots, *(find_rig(rig).robot for rig in rigs)}):
         total.update(repr(read_robot(robot)).encode())
     for rig in sorted(set(rigs)):
         total.update(repr(find_rig(rig)).encode())
+    for scenario in scenarios:
+        total.update(repr(scenario).encode())
     for name in sorted(set(controllers) - set(CONTROLLERS)):
         total.update(f"{name} {_law_digest(find_controller(name).nominal)}\n".encode())
     for name, path in deciding_files(deciding).items():
