@@ -58,7 +58,6 @@ ELSEWHERE = {
         "fivebar_control.trajectory.desired",
     ),
     "unit/control/planning/test_passage.py": ("fivebar_bringup.studies.single.passage_study",),
-    "unit/control/planning/test_tube.py": ("fivebar_bringup.simulation.uncompiled",),
     "unit/control/test_known_cogging.py": ("fivebar_control.estimation.platform_motion",),
     "unit/control/trajectory/test_passage_torques.py": ("fivebar_control.trajectory.way",),
     "unit/control/trajectory/test_path.py": ("fivebar_control.trajectory.time_law",),
