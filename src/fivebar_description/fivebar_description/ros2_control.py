@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
-from fivebar_description.interface import JOINTS
+from fivebar_description.interface import ACTIVE_JOINTS, JOINTS
 
 MOCK = "mock_components/GenericSystem"
 """Hardware component of ros2_control that moves nothing."""
@@ -24,7 +24,7 @@ def add_ros2_control(root: Element, plugin: str, home: Sequence[float], torque_l
     SubElement(SubElement(section, "hardware"), "plugin").text = plugin
     for name, angle in zip(JOINTS, home, strict=True):
         joint = SubElement(section, "joint", name=name)
-        if name.endswith("1"):
+        if name in ACTIVE_JOINTS:
             effort = SubElement(joint, "command_interface", name="effort")
             SubElement(effort, "param", name="min").text = repr(-torque_limit)
             SubElement(effort, "param", name="max").text = repr(torque_limit)

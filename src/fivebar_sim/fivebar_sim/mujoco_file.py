@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from xml.etree import ElementTree
 
 from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
-from fivebar_description.interface import JOINTS
+from fivebar_description.interface import ACTIVE_JOINTS, JOINTS
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_description import COLOURS, LAYERS, SIDES, link_shapes, xml_text
 from fivebar_sim.effects.settings import PlantSettings
@@ -16,8 +16,6 @@ Element = ElementTree.Element
 
 STEP = 5e-4
 """Integration step (s): a crossing differs from that with a fifth of it by less than 1e-7 m."""
-
-MOTORS = ("q11", "q21")
 
 
 def mjcf_file(robot: FiveBar, tree: Element, home: Sequence[float], imu: ImuSettings, torque_limit: float) -> str:
@@ -68,7 +66,7 @@ def _sections(offsets: tuple[float, float], home: Sequence[float], limit: float)
         f"""
     <general name="{joint}" joint="{joint}" biastype="affine" biasprm="{-offset!r} 0 0"
              ctrlrange="{-limit!r} {limit!r}"/>"""
-        for joint, offset in zip(MOTORS, offsets, strict=True)
+        for joint, offset in zip(ACTIVE_JOINTS, offsets, strict=True)
     )
     sensors = "".join(
         f"""

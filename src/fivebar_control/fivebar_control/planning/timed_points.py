@@ -22,12 +22,9 @@ from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.trajectory.spline import Knot, SplineSegment, completed
-from fivebar_description.interface import PLATFORM_NAMES
+from fivebar_description.interface import ACTIVE_JOINTS, PLATFORM_NAMES
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameters import FiveBar
-
-MOTORS = ("q11", "q21")
-PLATFORM = PLATFORM_NAMES
 
 MOST_POINTS = 100
 """Points of a request."""
@@ -55,7 +52,7 @@ class TimedPoint(NamedTuple):
 
 
 class TimedPoints(NamedTuple):
-    """A checked request: its coordinates in the order of `PLATFORM` or `MOTORS`."""
+    """A checked request: its coordinates in the order of `PLATFORM_NAMES` or `ACTIVE_JOINTS`."""
 
     joints: tuple[str, str]
     points: tuple[TimedPoint, ...]
@@ -65,7 +62,7 @@ class TrajectoryRequest(NamedTuple):
     """A request to the planner: a motion through knots.
 
     Attributes:
-        joints: `PLATFORM` or `MOTORS`.
+        joints: `PLATFORM_NAMES` or `ACTIVE_JOINTS`.
         knots: the first where the robot rests.
         place: where the platform rests (m).
         working_mode: of the whole motion.
@@ -86,7 +83,7 @@ def read_points(joints: Sequence[str], points: Sequence[TimedPoint]) -> TimedPoi
         GoalRefused: names are unknown, there are too few or too many points, times do not rise, or a number is missing,
             not finite or too large.
     """
-    found = next((known for known in (PLATFORM, MOTORS) if sorted(joints) == sorted(known)), None)
+    found = next((known for known in (PLATFORM_NAMES, ACTIVE_JOINTS) if sorted(joints) == sorted(known)), None)
     if found is None:
         names = ", ".join(one_line(name, 30) for name in joints[:4])
         raise GoalRefused(f"joint_names [{names}]: expected x and y for the platform, or q11 and q21 for the motors")
@@ -142,7 +139,7 @@ def request_from(
     Raises:
         GoalRefused: the points begin elsewhere, or begin or end in motion, or there is nowhere to go.
     """
-    by_motors = wanted.joints == MOTORS
+    by_motors = wanted.joints == ACTIVE_JOINTS
     rest = _motors_at(robot, mode, place, angles) if by_motors else place
     points = list(wanted.points)
     first, last = points[0], points[-1]
@@ -186,7 +183,7 @@ def _motors_at(robot: FiveBar, mode: tuple[int, int], place: Point, angles: Pair
 def end_of(robot: FiveBar, request: TrajectoryRequest) -> Point:
     """Return where the platform ends (m); NaN where its distal links cannot meet."""
     last = request.knots[-1]
-    if request.joints == PLATFORM:
+    if request.joints == PLATFORM_NAMES:
         return last.one, last.two
     return direct_geometry(robot, _assembly(robot, request), last.one, last.two)
 
@@ -197,7 +194,7 @@ def _assembly(robot: FiveBar, request: TrajectoryRequest) -> int:
 
 def segment_of(robot: FiveBar, request: TrajectoryRequest) -> SplineSegment:
     """Return the motion; one of the motors stays in the assembly mode in which it begins."""
-    return SplineSegment(request.knots, robot, 0 if request.joints == PLATFORM else _assembly(robot, request))
+    return SplineSegment(request.knots, robot, 0 if request.joints == PLATFORM_NAMES else _assembly(robot, request))
 
 
 def plan_points(
