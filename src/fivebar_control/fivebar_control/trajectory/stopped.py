@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple, cast
 
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
+from fivebar_control.trajectory.joint_segment import NO_LINE
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.polynomial import rest_to_rest
 
@@ -49,13 +49,9 @@ class StoppedSegment(NamedTuple):
         tau, rate, bend = self._progress(since)
         return _paced(self.path, tau, rate, bend)
 
-    def line_at(self, t: float) -> Line:
-        """Return the line of the path at time t (s)."""
-        return self.path.line_at(self._progress(t - self.start_time)[0])
-
     def line(self) -> Line:
         """Return NaN: its line changes with the path."""
-        return Line(math.nan, math.nan, math.nan, math.nan)
+        return NO_LINE
 
     def _progress(self, since: float) -> tuple[float, float, float]:
         """Return the time of the path (s), its rate, and how that changes (1/s)."""
@@ -97,13 +93,9 @@ class ResumedSegment(NamedTuple):
         tau, rate, bend = self._progress(t - self.start_time)
         return _paced(self.path, tau, rate, bend)
 
-    def line_at(self, t: float) -> Line:
-        """Return the line of the path at time t (s)."""
-        return self.path.line_at(self._progress(t - self.start_time)[0])
-
     def line(self) -> Line:
         """Return NaN: its line changes with the path."""
-        return Line(math.nan, math.nan, math.nan, math.nan)
+        return NO_LINE
 
     def _progress(self, since: float) -> tuple[float, float, float]:
         """Return the time of the path (s), its rate, and how that changes (1/s)."""
