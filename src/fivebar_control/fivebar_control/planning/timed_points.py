@@ -142,7 +142,7 @@ def request_from(
     by_motors = wanted.joints == ACTIVE_JOINTS
     rest = _motors_at(robot, mode, place, angles) if by_motors else place
     points = list(wanted.points)
-    first, last = points[0], points[-1]
+    first = points[0]
     unit, near = ("rad", SAME_ANGLE) if by_motors else ("m", SAME_PLACE)
     if first.time == 0.0:
         if math.dist(first.position, rest) > near:
@@ -155,8 +155,8 @@ def request_from(
         points.insert(0, TimedPoint(0.0, rest, (0.0, 0.0), (0.0, 0.0)))
     if len(points) < 2:
         raise GoalRefused("points: expected one at least after time 0")
-    for name, number, point in (("begins", 0, first if first.time == 0.0 else points[0]), ("ends", -1, last)):
-        if any(point.velocity):
+    for name, number in (("begins", 0), ("ends", -1)):
+        if any(points[number].velocity):
             raise GoalRefused(f"points[{number}].velocities: the motion {name} at rest: expected 0")
     rates, bends = [_pair(point.velocity) for point in points], [_pair(point.acceleration) for point in points]
     rates[0] = rates[-1] = (0.0, 0.0)
