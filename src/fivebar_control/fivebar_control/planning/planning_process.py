@@ -36,7 +36,6 @@ from fivebar_description.strict_yaml import InputError
 
 WORKER = "fivebar_control.planning.planning_worker"
 
-
 Order = PlanningRequest | TrajectoryRequest | StopRequest
 """What is planned."""
 
@@ -217,24 +216,43 @@ def _leave_priority_to_this_thread() -> None:
 @lru_cache(maxsize=256)
 def plan_once(conditions: Conditions, order: Order) -> Planned:
     """Plan a request as `plan_order` does; one that has been planned before, as in a loop, is not planned again."""
-    if isinstance(order, StopRequest):
-        return stop_order(conditions, order)
-    return (
-        trajectory_order(conditions, order) if isinstance(order, TrajectoryRequest) else plan_order(conditions, order)
-    )
+    return plan_order(conditions, order)
 
 
-def stop_order(conditions: Conditions, order: StopRequest) -> Planned:
-    """Plan how a motion under way stops."""
+def plan_order(conditions: Conditions, order: Order) -> Planned:
+    """Plan what a request asks for, and screen it with the controller that will follow it."""
     file = read_robot(conditions.robot)
-    follower = conditions.follower(file)
-    limits = _limits(conditions, file, follower, 1.0, 1.0)
-    robot = laden(file.five_bar(), order.payload)
+    robot, follower = laden(file.five_bar(), order.payload), conditions.follower(file)
+    rate_hz, sensing = conditions.rate_hz, conditions.sensing
+    shares = (order.torque_share, order.speed_share) if isinstance(order, PlanningRequest) else (1.0, 1.0)
     try:
-        stop = plan_stop(robot, order, conditions.rate_hz, follower, limits, conditions.sensing)
+        limits = _limits(conditions, file, follower, *shares)
+        if isinstance(order, StopRequest):
+            return Planned(stop=plan_stop(robot, order, rate_hz, follower, limits, sensing))
+        if isinstance(order, PlanningRequest):
+            transfer = plan_transfer(
+                robot,
+                order.working_mode,
+                order.start,
+                order.goal,
+                order.assembly or None,
+                rate_hz,
+                follower,
+                limits,
+                order.duration or Speed.COMFORTABLE,
+                sensing,
+                order.via,
+                order.blend_radius or RESTS,
+            )
+            plan, course, durations = transfer.plan, transfer.course, transfer.durations
+        else:
+            plan = plan_points(robot, order, rate_hz, follower, limits, sensing)
+            end = plan.path.at(plan.path.duration)
+            course, durations = Course((order.place, (end.x, end.y))), (plan.path.duration,)
+        _check_held(conditions, robot, plan, follower)
     except (PlanRefused, InputError) as refusal:
         return Planned(str(refusal))
-    return Planned(stop=stop)
+    return Planned("", course, durations, plan.path.segments)
 
 
 def _limits(
@@ -255,55 +273,16 @@ def _limits(
     )
 
 
-def plan_order(conditions: Conditions, order: PlanningRequest) -> Planned:
-    """Plan a request and screen it with the controller that will follow it."""
-    file = read_robot(conditions.robot)
-    robot = laden(file.five_bar(), order.payload)
-    follower = conditions.follower(file)
-    try:
-        transfer = plan_transfer(
-            robot,
-            order.working_mode,
-            order.start,
-            order.goal,
-            order.assembly or None,
-            conditions.rate_hz,
-            follower,
-            _limits(conditions, file, follower, order.torque_share, order.speed_share),
-            order.duration or Speed.COMFORTABLE,
-            conditions.sensing,
-            order.via,
-            order.blend_radius or RESTS,
-        )
-    except (PlanRefused, InputError) as refusal:
-        return Planned(str(refusal))
-    refused = _hold_refused(conditions, robot, transfer.plan, follower)
-    return refused or Planned("", transfer.course, transfer.durations, transfer.plan.path.segments)
+def _check_held(conditions: Conditions, robot: FiveBar, plan: Plan, follower: TunedController) -> None:
+    """Check that a motion bears how long the last torque may be held.
 
-
-def _hold_refused(conditions: Conditions, robot: FiveBar, plan: Plan, follower: TunedController) -> Planned | None:
-    """Return the refusal of a motion that does not bear how long the last torque may be held, None of one that does."""
+    Raises:
+        PlanRefused: it does not.
+    """
     wanted = min(conditions.held, LONGEST)
     bears = longest_hold(robot, plan, follower, conditions.torque_limit)
-    if bears.time >= wanted:
-        return None
-    return Planned(
-        f"the last torque may be held for {wanted * 1e3:g} ms, the motion bears {bears.time * 1e3:g} ms of it at"
-        f" {bears.worst:.3f} s: expected a longer duration, or a lower safety.stop_time_ms"
-    )
-
-
-def trajectory_order(conditions: Conditions, order: TrajectoryRequest) -> Planned:
-    """Plan a request for a motion through points at given times, and screen it as all motions are."""
-    file = read_robot(conditions.robot)
-    robot = laden(file.five_bar(), order.payload)
-    follower = conditions.follower(file)
-    limits = _limits(conditions, file, follower, 1.0, 1.0)
-    try:
-        plan = plan_points(robot, order, conditions.rate_hz, follower, limits, conditions.sensing)
-    except (PlanRefused, InputError) as refusal:
-        return Planned(str(refusal))
-    path = plan.path
-    course = Course((order.place, (path.at(path.duration).x, path.at(path.duration).y)))
-    refused = _hold_refused(conditions, robot, plan, follower)
-    return refused or Planned("", course, (path.duration,), path.segments)
+    if bears.time < wanted:
+        raise PlanRefused(
+            f"the last torque may be held for {wanted * 1e3:g} ms, the motion bears {bears.time * 1e3:g} ms of it at"
+            f" {bears.worst:.3f} s: expected a longer duration, or a lower safety.stop_time_ms"
+        )
