@@ -11,9 +11,10 @@ from launch.substitutions import LaunchConfiguration
 
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import refuse_what_is_set
 from fivebar_bringup.ros.launched_run import launched_run
-from fivebar_bringup.runs.launching import run_command
+from fivebar_bringup.runs.launching import YES, run_command
 
 
 def start_run(context):
@@ -21,7 +22,7 @@ def start_run(context):
     refuse_what_is_set(context, "crossing.launch.py")
     scenario, mode, out = (LaunchConfiguration(name).perform(context) for name in ("scenario", "mode", "out"))
     namespace = LaunchConfiguration("namespace").perform(context)
-    scene = LaunchConfiguration("scene").perform(context) == "true"
+    scene = LaunchConfiguration("scene").perform(context) == YES
     command = run_command(scenario, Mode(mode), out, Hardware.SIMULATED, scene=scene, namespace=namespace)
     return launched_run(command)
 
@@ -33,9 +34,7 @@ def generate_launch_description():
             DeclareLaunchArgument("scenario", default_value="middle", description="Shipped scenario or a YAML file."),
             DeclareLaunchArgument("mode", default_value="lockstep", choices=[mode.value for mode in Mode]),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),
-            DeclareLaunchArgument(
-                "scene", default_value="false", choices=["true", "false"], description="Pictures for RViz and Foxglove."
-            ),
+            switch("scene", "Pictures for RViz and Foxglove."),
             DeclareLaunchArgument("namespace", default_value="", description="Of all nodes, such as robot1."),
             OpaqueFunction(function=start_run),
         ]

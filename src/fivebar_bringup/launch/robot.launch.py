@@ -15,9 +15,10 @@ from launch.substitutions import LaunchConfiguration
 
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import refuse_what_is_set
 from fivebar_bringup.ros.launched_run import launched_run
-from fivebar_bringup.runs.launching import run_command
+from fivebar_bringup.runs.launching import YES, run_command
 
 
 def start_experiment(context):
@@ -25,7 +26,7 @@ def start_experiment(context):
     refuse_what_is_set(context, "robot.launch.py")
     names = ("scenario", "hardware", "drives", "port", "out", "namespace")
     scenario, hardware, drives, port, out, namespace = (LaunchConfiguration(name).perform(context) for name in names)
-    activate, scene = (LaunchConfiguration(name).perform(context) == "true" for name in ("activate", "scene"))
+    activate, scene = (LaunchConfiguration(name).perform(context) == YES for name in ("activate", "scene"))
     command = run_command(
         *(scenario, Mode.REALTIME, out, Hardware(hardware)),
         scene=scene,
@@ -45,24 +46,22 @@ def generate_launch_description():
                 "scenario", default_value="middle_robot", description="Shipped scenario or a YAML file."
             ),
             DeclareLaunchArgument(
-                "hardware", default_value="emulated", choices=["emulated", "socketcan", "usb", "external", "real"]
+                "hardware",
+                default_value=Hardware.EMULATED.value,
+                choices=[one.value for one in Hardware if one != Hardware.SIMULATED],
             ),
             DeclareLaunchArgument(
                 "drives",
                 default_value="",
                 description="With socketcan: configuration of the drives; with usb: that of the board.",
             ),
-            DeclareLaunchArgument(
+            switch(
                 "activate",
-                default_value="false",
-                choices=["true", "false"],
-                description="With socketcan: enable the drives as soon as all nodes are ready, without the operator.",
+                "With socketcan: enable the drives as soon as all nodes are ready, without the operator.",
             ),
             DeclareLaunchArgument("port", default_value="", description="With usb: such as /dev/ttyACM0."),
             DeclareLaunchArgument("out", default_value="", description="New directory for the results."),
-            DeclareLaunchArgument(
-                "scene", default_value="false", choices=["true", "false"], description="Pictures for RViz and Foxglove."
-            ),
+            switch("scene", "Pictures for RViz and Foxglove."),
             DeclareLaunchArgument("namespace", default_value="", description="Of all nodes, such as robot1."),
             OpaqueFunction(function=start_experiment),
         ]

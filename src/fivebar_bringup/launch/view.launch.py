@@ -16,6 +16,7 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from fivebar_bringup.ros.installed_packages import refuse_missing
+from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import namespace_within
 from fivebar_bringup.runs.launching import YES, described_by_command, rviz_configuration
 from fivebar_description.interface import frame_prefix
@@ -73,8 +74,8 @@ def generate_launch_description():
                 "scenario", default_value="", description="Take robot and mounting of the IMU from this scenario."
             ),
             DeclareLaunchArgument("namespace", default_value="", description="Namespace of the robot's nodes."),
-            DeclareLaunchArgument("use_sim_time", default_value="false", choices=["true", "false"]),
-            DeclareLaunchArgument("rviz", default_value="true", choices=["true", "false"], description="Start RViz."),
+            switch("use_sim_time", "Of all nodes."),
+            switch("rviz", "Start RViz.", YES),
             OpaqueFunction(function=start_view),
         ]
     )
