@@ -24,8 +24,9 @@ def lecture(
 
     Example: `fivebar lecture --out slides`
     """
+    from fivebar_bringup.recorded.results import write_errors
     from fivebar_bringup.studies.single.lecture_slides import draw_slides
 
-    with input_errors(), progress_bar("slides", False) as progress:
+    with input_errors(), write_errors(out), progress_bar("slides") as progress:
         paths = draw_slides(out, progress)
     Printer().print("\n".join(f"look at {path}" for path in paths), soft_wrap=True)

@@ -29,10 +29,13 @@ def play(
     Example: `fivebar play`
     """
     from fivebar_bringup.play.page import page
+    from fivebar_bringup.recorded.results import write_errors
+    from fivebar_description.text_file import write_file
 
     with input_errors():
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(page(), encoding="utf-8")
+        with write_errors(out.parent):
+            out.parent.mkdir(parents=True, exist_ok=True)
+        write_file(out, page())
     Printer().print(f"look at {out}", soft_wrap=True)
     if opened and (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         import webbrowser

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -68,3 +69,12 @@ def test_options_that_mean_the_same_are_called_the_same() -> None:
         assert "--jobs" in options[name], name
     printing = {"view", "play", "lecture", "settings", "urdf", "model"}
     assert {name for name in COMMANDS if "--json" not in options[name]} == printing
+
+
+@pytest.mark.parametrize("command", ["play", "lecture"])
+def test_a_place_that_cannot_be_written_is_refused_in_one_line(command: str, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    done = CliRunner().invoke(app, [command, "--out", str(tmp_path / "file" / "in" / "it")])
+    assert (done.exit_code, done.stdout) == (2, "")
+    (line,) = done.stderr.splitlines()
+    assert line.endswith("cannot be used for the results: Not a directory")
