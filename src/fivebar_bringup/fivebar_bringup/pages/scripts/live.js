@@ -51,8 +51,7 @@ class Live {
     });
     this.find("stage").addEventListener("click", (event) => {
       if (!this.scene || this.find("goal").hidden) return;
-      const box = this.stage.canvas.getBoundingClientRect();
-      const [x, y] = this.stage.toPlane([event.clientX - box.left, event.clientY - box.top]);
+      const [x, y] = this.stage.under(event);
       this.find("x").value = x.toFixed(1);
       this.find("y").value = y.toFixed(1);
       this.ask();
@@ -111,11 +110,7 @@ class Live {
     if (!this.stage || !rows.time.length) return;
     this.rows = rows;
     const last = rows.time.length - 1;
-    for (let row = 0; row <= last; row++) {
-      const open = this.trail[this.trail.length - 1], point = [rows.x[row], rows.y[row]];
-      if (open && open.mode === rows.mode[row]) open.points.push(point);
-      else this.trail.push({ mode: rows.mode[row], points: open ? [open.points[open.points.length - 1], point] : [point] });
-    }
+    for (let row = 0; row <= last; row++) extendTrail(this.trail, rows.mode[row], [rows.x[row], rows.y[row]]);
     while (this.trail.length > 20 || (this.trail[0].points.length > 5000 && this.trail.length > 1)) this.trail.shift();
     if (this.trail[0].points.length > 10000) this.trail[0].points.splice(0, 5000);
     const fresh = Object.fromEntries(this.columns.map((name) => [name, rows[name].map((value) => value ?? NaN)]));

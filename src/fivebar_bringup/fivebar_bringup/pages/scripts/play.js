@@ -9,6 +9,7 @@ const LAWS = [
   ["mpc", "mpc, recorded"],
 ];
 const FAULTS = { 1: "torque", 2: "speed", 3: "reach", 4: "leg stretched", 5: "path lost", 8: "speed", 10: "torque" };
+const SLIDERS = ["duration", "push", "longer"];
 const SLOW = 0.3;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 const PUSH_TIME = 0.05, NEAR = "near";
@@ -57,13 +58,12 @@ class Play {
   listen() {
     const canvas = this.find("stage");
     const follow = (event) => {
-      const box = canvas.getBoundingClientRect();
-      const [x, y] = this.stage.toPlane([event.clientX - box.left, event.clientY - box.top]);
+      const [x, y] = this.stage.under(event);
       this.move(x / 1e3, y / 1e3);
     };
     canvas.addEventListener("pointerdown", (event) => { canvas.setPointerCapture(event.pointerId); follow(event); });
     canvas.addEventListener("pointermove", (event) => { if (canvas.hasPointerCapture(event.pointerId)) follow(event); });
-    for (const name of ["duration", "push", "longer"]) this.find(name).addEventListener("input", () => this.renew());
+    for (const name of SLIDERS) this.find(name).addEventListener("input", () => this.renew());
     this.find("laws").addEventListener("change", (event) => this.choose(event.target.value));
     this.find("cross").addEventListener("click", () => this.cross());
     this.find("reset").addEventListener("click", () => this.startAgain());
@@ -94,7 +94,7 @@ class Play {
 
   startAgain() {
     [this.x, this.y] = this.data.start;
-    for (const [name, value] of [["duration", 1], ["push", 0.5], ["longer", 0]]) this.find(name).value = value;
+    for (const name of SLIDERS) this.find(name).value = this.find(name).defaultValue;
     this.renew();
   }
 
@@ -221,11 +221,7 @@ class Play {
     const shown = { ...posture, x: 1e3 * posture.x, y: 1e3 * posture.y, mode };
     const other = mm(model.direct_geometry(model.robot, -mode, posture.q11, posture.q21));
     const pieces = [];
-    for (const one of trail) {
-      const sign = Math.sign(one.determinant), open = pieces[pieces.length - 1];
-      if (open && open.mode === sign) open.points.push(mm([one.x, one.y]));
-      else pieces.push({ mode: sign, points: [...(open ? [open.points[open.points.length - 1]] : []), mm([one.x, one.y])] });
-    }
+    for (const one of trail) extendTrail(pieces, Math.sign(one.determinant), mm([one.x, one.y]));
     const svd = model.parallel_svd(state), at = [shown.x, shown.y];
     const along = (size) => [at[0] + size * svd.t_x, at[1] + size * svd.t_y];
     const ellipse = Array.from({ length: 121 }, (_, number) => {
@@ -257,7 +253,7 @@ class Play {
       this.find(`${name}-bar`).style.width = `${100 * Math.min(1, Math.max(0, share))}%`;
       this.find(`${name}-bar`).className = over ? "over" : "";
     };
-    const near = svd.kappa < 0.1;
+    const near = svd.kappa < LITTLE_GRIP;
     this.find("det").textContent = `${determinant >= 0 ? "+" : "−"}${Math.abs(determinant).toFixed(3)}`;
     this.find("kappa").textContent = svd.kappa.toFixed(3);
     this.find("torque").textContent = Number.isFinite(most) ? `${most.toPrecision(3)} Nm` : "∞";

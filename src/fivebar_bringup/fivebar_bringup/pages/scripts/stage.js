@@ -34,6 +34,13 @@ function gripOf([, elbow1, platform, elbow2]) {
 
 const modeName = (mode) => (mode > 0 ? "assembly mode +" : mode < 0 ? "assembly mode −" : "on the locus");
 
+// Adds a point to a trail, whose pieces are of one assembly mode each and hang together.
+function extendTrail(trail, mode, point) {
+  const open = trail[trail.length - 1];
+  if (open && open.mode === mode) open.points.push(point);
+  else trail.push({ mode, points: open ? [open.points[open.points.length - 1], point] : [point] });
+}
+
 class Stage {
   // `scene`: bounds [left, bottom, right, top], polygons `positive` and `negative`, lines `locus`, `boundary`, `path`;
   // `second`, if there are two runs: what of `locus`, `path` and `waypoints` differs in the second one.
@@ -70,6 +77,12 @@ class Stage {
 
   toPlane([column, row]) {
     return [column / this.scale + this.scene.bounds[0], this.scene.bounds[3] - row / this.scale];
+  }
+
+  // The point of the plane (mm) under a mouse or a finger.
+  under(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return this.toPlane([event.clientX - box.left, event.clientY - box.top]);
   }
 
   // `items`: robots with posture, trail and whether it is the second of two; `marks`: further points with a label.
