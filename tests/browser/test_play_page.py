@@ -220,6 +220,18 @@ def test_one_controller_after_the_other_crosses(address: str, open_page: OpenPag
     ]  # fmt: skip
 
 
+def test_a_crossing_under_way_begins_again(address: str, open_page: OpenPage) -> None:
+    page = open_page(address)
+    page.check("[value=unified]")
+    page.click("#play-cross")
+    until(page, "play.time > 0.3")
+    page.evaluate("times = []; show = play.show; play.show = (time) => { times.push(time); show.call(play, time); }")
+    page.evaluate("times.length = 0; play.cross()")
+    until(page, "!play.playing && play.time > 0.99")
+    times = page.evaluate("times")
+    assert times == sorted(times)
+
+
 def test_the_platform_is_dragged_and_moved_by_keys(address: str, open_page: OpenPage) -> None:
     page = open_page(address)
     box = page.locator("#play-stage").bounding_box()

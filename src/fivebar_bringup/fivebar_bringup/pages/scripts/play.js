@@ -172,16 +172,18 @@ class Play {
   cross() {
     const run = this.runs[this.law];
     if (!run || !run.samples) return;
+    // one that is under way begins again
+    cancelAnimationFrame(this.frame);
     this.playing = true;
     const begun = performance.now(), end = (run.samples.length - 1) / model.rate_hz;
     const frame = (now) => {
       if (!this.playing) return;
       const time = Math.min(end, SLOW * (now - begun) / 1e3);
       this.show(time);
-      if (time < end) requestAnimationFrame(frame);
+      if (time < end) this.frame = requestAnimationFrame(frame);
       else this.playing = false;
     };
-    requestAnimationFrame(frame);
+    this.frame = requestAnimationFrame(frame);
   }
 
   pause() {
