@@ -36,6 +36,6 @@ def expect_stop(
     assert call.finish() == 1, call.stderr
     summary = call.json()
     assert summary["outcome"] == "stopped"
-    assert summary["fault_details"][0].startswith(fault)
+    assert summary["fault_details"][0].startswith(fault), summary["fault_details"]
     # nobody commands anything once the blender is dead
     assert "blender" in broken or tuple(read_bag(out / "bag").field(TORQUE_COMMAND, "effort")[-1]) == (0.0, 0.0)

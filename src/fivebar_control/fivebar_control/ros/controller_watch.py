@@ -57,7 +57,7 @@ class ControllerWatch:
         self._reported: float | None = None
         """When the watchdog has last reported, None until it has been found."""
         node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, DIAGNOSTICS.qos.depth)
-        node.create_timer(LOOK_PERIOD, self._look)
+        node.create_timer(LOOK_PERIOD, self.look)
 
     @property
     def fault(self) -> Fault | None:
@@ -145,8 +145,8 @@ class ControllerWatch:
     def _has_watchdog(self) -> bool:
         return any(one.node == self._watchdog for one in publishers_of(self._node, self._link.commands))
 
-    def _look(self) -> None:
-        """Look who publishes the commands, and whether the controller listens."""
+    def look(self) -> None:
+        """Look who publishes the commands, and whether the controller listens; in any thread."""
         publishers = publishers_of(self._node, self._link.commands)
         own = next((one for one in publishers if is_own(self._node, one)), None)
         machine = b"" if own is None else own.machine
@@ -155,9 +155,11 @@ class ControllerWatch:
             for one in publishers
             if one.node != self._watchdog and not is_own(self._node, one) and not self._living.is_gone(one, machine)
         ]
-        self._commander = None
-        if others and own is not None:
-            self._commander = Fault.from_text(second_publisher(self._link.commands, [own, *others], machine))
+        self._commander = (
+            Fault.from_text(second_publisher(self._link.commands, [own, *others], machine))
+            if others and own is not None
+            else None
+        )
         self._listens = self._has_controller()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:

@@ -106,8 +106,11 @@ class JointsPort:
         """A fault of controller, commands or watchdog; None while nothing is wrong with them."""
         return self._watch.fault
 
-    def staleness(self) -> Fault:
-        """Return the fault that states which no longer arrive are."""
+    def silence(self) -> Fault:
+        """Return the fault that states which no longer arrive are, after another look at the controller."""
+        self._watch.look()
+        if self._watch.fault is not None:
+            return self._watch.fault
         age = f"last state {(time.monotonic() - self._arrived) * 1e3:.0f} ms ago"
         if self._reason:
             return Fault("states_invalid", f"{self._link.states}: {self._reason}; {age}")

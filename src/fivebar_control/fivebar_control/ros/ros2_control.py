@@ -69,7 +69,7 @@ class ControlledJoints:
         if sample is None:
             self._silent += self._file.patience
             if fault is None and self._silent > self._file.missing_limit:
-                fault = self._port.staleness()
+                fault = self._port.silence()
             return PairAnswer((None, None), self._sent.power, fault, 0)
         self._silent = 0
         first, second = (
