@@ -16,4 +16,5 @@ def expect_orderly_end(nodes: Mapping[str, ForkedNode], turn: int) -> None:
     for node, process in nodes.items():
         assert process.wait() == 0, node
         # on a busy machine a node has time to say that it waits for the others
-        assert [line for line in process.complaints if "not ready: " not in line] == [], node
+        complaints = [line for line in process.complaints if "not ready: " not in line]
+        assert not complaints, (node, complaints)

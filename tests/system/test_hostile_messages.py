@@ -58,6 +58,9 @@ def torques(bag: Recording) -> dict[int, bytes]:
     return {int(stamps[place]): efforts[place].tobytes() for place in first}
 
 
+EACH = 20
+"""Messages of a rogue on each topic."""
+
 SENSORS = {
     "plant": {"encoder_counts": 20000, "delay_samples": 1},
     "estimator": "ekf",
@@ -77,10 +80,11 @@ def test_messages_on_the_chain_stop_the_robot_by_name_and_end_no_node(graph_run:
         assert len(published) > 10
         for topic in published:
             publisher = rogue.advertise(topic)
-            for _ in range(20):
+            for _ in range(EACH):
                 publisher.publish(messages.any(topic))
         run.probe.wait_for(lambda: run.probe.got(FAULTS), "the fault")
-        run.expect_no_torque()
+        # of the robot, and not of the rogue
+        run.expect_no_torque(lasting=EACH + 1)
         run.command.send(signal.SIGINT)
         summary = run.finish()
     assert (summary["faults"][0], summary["outcome"]) == ("second_publisher", "stopped")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-from fivebar_bringup.odds.odds import odds_words
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
@@ -55,6 +54,9 @@ def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
         torque += f"; {summary.torque_saturated_samples} samples asked for more than the limit, up to {asked} Nm"
     rows.append(("torque", torque))
     if summary.odds is not None:
+        # here, because few runs have odds
+        from fivebar_bringup.odds.odds import odds_words
+
         odds = summary.odds
         rows.append(("odds", odds_words(odds["successes"], odds["robots"], *odds["interval_95"])))
     rows.append(("faults", ", ".join(summary.faults) or "none"))
