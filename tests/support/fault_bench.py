@@ -23,7 +23,7 @@ from std_srvs.srv import Trigger
 from fivebar_bringup.drives.choice import kind_of, write_drive_files
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, RECORDER, Mode
+from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, RECORDER, Mode, Sharing
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (
@@ -145,7 +145,7 @@ class FaultBench:
         """What ends all that was broken."""
         self.drives = DrivesProcess(files.emulation, PRIORITY + 1)
         nodes = crossing_graph(scenario, Mode.REALTIME, self.bag, Rehearsal(files))
-        specs = processes(nodes, Mode.REALTIME, scenario.rate_hz, Scheduling(PRIORITY), composed=False)
+        specs = processes(nodes, Mode.REALTIME, scenario.rate_hz, Scheduling(PRIORITY), sharing=Sharing.NONE)
         self._specs = {spec.name: self._changed(spec) for spec in specs if spec.name not in NOT_RUN}
         self._folder = folder
         for name, spec in self._specs.items():

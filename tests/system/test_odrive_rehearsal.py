@@ -9,6 +9,9 @@ import pytest
 from fivebar_command import FivebarCommand
 from rehearsed import expect_crossing, expect_stop
 
+from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, REFERENCE, TORQUE_COMMAND
+
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--drives", "odrive", "--json")
 
 
@@ -32,3 +35,27 @@ def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Pat
 )
 def test_a_fault_on_the_way(fivebar: Callable[..., FivebarCommand], folder: Path, broken: str, fault: str) -> None:
     expect_stop(fivebar, REHEARSED, broken, folder / broken.replace(" ", "_"), fault)
+
+
+TOGETHER = (*REHEARSED, "--together")
+"""With the bridge in the process of the control chain."""
+
+
+@pytest.mark.extra
+def test_the_middle_crossing_in_one_process(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
+    call = fivebar(*TOGETHER, "--out", str(folder / "together"))
+    expect_crossing(call)
+    latency = call.json()["latency_ms"]
+    assert 0.0 < latency["p50"] <= latency["p99"] <= latency["max"]
+    # what the chain computes is published all the same, though the torque does not wait for it
+    bag = read_bag(folder / "together" / "bag")
+    assert {bag.count(topic) >= 201 for topic in (MOTOR_STATES, JOINT_STATES, REFERENCE, TORQUE_COMMAND)} == {True}
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize(
+    ("broken", "fault"),
+    [("0.5 silent 2", "feedback_missing: q21 (id 1): no answer"), ("0.5 kill blender", "node_died: controllers ")],
+)
+def test_a_fault_in_one_process(fivebar: Callable[..., FivebarCommand], folder: Path, broken: str, fault: str) -> None:
+    expect_stop(fivebar, TOGETHER, broken, folder / f"together_{broken.replace(' ', '_')}", fault)

@@ -253,6 +253,9 @@ DIAGNOSTICS = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", Qos(d
 HARDWARE = "fivebar"
 """Hardware id on /diagnostics; in a namespace with its name in front, as of a frame."""
 
+TORQUE_LATENCY = "torque_latency_ms"
+"""Value on /diagnostics of a bridge: as JSON, how long after the reading of a sample its torque was with the drives."""
+
 TASK = "health"
 """What a node reports on /diagnostics."""
 

@@ -41,7 +41,8 @@ _PERCENTILES = ("p50", "p99", "max")
 _NUMBERS = list_of(is_number)
 
 
-def _is_latency(value: Any) -> bool:
+def is_latency(value: Any) -> bool:
+    """Return whether a value is what `LatencyWatch.summary` returns of answers (ms)."""
     return isinstance(value, dict) and all(is_number(value.get(name)) for name in _PERCENTILES)
 
 
@@ -50,7 +51,7 @@ RUN_STATUS_FIELDS = {
     "sample": Field(is_count, "a number of a sample", needed=True),
     "samples": Field(is_count, "a number of samples", needed=True),
     "overruns": Field(is_count, "a number of samples"),
-    "latency_ms": Field(either(is_none, _is_latency), f"null or {', '.join(_PERCENTILES)} in ms"),
+    "latency_ms": Field(either(is_none, is_latency), f"null or {', '.join(_PERCENTILES)} in ms"),
     "pid": PID,
 }
 

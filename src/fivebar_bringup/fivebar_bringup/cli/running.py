@@ -31,7 +31,7 @@ from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
 from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.drives.hardware import Hardware
-from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.recorded.outcome import EXIT_STATUS
 from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_bringup.runs.parent_death import interrupt_with
@@ -52,6 +52,14 @@ def run(
     domain: OwnDomainOption = None,
     separate: Annotated[
         bool, typer.Option("--separate", help="With --realtime: every node in a process of its own.")
+    ] = False,
+    together: Annotated[
+        bool,
+        typer.Option(
+            "--together",
+            help="With --hardware: the bridge in the process of the control chain, so that a torque is written to the"
+            " drives before anything else is published.",
+        ),
     ] = False,
     priority: Annotated[
         int,
@@ -157,6 +165,7 @@ def run(
             real = real._replace(activate=activate or real.port is not None)
         mode = Mode.LOCKSTEP if simulated and not realtime else Mode.REALTIME
         _refuse_scheduling(mode, separate, processors)
+        sharing = _sharing(separate, together, simulated)
         injections = None if kind is None or not emulated else [read_injection(text, kind) for text in inject or ()]
         refuse_late(injections or (), loaded.plan().path.duration)
         if kind is not None and real is not None and not real.activate:
@@ -171,7 +180,7 @@ def run(
                 live.domain,
                 progress,
                 Scheduling(priority, processors),
-                False if separate else None,
+                sharing,
                 injections,
                 page,
                 scene,
@@ -193,6 +202,21 @@ def _for_the_operator(bridge: str, domain: int | None, namespace: str) -> int:
         file=sys.stderr,
     )
     return chosen
+
+
+def _sharing(separate: bool, together: bool, simulated: bool) -> Sharing | None:
+    """Return which nodes share a process, None for the default.
+
+    Raises:
+        InputError: the options do not go together.
+    """
+    if not together:
+        return Sharing.NONE if separate else None
+    if separate:
+        raise InputError("--together: expected without --separate")
+    if simulated:
+        raise InputError("--together: expected with --hardware, where there is a bridge")
+    return Sharing.ROBOT
 
 
 def _refuse_scheduling(mode: Mode, separate: bool, processors: str) -> None:

@@ -15,6 +15,17 @@ class Mode(StrEnum):
     REALTIME = "realtime"
 
 
+class Sharing(StrEnum):
+    """Which nodes share a process."""
+
+    NONE = "none"
+    CHAIN = "chain"
+    """Those of the control chain."""
+    ROBOT = "robot"
+    """Those of the control chain and the bridge to the robot: a torque is written to the drives before its sample is
+    published to other processes."""
+
+
 PLANT = "plant"
 EMULATED_ROBOT = "emulated_robot"
 BRIDGES = ("dextar_bridge", "motkin_bridge", "drive_bridge")

@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection
+from contextlib import suppress
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
-from fivebar_description.interface import FAULTS, PROGRAM_STATUS, RUN_STATUS
+from fivebar_bringup.graph.node_spec import BRIDGES
+from fivebar_description.interface import (
+    DIAGNOSTICS,
+    FAULTS,
+    PROGRAM_STATUS,
+    RUN_STATUS,
+    TORQUE_LATENCY,
+    node_of_status,
+)
 from fivebar_description.outside_text import one_line
 from fivebar_description.process_names import describe_process
 from fivebar_description.ros.domain_member import DomainMember
-from fivebar_description.status_texts import read_program_status, read_run_status
+from fivebar_description.status_texts import is_latency, read_program_status, read_run_status
 
 MOST_STRANGERS = 8
 """Number of processes of other runs that are named."""
 
 
 class RunMonitor(DomainMember):
-    """Subscribes to run/status and program/status, and publishes faults."""
+    """Subscribes to run/status, program/status and what a bridge tells on /diagnostics, and publishes faults."""
 
     def __init__(self, domain: int, namespace: str = "", processes: Collection[int] = ()) -> None:
         """Join a DDS domain, in the namespace of a robot.
@@ -37,6 +48,10 @@ class RunMonitor(DomainMember):
         """The status of the program that is carried out, empty where there is none."""
         self.strangers: set[object] = set()
         """Ids of processes that are not of this run and have published a status."""
+        self.bridge_latency: dict[str, float] | None = None
+        """Median, 99th percentile and maximum from a sample to its torque (ms), as a bridge has told last."""
+        self._bridges = {f"{namespace}/{name}" for name in BRIDGES}
+        self.node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, DIAGNOSTICS.qos.depth)
         self.listen_to_texts(RUN_STATUS, read_run_status, self._of_this_run(self._take_status))
         self.listen_to_texts(PROGRAM_STATUS, read_program_status, self._of_this_run(self._take_program))
         self.listen_to_texts(FAULTS, one_line, self.faults.append)
@@ -60,6 +75,16 @@ class RunMonitor(DomainMember):
                 self.node.get_logger().warning(f"another run publishes its status here: {describe_process(pid)}")
 
         return receive
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            if node_of_status(status.name) not in self._bridges:
+                continue
+            for told in status.values:
+                if told.key == TORQUE_LATENCY:
+                    with suppress(ValueError):
+                        latency = json.loads(told.value)
+                        self.bridge_latency = latency if is_latency(latency) else None
 
     def _take_program(self, status: dict[str, Any]) -> None:
         self.program = status

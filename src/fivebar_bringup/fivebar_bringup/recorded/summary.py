@@ -94,7 +94,7 @@ class Summary:
             time of the exposure (m); None without a camera.
         vision_true_error_max_m: its largest distance from the exact platform (m), as far as that is recorded.
         cycle_time_ms: None where time did not pass, as in an offline run.
-        latency_ms: from a sample to its torque at the plant; None where time did not pass.
+        latency_ms: from a sample to its torque at plant or drives; None where time did not pass.
         overruns: clock periods that passed without a torque: samples whose torque was late.
         missing_samples: planned samples up to the last one recorded that were not recorded: not measured, or lost by
             the recorder; in real time also those without a reference, where that was missing.

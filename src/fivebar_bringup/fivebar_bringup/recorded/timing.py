@@ -19,7 +19,7 @@ class RunTiming(StrictModel):
         mode: lockstep or real time, of the node graph.
         wall_s: how long the run took (s).
         overruns: clock periods that passed without a torque.
-        latency_ms: median, 99th percentile and maximum from a sample to its torque at the plant (ms).
+        latency_ms: median, 99th percentile and maximum from a sample to its torque at plant or drives (ms).
         stop_cycles: cycles for which the last torque could be held in real time, when something was late or missing.
         faults: texts of the faults that the launcher detects, such as a node that died.
     """

@@ -11,7 +11,7 @@ from fivebar_bringup.drives.choice import kind_of, real_drives, write_drive_file
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, RECORDER, Mode, NodeSpec
+from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, RECORDER, Mode, NodeSpec, Sharing
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.runs.admission import load_admitted
@@ -58,8 +58,8 @@ def launched_processes(request: ControlRequest) -> list[LaunchedProcess]:
     adapted = [_adapted(node, request, names, file) for node in kept]
     if last is not None:
         adapted = [standing(node, last) for node in adapted]
-    composed = None if request.composed == AS_IN_A_RUN else request.composed == YES
-    specs = processes(adapted, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), composed)
+    sharing = {YES: Sharing.CHAIN, NO: Sharing.NONE}.get(request.composed)
+    specs = processes(adapted, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), sharing)
     return [_launched(_without(spec, request.parameters)) for spec in specs]
 
 

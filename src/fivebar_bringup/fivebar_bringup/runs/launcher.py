@@ -60,7 +60,7 @@ class GraphOutcome(NamedTuple):
     Attributes:
         wall_s: wall time (s).
         overruns: samples whose torque arrived after the next sample was due, as counted by the plant.
-        latency_ms: median, 99th percentile and maximum of the time from a sample to its torque at the plant (ms).
+        latency_ms: median, 99th percentile and maximum of the time from a sample to its torque at plant or drives (ms).
         faults: faults that the launcher detected.
         published: faults that nodes had published and that the bag may lack: all of them where a signal ended the run,
             else that it could not be written.
@@ -109,6 +109,7 @@ def run_graph(
     published: list[str] = []
     processes: dict[str, NodeProcess] = {}
     status: dict[str, Any] = {}
+    latency: dict[str, float] | None = None
     with interrupts_deferred():
         try:
             with interrupts_allowed():
@@ -135,6 +136,7 @@ def run_graph(
                         _Silence(processes, monitor, domain),
                     )
                 status = monitor.status
+                latency = status.get("latency_ms") or monitor.bridge_latency
             # a full disk has no room for it in the bag
             published = [fault for fault in heard if fault.startswith(RECORDING_FAILED)]
             if any(fault.startswith(MISSING) for fault in monitor.faults):
@@ -147,7 +149,7 @@ def run_graph(
         finally:
             wall_s = time.monotonic() - began
             faults += stop_all(processes, run.bag)
-    return GraphOutcome(wall_s, status.get("overruns"), status.get("latency_ms"), faults, published)
+    return GraphOutcome(wall_s, status.get("overruns"), latency, faults, published)
 
 
 def _watch(

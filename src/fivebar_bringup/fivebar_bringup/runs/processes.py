@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import yaml
 
-from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, WATCHDOGS, Mode, NodeSpec
+from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, WATCHDOGS, Mode, NodeSpec, Sharing
 from fivebar_bringup.runs.namespace import remapping
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling
@@ -17,7 +17,8 @@ from fivebar_description.settings import to_parameters
 from fivebar_description.text_file import write_file
 
 CONTROLLERS = "controllers"
-"""Name of the process of the control chain (all nodes between a measurement and its torque), if it is composed."""
+"""Name of the process that nodes share: those of the control chain, all between a measurement and its torque, and with
+`Sharing.ROBOT` the bridge."""
 
 PACING = (PLANT, *BRIDGES, EMULATED_ROBOT)
 """Nodes that produce the samples at the sampling rate."""
@@ -67,19 +68,26 @@ def processes(
     mode: Mode,
     rate_hz: int,
     scheduling: Scheduling | None = None,
-    composed: bool | None = None,
+    sharing: Sharing | None = None,
 ) -> tuple[ProcessSpec, ...]:
-    """Return the processes of a graph: one per node, but if composed, by default in real time, one for the chain.
+    """Return the processes of a graph: one per node, but for those that share one; by default the chain in real time.
 
     In one process the chain takes less than half the processor time, because its messages pass between nodes
     without DDS. Real time at 500 Hz on two cores depends on that.
     """
     by_the_clock = mode is Mode.REALTIME
-    composed = by_the_clock if composed is None else composed
+    sharing = (Sharing.CHAIN if by_the_clock else Sharing.NONE) if sharing is None else sharing
     timed = [_timed(node, rate_hz, scheduling or Scheduling()) if by_the_clock else node for node in nodes]
-    chain = tuple(node for node in timed if composed and node.in_chain)
-    single = (ProcessSpec(node.executable, (node,)) for node in timed if node not in chain)
-    return (*([ProcessSpec(CONTROLLERS, chain)] if chain else []), *single)
+    # the bridge first: when the process ends, it switches the drives off before the others stop answering it
+    shared = tuple(sorted((node for node in timed if _shares(node, sharing)), key=lambda node: node.in_chain))
+    single = (ProcessSpec(node.executable, (node,)) for node in timed if node not in shared)
+    return (*([ProcessSpec(CONTROLLERS, shared)] if shared else []), *single)
+
+
+def _shares(node: NodeSpec, sharing: Sharing) -> bool:
+    if sharing is Sharing.ROBOT and node.executable in BRIDGES:
+        return True
+    return node.in_chain and sharing is not Sharing.NONE
 
 
 def _timed(node: NodeSpec, rate_hz: int, scheduling: Scheduling) -> NodeSpec:

@@ -12,7 +12,7 @@ from fivebar_bringup.drives.choice import RealDrives, write_drive_files, write_r
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.recorded.outcome import RECORDING_FAILED
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory, write_timing
 from fivebar_bringup.recorded.summary import Summary
@@ -34,7 +34,7 @@ def run_with_ros(
     domain: int | None,
     progress: Progress,
     scheduling: Scheduling | None = None,
-    composed: bool | None = None,
+    sharing: Sharing | None = None,
     rehearse: Sequence[Injection] | None = None,
     with_page: bool = True,
     scene: bool = False,
@@ -71,7 +71,7 @@ def run_with_ros(
             scene,
             activate=real is not None and real.activate,
         )
-        return processes(nodes, mode, scenario.rate_hz, scheduling, composed)
+        return processes(nodes, mode, scenario.rate_hz, scheduling, sharing)
 
     def follow(specs: Sequence[ProcessSpec], chosen: int) -> GraphOutcome:
         to_kill = kills(rehearse or (), specs, scenario.rate_hz)

@@ -41,9 +41,11 @@ from fivebar_description.interface import (
     RUN_READY,
     RUN_STATUS,
     TORQUE_COMMAND,
+    TORQUE_LATENCY,
     unexpected_sample,
 )
 from fivebar_description.joint_sample import MessageError, OneAnswer, joint_sample
+from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.qos import qos_profile
@@ -109,7 +111,8 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._timer: Timer | None = None
         self._bell = known.bell
         self._rung = False
-        self._cycled = 0.0
+        self._cycled = self._read = 0.0
+        self._latency = LatencyWatch()
         if self._bell is not None:
             self._bell.heard = self._on_bell
         LifecycleNodeMixin.__init__(self)
@@ -226,8 +229,9 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         return super().health() if warning is None else (DiagnosticStatus.WARN, warning)
 
     def metrics(self) -> Mapping[str, object]:
-        """Return in how many samples the drives closed an inner loop, where they are to."""
-        return {} if self._targets is None else self._targets.counts
+        """Return how long torques took, and in how many samples the drives closed an inner loop, where they are to."""
+        inner = {} if self._targets is None else self._targets.counts
+        return {TORQUE_LATENCY: json.dumps(self._latency.summary()), **inner}
 
     def _run_every(self, period: float, callback: Callable[[], None]) -> None:
         """Replace the timer: tending while inactive, control cycles while active."""
@@ -282,6 +286,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         if sample.number == 0 and self._begins_run():
             return
         first, second = sample.readings
+        self._read = time.monotonic()
         self.note_answer()
         self._states.publish(
             joint_sample(
@@ -323,7 +328,10 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         if not self._session.command(sample, (tau1, tau2), time.monotonic(), target):
             reason = unexpected_sample(sample, self._session.sample)
             self.drop(TORQUE_COMMAND, reason if self._session.active else "the drives are not enabled")
-        elif self._session.overdue:
+            return
+        if sample == self._session.sample:
+            self._latency.note(time.monotonic() - self._read)
+        if self._session.overdue:
             self._tick()
 
     def _on_latch(self, fault: Fault, own: bool) -> None:

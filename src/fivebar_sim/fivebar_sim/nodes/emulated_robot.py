@@ -185,8 +185,6 @@ class EmulatedRobot(GraphNode):
         sample = self._run.sample(stamp_of(message))
         if sample is not None and self._commanded < sample <= self._sample:
             self._commanded = sample
-            if sample == self._sample > 0:
-                self._progress.latency.note(time.monotonic() - self._heard)
 
     def _check_clock(self) -> None:
         """Publish the progress of the run; end it if it does not start or the bridge has stopped publishing."""

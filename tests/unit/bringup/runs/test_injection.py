@@ -11,7 +11,7 @@ import pytest
 
 from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.runs.injection import kills, read_injection, refuse_late
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.process_watch import watch_processes
@@ -58,7 +58,7 @@ def test_a_node_is_killed_with_the_process_that_it_lives_in() -> None:
     scenario = load_scenario("middle_robot")
     nodes = crossing_graph(scenario, Mode.REALTIME, Path("bag"))
     together = processes(nodes, Mode.REALTIME, scenario.rate_hz)
-    alone = processes(nodes, Mode.REALTIME, scenario.rate_hz, composed=False)
+    alone = processes(nodes, Mode.REALTIME, scenario.rate_hz, sharing=Sharing.NONE)
     injections = [
         read_injection(text, CANOPEN_DRIVES) for text in ("0.5 kill blender", "0.2 fault 1", "0.25 kill bag_recorder")
     ]
@@ -66,6 +66,18 @@ def test_a_node_is_killed_with_the_process_that_it_lives_in() -> None:
     assert kills(injections, alone, 100) == [Kill(25, "bag_recorder"), Kill(50, "blender")]
     with pytest.raises(InputError, match="node cook: expected one of"):
         kills([read_injection("1 kill cook", CANOPEN_DRIVES)], alone, 100)
+
+
+def test_the_bridge_may_live_with_the_control_chain() -> None:
+    scenario = load_scenario("middle_robot")
+    nodes = crossing_graph(scenario, Mode.REALTIME, Path("bag"), drives="dextar_socketcan")
+    specs = processes(nodes, Mode.REALTIME, scenario.rate_hz, sharing=Sharing.ROBOT)
+    shared = [node.executable for node in specs[0].nodes]
+    chain = [node.executable for node in processes(nodes, Mode.REALTIME, scenario.rate_hz)[0].nodes]
+    assert sorted(shared) == sorted([*chain, "dextar_bridge"])
+    assert "dextar_bridge" not in [spec.name for spec in specs]
+    injection = read_injection("1 kill dextar_bridge", CANOPEN_DRIVES)
+    assert kills([injection], specs, 100) == [Kill(100, "controllers")]
 
 
 def test_a_death_is_announced_by_name_and_a_living_process_is_not() -> None:

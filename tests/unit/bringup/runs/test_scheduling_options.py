@@ -18,6 +18,8 @@ from fivebar_bringup.cli.main import app
         (("--realtime", "--processors", "0,4095"), "--processors: '0,4095': expected some of "),
         (("--processors", "0"), "--processors: expected with --realtime or --hardware"),
         (("--separate",), "--separate: expected with --realtime or --hardware"),
+        (("--together",), "--together: expected with --hardware, where there is a bridge"),
+        (("--realtime", "--together", "--separate"), "--together: expected without --separate"),
     ],
 )
 def test_it_is_refused_in_one_line(options: tuple[str, ...], expected: str, tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.console import Console
 from rich.table import Table
 
-from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
 from fivebar_bringup.studies.bench.estimator_speed import estimator_us
@@ -34,7 +34,7 @@ def main() -> None:
         ring_before = bare_chain_p50_ms()
         longer = scenario.model_copy(update={"segment_duration": 5.0})
         graph = graph_speed(longer, Mode.LOCKSTEP)
-        composed = graph_speed(longer, Mode.LOCKSTEP, composed_lockstep=True)
+        composed = graph_speed(longer, Mode.LOCKSTEP, sharing=Sharing.CHAIN)
         clocked = graph_speed(longer, Mode.REALTIME)
         samples = longer.plan().path.samples(longer.rate_hz)
         stalls = bare_loop(longer.rate_hz, samples, DEFAULT_PRIORITY)

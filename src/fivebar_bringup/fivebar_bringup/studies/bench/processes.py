@@ -17,7 +17,7 @@ import numpy as np
 from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import new_run_directory
 from fivebar_bringup.recorded.summary import Summary
@@ -44,7 +44,7 @@ class GraphSpeed(NamedTuple):
         cycle_p50_ms, cycle_p99_ms: times between two samples (ms).
         realtime_factor: simulated seconds per second.
         missed: samples whose torque came too late, in real time.
-        latency_ms: median, 99th percentile and maximum from a sample to its torque at the plant (ms).
+        latency_ms: median, 99th percentile and maximum from a sample to its torque at plant or drives (ms).
         cpu_ms: processor time of each process per cycle (ms), DDS included.
         faults: what went wrong.
         periods_ms: times from one recorded sample to the next (ms).
@@ -62,14 +62,14 @@ class GraphSpeed(NamedTuple):
     summary: Summary | None = None
 
 
-def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, composed_lockstep: bool = False) -> GraphSpeed:
+def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, sharing: Sharing | None = None) -> GraphSpeed:
     """Run a scenario with the node graph, as `fivebar run` does, and measure it.
 
     Args:
         scenario: what to run.
         mode: in lockstep or in real time.
         rehearsed: over the bridge and emulated drives, which is always in real time.
-        composed_lockstep: in lockstep with the control chain in one process, as it is in real time.
+        sharing: which nodes share a process; None as in a run.
 
     Raises:
         BagError: the run left no bag with samples.
@@ -90,7 +90,7 @@ def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, compose
         compile_for(scenario, mode)
         rehearsal = Rehearsal(write_drive_files(scenario, run.path), ()) if rehearsed else None
         nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
-        specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), composed_lockstep or None)
+        specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), sharing)
         outcome = run_graph(specs, run, domain, look, started, mode)
         write_outcome(run, scenario, mode, outcome)
         summary = write_report(run, with_page=False)
