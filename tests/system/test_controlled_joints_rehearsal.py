@@ -17,6 +17,8 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.interpreter import module_command
 
+pytestmark = pytest.mark.clock
+
 REHEARSED = ("run", "middle_ros2_control", "--hardware", "emulated", "--json")
 
 
@@ -45,7 +47,6 @@ def test_a_fault_on_the_way(fivebar: Callable[..., FivebarCommand], folder: Path
 
 
 @pytest.mark.extra
-@pytest.mark.clock
 @pytest.mark.parametrize("updates", [1, 2])
 def test_a_robot_that_is_there_sets_the_pace(folder: Path, updates: int) -> None:
     """Its controller manager runs by the clock, at the rate of the run or twice as often."""

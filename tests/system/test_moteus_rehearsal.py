@@ -9,6 +9,8 @@ import pytest
 from fivebar_command import FivebarCommand
 from rehearsed import expect_crossing, expect_stop
 
+pytestmark = pytest.mark.clock
+
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--drives", "moteus", "--json")
 
 
@@ -18,12 +20,10 @@ AT_500_HZ = ("run", "middle_moteus", "--hardware", "emulated", "--json")
 UNDER_VOLTAGE = "moteus_error: q11 (id 1): UNDER_VOLTAGE (40)"
 
 
-@pytest.mark.clock
 def test_the_middle_crossing_at_500_hz(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     expect_crossing(fivebar(*AT_500_HZ, "--out", str(folder / "quick")))
 
 
-@pytest.mark.clock
 @pytest.mark.extra
 def test_a_fault_at_500_hz(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     expect_stop(fivebar, AT_500_HZ, "0.5 fault 1 UNDER_VOLTAGE", folder / "quick_fault", UNDER_VOLTAGE)

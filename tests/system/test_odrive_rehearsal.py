@@ -12,6 +12,8 @@ from rehearsed import expect_crossing, expect_stop
 from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, REFERENCE, TORQUE_COMMAND
 
+pytestmark = pytest.mark.clock
+
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--drives", "odrive", "--json")
 
 

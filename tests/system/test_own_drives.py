@@ -10,6 +10,8 @@ from doc_blocks import write_files
 from fivebar_command import FivebarCommand
 from rehearsed import expect_crossing, expect_stop
 
+pytestmark = pytest.mark.clock
+
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--json")
 
 
