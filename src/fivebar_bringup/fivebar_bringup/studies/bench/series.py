@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.runs.processes import CONTROLLERS
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.histogram import histogram
@@ -29,12 +29,21 @@ LOOP_SECONDS = 10.0
 
 
 class SeriesKind(NamedTuple):
-    """A kind of run: its name, scenario, rate (Hz), and whether it goes over the bridge and emulated drives."""
+    """A kind of run.
+
+    Attributes:
+        name: by which it is chosen.
+        scenario: its name.
+        rate_hz: its rate.
+        rehearsed: whether it goes over the bridge and emulated drives.
+        sharing: which nodes share a process, None as in a run.
+    """
 
     name: str
     scenario: str
     rate_hz: int
     rehearsed: bool = False
+    sharing: Sharing | None = None
 
 
 KINDS = (
@@ -42,6 +51,7 @@ KINDS = (
     SeriesKind("encoders", "middle_encoders", 500),
     SeriesKind("kilohertz", "middle", 1000),
     SeriesKind("rehearsal", "middle_robot", 500, rehearsed=True),
+    SeriesKind("together", "middle_robot", 500, rehearsed=True, sharing=Sharing.ROBOT),
 )
 
 
@@ -58,7 +68,7 @@ def run_series(kind: SeriesKind, runs: int) -> Series:
     found = []
     for _ in range(runs):
         try:
-            found.append(graph_speed(scenario, Mode.REALTIME, kind.rehearsed))
+            found.append(graph_speed(scenario, Mode.REALTIME, kind.rehearsed, kind.sharing))
         except BagError:
             continue
     return Series(tuple(found), runs - len(found))
