@@ -165,11 +165,9 @@ class GraphRun:
     def bag(self) -> Recording:
         return read_bag(self.out / "bag")
 
-    def expect_no_torque(self, lasting: int = 1) -> None:
-        """Wait for so many commands of no torque in a row, after which no other one comes."""
+    def expect_no_torque(self) -> None:
+        """Wait for a command of no torque, which stays the last one."""
         commands = self.probe.got(TORQUE_COMMAND)
-        self.probe.wait_for(
-            lambda: len(commands) >= lasting and not any(any(one.effort) for one in commands[-lasting:]), "no torque"
-        )
+        self.probe.wait_for(lambda: not any(commands[-1].effort), "no torque")
         self.probe.spin_for(0.1)
         assert not any(commands[-1].effort)
