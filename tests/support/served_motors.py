@@ -40,6 +40,7 @@ def served(
     ids: tuple[int, int],
     watchdog_ms: int = UNHURRIED["watchdog_ms"],
     motors: tuple[dict[str, Any], dict[str, Any]] = ({}, {}),
+    period_us: int = 2000,
     **link: Any,
 ) -> Iterator[MotorsEmulation]:
     """Serve two emulated drives in a thread, with further keys of the motors and of the section `link`."""
@@ -48,7 +49,7 @@ def served(
         for joint, number, others in zip(("q11", "q21"), ids, motors, strict=True)
     }
     content = {"name": "test", "robot": "dextar", "initial_joints": closed_posture(), "watchdog_ms": watchdog_ms}
-    content |= {"motors": facts, "link": {**virtual_link(name), **link}}
+    content |= {"motors": facts, "period_us": period_us, "link": {**virtual_link(name), **link}}
     file = validate(content, MotorsEmulationFile, "test")
     emulation, ending = MotorsEmulation(file, open_link, errors), threading.Event()
     thread = threading.Thread(target=emulation.run, args=(ending,))

@@ -117,6 +117,15 @@ ELSEWHERE = {
         "fivebar_bringup.simulation.planned",
     ),
     "unit/bringup/simulation/test_engine_with_camera.py": ("fivebar_bringup.simulation.vision",),
+    "unit/bringup/commission/test_practice.py": (
+        "fivebar_bringup.cli.commission",
+        "fivebar_bringup.simulation.mechanism_code",
+    ),
+    "unit/bringup/commission/test_steps.py": (
+        "fivebar_bringup.commission.drives_file",
+        "fivebar_bringup.commission.limits",
+        "fivebar_bringup.commission.record",
+    ),
     "unit/bringup/odds/test_odds.py": ("fivebar_bringup.recorded.run_odds",),
     "unit/bringup/studies/test_calibrated_crossings.py": ("fivebar_bringup.simulation.guided",),
     "unit/bringup/studies/test_reproduce.py": ("fivebar_bringup.simulation.run_in_memory",),

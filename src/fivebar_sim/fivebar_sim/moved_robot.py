@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import laden
 from fivebar_description.robot_file import load_robot
 from fivebar_sim.emulation_file import EmulatedRobotFile
@@ -11,13 +12,15 @@ from fivebar_sim.plant import Plant
 class MovedRobot:
     """Base of emulated hardware: the robot of its file, which can be put home and carries a payload."""
 
-    def __init__(self, file: EmulatedRobotFile, rate_hz: int) -> None:
+    def __init__(self, file: EmulatedRobotFile, rate_hz: int, imu: ImuSettings | None = None) -> None:
         """Put the robot home, to be advanced at a rate (Hz); called once all is there that `go_home` needs.
+
+        Without the settings of an IMU it has an ideal one.
 
         Raises:
             InputError: the robot or its posture cannot be.
         """
-        self._robot_file, self._plant_rate_hz, self._payload = file, rate_hz, 0.0
+        self._robot_file, self._plant_rate_hz, self._imu_settings, self._payload = file, rate_hz, imu, 0.0
         self.go_home()
 
     def go_home(self) -> None:
@@ -28,7 +31,7 @@ class MovedRobot:
         """
         file = self._robot_file
         self._robot = load_robot(file.robot)
-        self.plant = Plant(self._robot, file.initial_joints, self._plant_rate_hz, file.plant())
+        self.plant = Plant(self._robot, file.initial_joints, self._plant_rate_hz, file.plant(), self._imu_settings)
         if self._payload:
             self.carry(self._payload)
 

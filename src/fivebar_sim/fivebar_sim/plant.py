@@ -6,7 +6,7 @@ With effects (see `fivebar_sim.effects`) their mechanism moves in its place, or 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +20,9 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.mechanism import actual_robot
+from fivebar_sim.effects.mechanism_state import Moved
 from fivebar_sim.effects.settings import PlantSettings
+from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.engines import SimulatedMechanism, is_mechanism, motion_of
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.sensors import Encoder, TorqueOutput
@@ -136,6 +138,23 @@ class Plant:
         self._loop = ClosedLoop(self._robot)
         if self._motion is not None:
             self._motion.carry(robot)
+
+    def hold(self, x: float, y: float) -> None:
+        """Hold a force (N) on the platform from now on, such as that of a hand.
+
+        Raises:
+            InputError: the robot has no effects, and nothing can pull it.
+        """
+        if self._motion is None:
+            raise InputError(
+                "a hand can pull a simulated robot with effects only: expected one, such as friction.passive"
+            )
+        self._motion.hold(x, y)
+
+    def use_machine_code(self, later: Callable[..., Moved]) -> None:
+        """Move on by `advanced` of `fivebar_sim.effects.motion` as machine code, where the robot has effects."""
+        if isinstance(self._motion, EffectsMotion):
+            self._motion.later = later
 
     def measure(self) -> Measurement:
         """Return the joint readings of the current sample; call it once per sample."""

@@ -13,7 +13,7 @@ from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directo
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.offline import simulate, write_bag
+from fivebar_bringup.simulation.offline import SampledRobot, simulate, write_bag
 from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred
 
 if TYPE_CHECKING:
@@ -26,8 +26,11 @@ def run_offline(
     progress: Progress,
     with_page: bool = True,
     odds: Mapping[str, Any] | None = None,
+    plant: SampledRobot | None = None,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario in this process, without ROS, and keep the odds of its motion, where they are known, with it.
+
+    The robot is the one that the scenario describes, or a given one.
 
     Where a block that defers interrupts would raise one, the run ends with its last finished sample instead.
 
@@ -48,7 +51,7 @@ def run_offline(
     with interrupts_deferred():
         run = new_run_directory(out, scenario, odds)
         last = scenario.plan().path.samples(scenario.rate_hz)
-        result = simulate(scenario, lambda sample: progress(sample, last), stopped=interrupted)
+        result = simulate(scenario, lambda sample: progress(sample, last), plant, interrupted)
         wall_s = time.monotonic() - began
         with write_errors(run.path):
             write_bag(result, scenario, run.bag)

@@ -14,6 +14,7 @@ from fivebar_bringup.recorded.bag import serialize
 from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.model.state import Platform, State
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     GROUND_TRUTH,
@@ -24,6 +25,7 @@ from fivebar_description.interface import (
     late_stamp_ns,
     sample_stamp_ns,
 )
+from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.engines import motion_of
 from fivebar_sim.imu import Imu, ImuReading
@@ -51,6 +53,15 @@ class GuidedSample(NamedTuple):
     force: float
 
 
+def pulled(robot: FiveBar, state: State, wanted: Platform) -> tuple[float, float]:
+    """Return the force (N) of a hand that leads the platform of a robot to where it is wanted."""
+    stiffness, damping = STIFFNESS * robot.mass, DAMPING * robot.mass
+    return (
+        stiffness * (wanted.x - state.x) + damping * (wanted.vx - state.vx),
+        stiffness * (wanted.y - state.y) + damping * (wanted.vy - state.vy),
+    )
+
+
 def guide(scenario: Scenario) -> list[GuidedSample]:
     """Lead the robot of a scenario along its waypoints, at its pace, without power.
 
@@ -58,7 +69,6 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
         InputError: the robot moves faster than it can be simulated.
     """
     plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
-    stiffness, damping = STIFFNESS * actual.mass, DAMPING * actual.mass
     motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, scenario.initial_joints())
     imu = Imu(scenario.imu, rate_hz, scenario.plant.seed, scenario.plant.tilt.angle)
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
@@ -74,8 +84,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
         reading = imu.read((tip.along, tip.across), q[2] + q[3], tip.rate, tip.rate_change)
         arrived = queue.arrived(number, reading)
         state, wanted = state_from_joints(actual, *q, *v), plan.path.at(number / rate_hz)
-        pull_x = stiffness * (wanted.x - state.x) + damping * (wanted.vx - state.vx)
-        pull_y = stiffness * (wanted.y - state.y) + damping * (wanted.vy - state.vy)
+        pull_x, pull_y = pulled(actual, state, wanted)
         samples.append(GuidedSample(angles, arrived, q, v, math.hypot(pull_x, pull_y)))
         motion.hold(pull_x, pull_y)
         if math.isinf(motion.advance((0.0, 0.0))):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from fivebar_bringup.recorded.bag import serialize
 from fivebar_bringup.recorded.bag.writer import BagWriter
@@ -193,6 +193,30 @@ class Sample(NamedTuple):
         return {name: values for name, values in found.items() if values is not None}
 
 
+class SampledRobot(Protocol):
+    """A robot that is measured, and moved on by a sample with each command; `Plant` is one."""
+
+    def measure(self) -> Measurement:
+        """Return the joint readings of the current sample; called first, and once per sample."""
+        ...
+
+    def measure_imu(self) -> ImuReading:
+        """Return the IMU's reading of the current sample."""
+        ...
+
+    def truth(self) -> Measurement:
+        """Return the exact joint states of the current sample, as far as they are known."""
+        ...
+
+    def advance(self, command: Torque) -> None:
+        """Answer the current sample by torques (Nm), and go on to the next one.
+
+        Raises:
+            PlantDiverged: the motion is too fast for an accurate integration.
+        """
+        ...
+
+
 class OfflineRun(NamedTuple):
     """A finished run: its samples, and the faults as they would be published."""
 
@@ -203,7 +227,7 @@ class OfflineRun(NamedTuple):
 def simulate(
     scenario: Scenario,
     progress: Callable[[int], None] = lambda sample: None,
-    plant: Plant | None = None,
+    plant: SampledRobot | None = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> OfflineRun:
     """Run a scenario in this process.
@@ -232,7 +256,7 @@ class _Run:
     def __init__(
         self,
         scenario: Scenario,
-        plant: Plant,
+        plant: SampledRobot,
         settings: LoopSettings,
         progress: Callable[[int], None],
         stopped: Callable[[], bool],
@@ -327,7 +351,7 @@ class _Run:
 class _Sensors:
     """The late sensors of a run: IMU, encoder on a passive joint, camera."""
 
-    def __init__(self, scenario: Scenario, plant: Plant) -> None:
+    def __init__(self, scenario: Scenario, plant: SampledRobot) -> None:
         self._scenario, self._plant, self._rate_hz = scenario, plant, scenario.rate_hz
         seed = scenario.plant.seed
         self._imu: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, self._rate_hz, seed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.loads import held
 from fivebar_sim.effects.mechanism import Mechanism, mechanism_of
-from fivebar_sim.effects.mechanism_state import MechanismState
+from fivebar_sim.effects.mechanism_state import MechanismState, Moved
 from fivebar_sim.effects.motion import advanced, started
 from fivebar_sim.effects.observation import ImuMotion, imu_motion, joints_of, joints_seen
 from fivebar_sim.effects.settings import PlantSettings
@@ -51,6 +51,8 @@ class EffectsMotion:
         self.mechanism = mechanism_of(robot, settings, rate_hz)
         self._state = started_at(self.mechanism, joints)
         self._number = 0
+        self.later: Callable[..., Moved] = advanced
+        """How it moves on; machine code of the same function may take its place."""
 
     @property
     def step(self) -> float:
@@ -71,7 +73,7 @@ class EffectsMotion:
 
     def advance(self, applied: tuple[float, float]) -> float:
         """Move on by a sample under applied torques (Nm); return the loop's gap (m), infinite where that cannot be."""
-        after = advanced(self.mechanism, self._state, self._number, *applied)
+        after = self.later(self.mechanism, self._state, self._number, *applied)
         if math.isfinite(after.gap):
             self._state = after.state
             self._number += 1

@@ -6,6 +6,7 @@ import math
 from collections import deque
 from typing import NamedTuple
 
+from fivebar_description.imu import ImuSettings
 from fivebar_sim.emulated_hardware import HISTORY, MeasuredRecord
 from fivebar_sim.motors.configuration import MotorFacts, MotorsEmulationFile
 from fivebar_sim.moved_robot import MovedRobot
@@ -98,8 +99,12 @@ class EmulatedMotors(MovedRobot):
     Until one of them has power for the first time the robot stays where it stands.
     """
 
-    def __init__(self, file: MotorsEmulationFile, now: float, holds: bool = False) -> None:
+    def __init__(
+        self, file: MotorsEmulationFile, now: float, holds: bool = False, imu: ImuSettings | None = None
+    ) -> None:
         """Switch the drives on, which hold their last torque for ever where they have no watchdog.
+
+        Without the settings of an IMU the robot has an ideal one.
 
         Raises:
             InputError: the robot or its posture cannot be.
@@ -116,7 +121,7 @@ class EmulatedMotors(MovedRobot):
         self._commanded: set[int] = set()
         self._commanded_at: float | None = None
         self._clock = now
-        super().__init__(file, round(1.0 / self._period))
+        super().__init__(file, round(1.0 / self._period), imu)
 
     def go_home(self) -> None:
         """Put the robot into its initial posture, at rest; it keeps its payload.
@@ -131,6 +136,15 @@ class EmulatedMotors(MovedRobot):
         self._noted = False
         # friction holds a robot that stands, but that of the simulated one is smoothed, and lets it creep
         self._held = True
+
+    def pull(self, x: float, y: float) -> None:
+        """Have a hand pull the platform with a force (N) from now on.
+
+        Raises:
+            InputError: the simulated robot has no effects, and nothing can pull it.
+        """
+        self._held = False
+        self.plant.hold(x, y)
 
     def number_of(self, drive: int) -> int | None:
         """Return which motor, 0 or 1, has a drive of that id; None where neither has, or it does not answer."""

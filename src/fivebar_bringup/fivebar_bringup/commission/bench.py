@@ -1,0 +1,76 @@
+"""What a commissioning asks of the robot, real or simulated: drives, a hand that leads it, and runs under control."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Protocol
+
+from fivebar_bringup.commission.limits import Allowed, AllowedDrives, without_torque_afterwards
+from fivebar_bringup.commission.person import Person
+from fivebar_bringup.commission.step import GateClosed
+from fivebar_bringup.recorded.run_directory import RunDirectory
+from fivebar_bringup.recorded.summary import Summary
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.hardware.connection import connect
+from fivebar_control.hardware.fault import DriveError
+from fivebar_description.imu import ImuSettings
+
+
+class Bench(Protocol):
+    """The robot to be commissioned."""
+
+    @property
+    def imu(self) -> ImuSettings | None:
+        """What is known beforehand of the gyroscope on the distal link of leg 2; None without one."""
+        ...
+
+    @property
+    def time(self) -> float:
+        """Time on the robot so far (s)."""
+        ...
+
+    def opened(self, drives: Path, allowed: Allowed) -> AbstractContextManager[AllowedDrives]:
+        """Have the drives of a configuration open, without torque, within a block.
+
+        Raises:
+            GateClosed: a drive is missing or cannot be set up.
+        """
+        ...
+
+    def wait(self) -> None:
+        """Wait for the next cycle of the drives."""
+        ...
+
+    def led(self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path) -> RunDirectory:
+        """Record a motion by hand, without power, along a scenario's waypoints.
+
+        Raises:
+            GateClosed: a drive has a fault.
+        """
+        ...
+
+    def run(self, scenario: Scenario, drives: Path, out: Path, page: bool) -> tuple[RunDirectory, Summary]:
+        """Run a scenario on the robot, which stands where it begins.
+
+        Raises:
+            GateClosed: a drive has a fault.
+        """
+        ...
+
+
+@contextmanager
+def opened_drives(drives: Path, allowed: Allowed) -> Iterator[AllowedDrives]:
+    """Have the drives of a configuration open within a block.
+
+    Raises:
+        GateClosed: a drive is missing, cannot be set up, or has had a fault within the block.
+        InputError: the configuration is wrong.
+    """
+    try:
+        opened = connect(str(drives)).open()
+        with without_torque_afterwards(opened, allowed) as found:
+            yield found
+    except DriveError as error:
+        raise GateClosed(error.fault.name, error.fault.detail) from error

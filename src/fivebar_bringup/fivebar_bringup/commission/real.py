@@ -1,0 +1,140 @@
+"""The robot on real drives: its drives in real time, a hand that leads it, and runs by the graph of nodes."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from contextlib import AbstractContextManager, ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from fivebar_bringup.commission.bench import opened_drives
+from fivebar_bringup.commission.limits import Allowed, AllowedDrives
+from fivebar_bringup.commission.person import Lead, Person
+from fivebar_bringup.commission.step import GateClosed
+from fivebar_bringup.drives.choice import RealDrives
+from fivebar_bringup.graph.node_spec import Mode
+from fivebar_bringup.recorded.bag import serialize
+from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
+from fivebar_bringup.recorded.summary import Summary
+from fivebar_bringup.runs.run import run_with_ros
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.hardware.cycle_pace import CyclePace
+from fivebar_description.imu import ImuSettings
+from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, IMU_FRAME, MOTOR_STATES
+from fivebar_description.ros_environment import domain_of_environment
+
+if TYPE_CHECKING:
+    from fivebar_bringup.ros.imu_collector import StampedReading
+
+LATENCY = 0.004
+"""Time (s) by which the readings of an IMU are taken to come late."""
+
+
+class LedSample(NamedTuple):
+    """Both motors' readings (rad) in a cycle, with its stamp (ns)."""
+
+    stamp: int
+    angles: tuple[float, float]
+
+
+class RealBench:
+    """The `Bench` of a robot on real drives."""
+
+    def __init__(self, rate_hz: int, imu_rate_hz: int = 0) -> None:
+        """Have drives with cycles at a rate (Hz), and maybe an IMU with so many readings a second."""
+        self._began = time.monotonic()
+        self._pace = CyclePace(1.0 / rate_hz)
+        self._imu = ImuSettings(rate_hz=imu_rate_hz, latency=LATENCY) if imu_rate_hz else None
+
+    @property
+    def imu(self) -> ImuSettings | None:
+        """What is known beforehand of the gyroscope."""
+        return self._imu
+
+    @property
+    def time(self) -> float:
+        """Time since the beginning (s)."""
+        return time.monotonic() - self._began
+
+    def opened(self, drives: Path, allowed: Allowed) -> AbstractContextManager[AllowedDrives]:
+        """Have the drives open within a block."""
+        return opened_drives(drives, allowed)
+
+    def wait(self) -> None:
+        """Wait for the next cycle."""
+        self._pace.wait()
+
+    def led(self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path) -> RunDirectory:
+        """Record the motors' readings, and those of the IMU, until the person says that the motion is done."""
+        samples, readings = list[LedSample](), list["StampedReading"]()
+        answering = _Answering(person, key, request, scenario)
+        with ExitStack() as stack:
+            found = stack.enter_context(self.opened(drives, Allowed(scenario.torque_limit or 0.0, math.inf)))
+            collector = None
+            if self._imu is not None:
+                # with ROS, which nothing else here needs
+                from fivebar_bringup.ros.imu_collector import ImuCollector
+
+                collector = stack.enter_context(ImuCollector(domain_of_environment()))
+                readings = collector.readings
+            answering.start()
+            while answering.is_alive():
+                self.wait()
+                first, second = found.exchange().readings
+                if first is not None and second is not None:
+                    samples.append(LedSample(time.time_ns(), (first.position, second.position)))
+                if collector is not None:
+                    collector.take_those_there()
+        answering.conclude()
+        if self._imu is not None and not readings:
+            raise GateClosed("imu_silent", f"no readings on {IMU_DATA.name}: start the IMU's driver in this DDS domain")
+        run = new_run_directory(out, scenario)
+        write_led_bag(samples, readings, run.bag)
+        return run
+
+    def run(self, scenario: Scenario, drives: Path, out: Path, page: bool) -> tuple[RunDirectory, Summary]:
+        """Run a scenario with the graph of nodes, whose bridge enables the drives as soon as all nodes are ready."""
+        real = RealDrives(str(drives), None, activate=True)
+        # an IMU is in the domain of its driver
+        domain = None if self._imu is None else domain_of_environment()
+        return run_with_ros(scenario, Mode.REALTIME, out, domain, _unheard, with_page=page, real=real)
+
+
+class _Answering(threading.Thread):
+    """A person who is asked to do something, and answers once it is done, while the robot is recorded."""
+
+    def __init__(self, person: Person, key: str, request: str, scenario: Scenario) -> None:
+        # what waits for a line cannot be interrupted, and must not keep the program from ending
+        super().__init__(daemon=True)
+        self._person, self._key, self._request, self._task = person, key, request, Lead(scenario)
+        self._error: Exception | None = None
+
+    def run(self) -> None:
+        try:
+            self._person.does(self._key, self._request, self._task)
+        except Exception as error:
+            self._error = error
+
+    def conclude(self) -> None:
+        """Raise what the person has ended with, if it is no answer."""
+        if self._error is not None:
+            raise self._error
+
+
+def write_led_bag(samples: list[LedSample], readings: list[StampedReading], directory: Path) -> None:
+    """Write what was recorded of a motion by hand."""
+    with BagWriter(directory, [MOTOR_STATES, IMU_DATA]) as bag:
+        for sample in samples:
+            message = serialize.joint_state(sample.stamp, ACTIVE_JOINTS, sample.angles, effort=(0.0, 0.0))
+            bag.write(MOTOR_STATES, sample.stamp, message)
+        for one in readings:
+            message = serialize.imu(one.stamp, IMU_FRAME, one.angular_velocity, one.acceleration)
+            bag.write(IMU_DATA, one.stamp, message)
+        bag.close({})
+
+
+def _unheard(done: int, total: int) -> None:
+    """Tell nobody how far a run is."""

@@ -1,0 +1,167 @@
+"""A commissioning under way: its files, the robot, the person, and what has been learnt so far."""
+
+from __future__ import annotations
+
+import itertools
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fivebar_bringup.commission.bench import Bench
+from fivebar_bringup.commission.drives_file import DrivesFile
+from fivebar_bringup.commission.limits import Allowed, AllowedDrives
+from fivebar_bringup.commission.person import Person, PutAt
+from fivebar_bringup.commission.record import CommissionState
+from fivebar_bringup.commission.step import GateClosed
+from fivebar_bringup.motions.start import HOME_MODE
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.hardware.drive_interface import DriveReading
+from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.state import JointAngles
+from fivebar_description.imu import ImuSettings
+from fivebar_description.interface import ACTIVE_JOINTS
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import RobotFile, read_robot
+from fivebar_description.strict_yaml import validate, yaml_text
+from fivebar_description.text_file import write_file
+
+ROBOT_FILE, DRIVES_FILE = "robot.yaml", "drives.yaml"
+
+READINGS = 20
+"""Cycles whose mean is a reading of a robot at rest."""
+
+AWAY = 0.015
+"""Angle (rad) of a motor from its start beyond which the robot has to be put there by hand: an estimator takes 0.02."""
+
+SIDES = ("left", "right")
+
+
+class Session:
+    """What the steps work with."""
+
+    def __init__(
+        self, folder: Path, state: CommissionState, bench: Bench, person: Person, tell: Callable[[str], None]
+    ) -> None:
+        """Go on from a state in a folder, which has the files of robot and drives."""
+        self.folder, self.state, self.bench, self.person, self.tell = folder, state, bench, person, tell
+        self.allowed = Allowed(state.torque_nm, state.speed_rad_s)
+
+    @property
+    def robot_path(self) -> Path:
+        """The robot file, as far as the robot is known."""
+        return (self.folder / ROBOT_FILE).absolute()
+
+    @property
+    def drives_path(self) -> Path:
+        """The configuration of the drives, as far as they are known."""
+        return (self.folder / DRIVES_FILE).absolute()
+
+    @property
+    def robot(self) -> RobotFile:
+        """What is known of the robot."""
+        return read_robot(str(self.robot_path))
+
+    @property
+    def five_bar(self) -> FiveBar:
+        """The same as numbers."""
+        return self.robot.five_bar()
+
+    def learn_robot(self, file: RobotFile) -> None:
+        """Write the robot file again, under the robot's own name."""
+        named = file.model_copy(update={"name": self.robot.name if self.robot_path.exists() else file.name})
+        write_file(self.robot_path, yaml_text(named.model_dump(mode="json", exclude_none=True)))
+
+    @property
+    def drives(self) -> DrivesFile:
+        """What is known of the drives."""
+        return DrivesFile(self.drives_path)
+
+    def learn(self, **update: Any) -> None:
+        """Keep something else that has been learnt, once the step has been passed."""
+        self.state = self.state.model_copy(update=update)
+
+    @property
+    def imu(self) -> ImuSettings | None:
+        """The gyroscope, as far as it is known."""
+        return None if self.state.imu is None else ImuSettings(**self.state.imu)
+
+    def new_folder(self, name: str) -> Path:
+        """Return the path of a new folder for a run of a step."""
+        runs = self.folder / "runs"
+        runs.mkdir(exist_ok=True)
+        return next(path for number in itertools.count(1) if not (path := runs / f"{name}_{number}").exists())
+
+    def opened(self) -> Any:
+        """Have the drives open within a block, without torque."""
+        return self.bench.opened(self.drives_path, self.allowed)
+
+    def reading(self, drives: AllowedDrives) -> tuple[float, float]:
+        """Return the angles (rad) of both motors, which are at rest.
+
+        Raises:
+            GateClosed: a drive does not answer.
+        """
+        seen: list[tuple[DriveReading, DriveReading]] = []
+        for _ in range(5 * READINGS):
+            self.bench.wait()
+            first, second = drives.exchange().readings
+            if first is not None and second is not None:
+                seen.append((first, second))
+            if len(seen) == READINGS:
+                break
+        else:
+            raise GateClosed("feedback_missing", f"{len(seen)} complete answers in {5 * READINGS} cycles")
+        one, two = (sum(pair[number].position for pair in seen) / READINGS for number in range(2))
+        return one, two
+
+    def angles_at(self, x: float, y: float) -> JointAngles:
+        """Return the joint angles (rad) with the platform at a place (m), by what is known of the robot."""
+        return inverse_geometry(self.five_bar, *HOME_MODE, x, y)
+
+    def at_home(self) -> None:
+        """Have the robot stand at home: by hand, where it does not.
+
+        Raises:
+            GateClosed: it does not after that either.
+        """
+        home = self.robot.home_m
+        expected = self.angles_at(*home)
+        for attempt in range(2):
+            with self.opened() as drives:
+                q11, q21 = self.reading(drives)
+            away = max(abs(q11 - expected.q11), abs(q21 - expected.q21))
+            if away <= AWAY:
+                return
+            if attempt == 0:
+                self.person.does(
+                    "home",
+                    f"Put the platform back at home, ({home[0]:g}, {home[1]:g}) m, elbows outwards",
+                    PutAt(*home),
+                )
+        raise GateClosed("not_at_home", f"a motor is {away:.2f} rad from where it is with the platform at home")
+
+    def scenario(self, name: str, **content: Any) -> Scenario:
+        """Return a scenario of the robot, within what it is allowed."""
+        drives = self.drives
+        counts = [round(drives.facts(joint).counts) for joint in ACTIVE_JOINTS]
+        plant = {"torque_limit": self.allowed.torque, "encoder_counts": min(counts), "delay_samples": 1}
+        safety = {"torque_limit": self.allowed.torque, "joint_speed_limit": self.allowed.speed}
+        known: dict[str, Any] = {
+            "name": name,
+            "robot": str(self.robot_path),
+            "controller": "unified",
+            "working_mode": list(HOME_MODE),
+            "rate_hz": drives.rate_hz,
+            "estimator": "ekf",
+            "plant": plant | content.pop("plant", {}),
+            "safety": safety | content.pop("safety", {}),
+        }
+        if self.state.imu is not None:
+            known["imu"] = self.state.imu
+        return validate(known | content, Scenario, name)
+
+
+def clear(folder: Path) -> None:
+    """Remove what an interrupted run has left."""
+    shutil.rmtree(folder, ignore_errors=True)

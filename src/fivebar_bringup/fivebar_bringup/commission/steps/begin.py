@@ -1,0 +1,161 @@
+"""How a commissioning begins or is resumed: from the command's options to a session."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from fivebar_bringup.commission.bench import Bench
+from fivebar_bringup.commission.drives_file import DrivesFile, configuration_path
+from fivebar_bringup.commission.person import Answer, Person, PersonAtTerminal, PersonByFile
+from fivebar_bringup.commission.practice import (
+    PracticeBench,
+    PracticeFile,
+    PractisedPerson,
+    assumed_drives,
+    drawn_practice,
+    read_practice,
+)
+from fivebar_bringup.commission.real import RealBench
+from fivebar_bringup.commission.record import CommissionState, resumed
+from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, Session
+from fivebar_bringup.commission.steps.sequence import STEPS
+from fivebar_bringup.drives.choice import run_files_of
+from fivebar_bringup.recorded.results import write_errors
+from fivebar_control.hardware.connection import interface_of
+from fivebar_description.drive_kinds import confirm_installed, drive_kind
+from fivebar_description.robot_file import read_robot
+from fivebar_description.share import is_yaml_path
+from fivebar_description.strict_yaml import InputError, load_yaml, parse_yaml, validate, yaml_text
+from fivebar_description.suggestion import expected_one_of
+from fivebar_description.text_file import write_file
+
+PRACTICE_FILE = "practice.yaml"
+"""The simulated robot: what the steps are to find out."""
+
+
+def begun(
+    robot: str,
+    torque: float,
+    speed: float,
+    drives: str | None,
+    practice: str | None,
+    answers: str | None,
+    again: str | None,
+    last: str | None,
+    out: Path | None,
+    imu_rate_hz: int,
+    tell: Callable[[str], None],
+    read: Callable[[], str],
+    machine_code: bool = True,
+) -> Session:
+    """Return the session of a command's options; see the command.
+
+    Args:
+        robot, torque, speed, drives, practice, answers, again, last, out, imu_rate_hz: as given.
+        tell: prints a line.
+        read: reads a line of standard input.
+        machine_code: whether a simulated robot moves by machine code.
+
+    Raises:
+        InputError: an option is wrong, or the directory is that of something else.
+    """
+    names = [step.name for step in STEPS]
+    for option, name in (("--again", again), ("--until", last)):
+        if name is not None and name not in names:
+            raise InputError(f"{option}: {name!r}: {expected_one_of(name, names)}")
+    for option, value in (("--torque", torque), ("--speed", speed)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"{option}: {value}: expected a positive number")
+    file = read_robot(robot)
+    if practice is not None and drives is not None:
+        raise InputError("--drives: expected without --practice, whose drives are simulated")
+    if practice is not None and imu_rate_hz:
+        raise InputError("--imu-rate: expected without --practice, whose IMU is simulated")
+    stem = re.sub(r"[^\w.-]+", "-", file.name)
+    folder = out or Path("runs") / f"commission-{stem}"
+    given = _drives_of(robot, drives) if practice is None else ""
+    asked = CommissionState(robot=robot, drives=given, practice=practice or "", torque_nm=torque, speed_rad_s=speed)
+    state = resumed(folder, asked)
+    if again is not None:
+        state = state.before(again)
+    with write_errors(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / ROBOT_FILE).exists():
+        content = file.model_dump(mode="json", exclude_none=True)
+        content["drives"] = content.get("drives", {}) | {"torque_limit": torque, "joint_speed_limit": speed}
+        write_file(folder / ROBOT_FILE, yaml_text(content))
+    bench: Bench
+    person: Person | None = None
+    if practice is not None:
+        simulated = _practice_in(folder, robot, practice, torque)
+        bench = PracticeBench(simulated, machine_code)
+        person = PractisedPerson(bench.robot)
+    else:
+        _write_drives(folder, given, torque)
+        bench = RealBench(DrivesFile(folder / DRIVES_FILE).rate_hz, imu_rate_hz)
+        person = PersonAtTerminal(read, tell) if answers is None else None
+    if answers is not None:
+        person = PersonByFile(_answers_in(answers), answers, person)
+    assert person is not None, "somebody answers"
+    state.write(folder)
+    return Session(folder, state, bench, person, tell)
+
+
+def _drives_of(robot: str, drives: str | None) -> str:
+    """Return the configuration of real drives, by name or path.
+
+    Raises:
+        InputError: none is given, and the robot has none of its own.
+    """
+    interface = read_robot(robot).drives.interface
+    named = drives and interface_of(drives)
+    kind = drive_kind(named or interface)
+    confirm_installed(kind)
+    configuration = drives or run_files_of(kind).real_drives
+    if not configuration:
+        raise InputError(f"--drives: expected the configuration of the {kind.name} drives, or --practice")
+    return configuration
+
+
+def _write_drives(folder: Path, configuration: str, torque: float) -> None:
+    """Write the drives' file once, with limits within the allowed torque."""
+    path = folder / DRIVES_FILE
+    if not path.exists():
+        file = DrivesFile(configuration_path(configuration))
+        file.limit(torque)
+        file.write(path)
+
+
+def _practice_in(folder: Path, robot: str, practice: str, torque: float) -> PracticeFile:
+    """Return the simulated robot of a directory, which is written there once, as are its drives."""
+    path = folder / PRACTICE_FILE
+    if not path.exists():
+        if practice.isdecimal():
+            named = str(Path(robot).absolute()) if is_yaml_path(robot) else robot
+            content = drawn_practice(named, int(practice))
+        else:
+            loaded = load_yaml(Path(practice))
+            content = loaded if isinstance(loaded, dict) else {}
+        validate(content, PracticeFile, practice)
+        write_file(path, yaml_text(content))
+    found = read_practice(path)
+    if not (folder / DRIVES_FILE).exists():
+        write_file(folder / DRIVES_FILE, yaml_text(assumed_drives(found, torque)))
+    return found
+
+
+def _answers_in(source: str) -> dict[str, Answer]:
+    """Return answers by their keys.
+
+    Raises:
+        InputError: the file is none, or has something else.
+    """
+    content = parse_yaml(sys.stdin.read(), "standard input") if source == "-" else load_yaml(Path(source))
+    content = {} if content is None else content
+    if not isinstance(content, dict) or not all(isinstance(one, str | int | float | bool) for one in content.values()):
+        raise InputError(f"{source}: expected answers by the keys of questions, such as 'parts.emergency_stop: yes'")
+    return {str(key): answer for key, answer in content.items()}

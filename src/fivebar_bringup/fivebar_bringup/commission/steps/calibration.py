@@ -1,0 +1,92 @@
+"""Lengths, bases, zeros and the IMU's mounting, from the motion by hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fivebar_bringup.commission.session import Session
+from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
+from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
+from fivebar_bringup.studies.calibrate.result import CalibrationResult
+from fivebar_description.interface import ACTIVE_JOINTS
+
+LARGEST_SHIFT = 6.0
+"""Correction of a length or zero, in its tolerances before, beyond which the gate closes."""
+
+WIDEST_GAP = 0.3e-3
+"""Half width (m) of the elbow gap's interval beyond which a crossing is a matter of luck."""
+
+TOLERATED = {"length": 3e-4, "base": 3e-4, "zero": 6e-3}
+"""Tolerances of a robot whose file declares none: put together by hand, its zeros set at a mark."""
+
+
+def run(session: Session) -> Findings:
+    """Calibrate from the motion by hand, and write robot and drives."""
+    led = session.state.outcome_of("sensors")
+    assert led is not None and led.pages, "the step before has recorded it"
+    if not session.robot.tolerances.declared:
+        session.learn_robot(
+            session.robot.model_copy(update={"tolerances": session.robot.tolerances._replace(**TOLERATED)})
+        )
+    found = calibrate_bag(session.folder / led.pages[0], str(session.robot_path), encoders_only=session.imu is None)
+    figures = figures_of(found)
+    _refuse_implausible(found, figures)
+    take(session, found)
+    gap = 1e3 * float(abs(found.found.gaps_before()).max())
+    left = 1e3 * float(found.found.gap_half_widths().max())
+    return Findings(f"the elbow gap was up to {gap:.3f} mm and is known to {left:.3f} mm", figures)
+
+
+def figures_of(found: CalibrationResult) -> dict[str, Any]:
+    """Return what a calibration has found, for the report."""
+    figures: dict[str, Any] = {f"{one.name}, {one.unit}": one.text() for one in found.parameters()}
+    return figures | dict(found.mounting_rows())
+
+
+def take(session: Session, found: CalibrationResult) -> None:
+    """Write what a calibration has found into the files of robot and drives, and keep mounting and play."""
+    session.learn_robot(found.robot_file())
+    file = session.drives
+    for joint, zero in zip(ACTIVE_JOINTS, found.zeros(), strict=True):
+        file.change(joint, zero=round(file.facts(joint).zero - zero, 9))
+    file.write()
+    mounting, imu = found.mounting, session.imu
+    if mounting is not None and imu is not None:
+        update = {name: getattr(mounting, name)[0] for name in ("roll", "pitch", "yaw", "mount_x", "mount_y")}
+        session.learn(imu=imu._replace(**update)._asdict())
+    values = {one.name: one for one in found.parameters()}
+    plays = [values[name] for name in ("play_1", "play_2") if name in values]
+    if plays and session.state.transmissions:
+        play = max(0.0, *(2e-3 * one.value for one in plays))
+        session.learn(transmissions=session.state.transmissions | {"backlash": min(play, 0.1)})
+
+
+def _refuse_implausible(found: CalibrationResult, figures: dict[str, Any]) -> None:
+    for one in found.parameters():
+        shift = abs(one.value - one.before)
+        if one.name.startswith(("l_", "base_", "zero_")) and shift > LARGEST_SHIFT * max(one.half_width_before, 1e-9):
+            raise GateClosed(
+                "implausible",
+                f"{one.name} comes out {one.value:.4g} {one.unit} instead of {one.before:.4g}: measure it, or"
+                " declare wider tolerances in the robot file",
+                figures,
+            )
+    widest = float(found.found.gap_half_widths().max())
+    if widest > WIDEST_GAP:
+        raise GateClosed(
+            "elbow_gap_unknown",
+            f"the elbow gap is known to {1e3 * widest:.2f} mm only, expected {1e3 * WIDEST_GAP:.2f}: lead the platform"
+            " through the locus at more places",
+            figures,
+        )
+
+
+CALIBRATION = GatedStep(
+    name="calibration",
+    title="Lengths and zeros",
+    does="calibrates lengths, bases, encoder zeros, the IMU's mounting and the play from the motion by hand",
+    cost="half a minute of computing",
+    risk="none: nothing moves",
+    gate=f"nothing is far from its tolerances, and the elbow gap is known to {1e3 * WIDEST_GAP:.1f} mm",
+    run=run,
+)

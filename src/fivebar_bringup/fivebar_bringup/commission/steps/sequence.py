@@ -1,0 +1,92 @@
+"""The steps in their order, and how a commissioning goes through them."""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple
+
+from fivebar_bringup.commission.page import write_page
+from fivebar_bringup.commission.record import CLOSED, PASSED, StepRecord
+from fivebar_bringup.commission.session import Session
+from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
+from fivebar_bringup.commission.steps.assessment import ASSESSMENT
+from fivebar_bringup.commission.steps.breakaway import BREAKAWAY
+from fivebar_bringup.commission.steps.by_motion import BY_MOTION
+from fivebar_bringup.commission.steps.calibration import CALIBRATION
+from fivebar_bringup.commission.steps.crossing import FASTER, FIRST
+from fivebar_bringup.commission.steps.homing import ZERO
+from fivebar_bringup.commission.steps.identification import IDENTIFICATION
+from fivebar_bringup.commission.steps.parts import PARTS
+from fivebar_bringup.commission.steps.rehearsal import REHEARSAL
+from fivebar_bringup.commission.steps.sensors import SENSORS
+from fivebar_bringup.commission.steps.signs import SIGNS
+from fivebar_bringup.commission.steps.transmissions import TRANSMISSIONS
+from fivebar_description.strict_yaml import InputError
+
+STEPS: tuple[GatedStep[Session], ...] = (
+    PARTS,
+    SIGNS,
+    BREAKAWAY,
+    ZERO,
+    IDENTIFICATION,
+    TRANSMISSIONS,
+    SENSORS,
+    CALIBRATION,
+    ASSESSMENT,
+    REHEARSAL,
+    FIRST,
+    BY_MOTION,
+    FASTER,
+)
+
+
+class Ended(NamedTuple):
+    """How a commissioning has ended: whether all gates were passed, and in words."""
+
+    passed: bool
+    words: str
+
+
+def commission(session: Session, last: str | None = None) -> Ended:
+    """Go through all steps that have not been passed, to a last one, and stop at the first gate that stays closed.
+
+    State and page are written after every step. What interrupts a step ends it without torque, and leaves no record.
+    """
+    for number, step in enumerate(STEPS, start=1):
+        done = session.state.outcome_of(step.name)
+        if done is None or done.outcome != PASSED:
+            session.tell("")
+            session.tell(f"Step {number} of {len(STEPS)}: {step.title}: {step.does}")
+            session.tell(f"  takes {step.cost}; risk: {step.risk}")
+            record = _record_of(session, step)
+            session.state = session.state.with_step(record)
+            session.state.write(session.folder)
+            write_page(session.folder, session.state, STEPS)
+            session.tell(f"  {record.outcome}: {record.words}")
+            if record.outcome == CLOSED:
+                return Ended(False, f"{step.title}: {record.words}")
+        if step.name == last:
+            return Ended(True, f"passed as far as {step.name}")
+    return Ended(True, "all steps passed")
+
+
+def _record_of(session: Session, step: GatedStep[Session]) -> StepRecord:
+    began, on_robot, asked = time.monotonic(), session.bench.time, session.person.asked
+    outcome: str = PASSED
+    try:
+        found = step.run(session)
+    except (GateClosed, InputError) as error:
+        outcome = CLOSED
+        figures = error.figures if isinstance(error, GateClosed) else {}
+        words = str(error) if isinstance(error, GateClosed) else f"refused: {error}"
+        found = Findings(words, figures)
+    return StepRecord(
+        step=step.name,
+        outcome=CLOSED if outcome == CLOSED else PASSED,
+        words=found.words,
+        figures=dict(found.figures),
+        pages=found.pages,
+        questions=session.person.asked - asked,
+        robot_s=round(session.bench.time - on_robot, 3),
+        wall_s=round(time.monotonic() - began, 3),
+    )

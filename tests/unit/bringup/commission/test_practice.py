@@ -1,0 +1,117 @@
+"""The simulated robot to practise on, and a whole commissioning of it."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.commission.limits import Allowed
+from fivebar_bringup.commission.person import PutAt, Turn
+from fivebar_bringup.commission.practice import (
+    PracticeBench,
+    PracticeFile,
+    PractisedPerson,
+    assumed_drives,
+    drawn_practice,
+    read_practice,
+)
+from fivebar_bringup.commission.record import PASSED, STATE_FILE, CommissionState
+from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE
+from fivebar_bringup.commission.steps.begin import PRACTICE_FILE
+from fivebar_bringup.commission.steps.sequence import STEPS
+from fivebar_control.hardware.motors_file import load_motors
+from fivebar_description.robot_file import read_robot
+from fivebar_description.strict_yaml import read_yaml, validate, yaml_text
+
+RATE_HZ = 100
+
+
+def rigid_bench(tmp_path: Path, seed: int) -> tuple[PracticeBench, Path]:
+    """A bench with a drawn robot whose transmissions are rigid, which moves without machine code, and its drives."""
+    content = drawn_practice("dextar", seed, RATE_HZ)
+    del content["effects"]["transmission"]
+    practice = validate(content, PracticeFile, "test")
+    drives = tmp_path / "drives.yaml"
+    drives.write_text(yaml_text(assumed_drives(practice, 2.0)))
+    return PracticeBench(practice, machine_code=False), drives
+
+
+def test_robots_are_drawn_within_their_bounds_and_again_by_the_same_number() -> None:
+    drawn = [validate(drawn_practice("dextar", seed), PracticeFile, "test") for seed in range(40)]
+    assert drawn[7] == validate(drawn_practice("dextar", 7), PracticeFile, "test")
+    lengths = np.array([one.effects.links[:6] for one in drawn])
+    assert 2.5e-4 < np.abs(lengths).max() <= 3e-4
+    play = np.degrees([one.effects.transmission.backlash for one in drawn])
+    assert 0.02 < play.max() <= 0.03
+    frequencies = [one.effects.transmission.frequency for one in drawn]
+    assert min(frequencies) >= 60.0 and max(frequencies) <= 250.0 and max(frequencies) - min(frequencies) > 150.0
+    assert {tuple(motor.sign for motor in one.pair) for one in drawn} == {(1, -1), (-1, 1)}
+    clocks = np.array([one.imu.clock_offset for one in drawn if one.imu is not None])
+    assert len(clocks) == 40 and 0.008 < np.abs(clocks).max() <= 0.01
+    upright = [one.imu.rotation()[2][2] for one in drawn if one.imu is not None]
+    assert min(upright) < -0.99 < 0.99 < max(upright)
+    assert 0.15 < np.abs([one.mass_scale - 1.0 for one in drawn]).max() <= 0.2
+    assert 0.4 < np.abs([one.friction_scale - 1.0 for one in drawn]).max() <= 0.5
+    assert np.degrees(np.abs([one.placing for one in drawn]).max()) <= 0.3
+
+
+def test_a_hand_turns_a_link_and_puts_the_platform_on_its_mark(tmp_path: Path) -> None:
+    bench, drives = rigid_bench(tmp_path, 3)
+    person, file = PractisedPerson(bench.robot), read_practice_of(bench)
+    before = bench.robot.state
+    person.does("turn", "", Turn(1, 0.3))
+    after = bench.robot.state
+    # as well as a hand can against friction
+    assert after.leg2.q1 - before.leg2.q1 == pytest.approx(0.3, abs=0.02)
+    assert after.leg1.q1 - before.leg1.q1 == pytest.approx(0.0, abs=0.02)
+    person.does("place", "", PutAt(0.0, 0.14))
+    with bench.opened(drives, Allowed(2.0, 5.0)) as found:
+        readings = [found.exchange().readings for _ in range(3)][-1]
+    for reading, motor, leg in zip(readings, file.pair, bench.robot.state[:2], strict=True):
+        assert reading is not None
+        # the drives' file knows neither the sign nor the zero
+        assert motor.sign * reading.position + motor.zero_rad == pytest.approx(leg.q1, abs=2.0 * math.tau / 20000)
+    assert person.asked == 2
+
+
+def read_practice_of(bench: PracticeBench) -> PracticeFile:
+    return bench.robot.file
+
+
+@pytest.mark.extra
+def test_a_drawn_robot_is_led_from_its_parts_to_its_first_crossings(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    words = ["commission", "dextar", "--torque", "3", "--speed", "12", "--practice", "1", "--out", str(out)]
+    # one part of it, and then the rest in another call
+    begun = CliRunner().invoke(app, [*words, "--until", "zero"])
+    assert begun.exit_code == 0, begun.output
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
+    assert "Step 4 of" not in done.output
+    state, true = read_yaml(out / STATE_FILE, CommissionState), read_practice(out / PRACTICE_FILE)
+    assert [one.step for one in state.steps] == [step.name for step in STEPS]
+    assert all(one.outcome == PASSED for one in state.steps)
+    drives = load_motors(str(out / DRIVES_FILE))
+    assert [motor.sign for motor in drives.pair] == [motor.sign for motor in true.pair]
+    for found, motor in zip(drives.pair, true.pair, strict=True):
+        assert abs(found.zero_rad - motor.zero_rad) < math.radians(0.15)
+        assert found.torque_limit_nm <= 3.0
+    robot, drawn = read_robot(str(out / ROBOT_FILE)), read_robot("dextar")
+    assert robot.mass_kg is not None and drawn.mass_kg is not None
+    assert robot.mass_kg.m == pytest.approx(true.mass_scale * drawn.mass_kg.m, rel=0.15)
+    assert robot.friction.f_s21 == pytest.approx(true.friction_scale * drawn.friction.f_s21, rel=0.1)
+    assert true.imu is not None and state.imu is not None
+    assert robot.sensors.imu_clock == pytest.approx(true.imu.clock_offset, abs=1e-3)
+    assert state.imu["yaw"] == pytest.approx(true.imu.yaw, abs=0.05)
+    crossed = state.outcome_of("faster")
+    assert crossed is not None
+    errors = [value for name, value in crossed.figures.items() if name.endswith("largest error, mm")]
+    assert errors and max(errors) < 2.0
+    page = (out / "commission.html").read_text()
+    assert re.search(r"\d+ questions, \d+ s on the\s+robot", page)
