@@ -222,6 +222,9 @@ GOAL = Topic("goal", "sensor_msgs/msg/JointState")
 GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 """Requests for a motion and their outcome. They are not part of the control cycle: no node waits for them."""
 
+RELEASE_STATUS = Topic("release/status", "std_msgs/msg/String", STATE_QOS)
+"""How far a release from the Type 2 locus has come, from the blender: there only once one has been asked for."""
+
 GOAL_POSE = Topic("goal_pose", "geometry_msgs/msg/PoseStamped", from_outside=True)
 """A request by the place alone, as RViz publishes it: in a frame of the URDF that does not move."""
 

@@ -13,7 +13,9 @@ from fivebar_bringup.cli.app import COMPLETED, Group, JsonOption, command, input
 from fivebar_description.errors import InputError
 
 if TYPE_CHECKING:
+    from fivebar_control.planning.release import ReleasePlan
     from fivebar_control.planning.standstill import Standstill
+    from fivebar_control.safety.stages import SafetySettings
 
 
 # a negative angle must not be taken for an option
@@ -31,6 +33,14 @@ def posture(
     rate: Annotated[
         float | None, typer.Option(help="Reading of the gyroscope on the distal link of leg 2, rad/s, as it falls.")
     ] = None,
+    release: Annotated[
+        bool,
+        typer.Option("--release", help="Plan how its motors get it off the locus, or refuse where that is not known."),
+    ] = False,
+    platform: Annotated[
+        tuple[float, float] | None,
+        typer.Option(metavar="X Y", help="With --release: where the platform is, m, within 10 mm."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Tell where a robot at rest stands, from its motor angles.
@@ -39,12 +49,20 @@ def posture(
     and the way off the locus where the robot may be on it. The tolerances of the robot's file, or those of the run,
     determine how near to the locus it may be.
 
+    With --release it shows what the service `blender/release` of a running graph does, which moves the robot: with
+    which torque, to which assembly modes it may fall, and at which limits it stops. Nothing moves here.
+
     Example: `fivebar posture 1.2 1.9 --robot my_robot.yaml`
+
+    Example: `fivebar posture --after runs/stopped --release`
     """
     from fivebar_bringup.motions.start import standing_after
     from fivebar_control.estimation.ekf import EkfSettings
+    from fivebar_control.planning.release import plan_release
     from fivebar_control.planning.standstill import DEVIATIONS, mode_by_turn, standstill_at, way_out
-    from fivebar_description.robot_file import load_robot, tolerances_of
+    from fivebar_control.safety.stages import guard_limits_of
+    from fivebar_control.scenario.scenario import ControlScenario
+    from fivebar_description.robot_file import load_robot, read_robot, tolerances_of
     from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     with input_errors():
@@ -56,23 +74,82 @@ def posture(
         if after is not None and q11 is None:
             standing = standing_after(after)
             known, tolerances = standing.scenario.five_bar(), standing.scenario.known_within()
-            angles = standing.q11, standing.q21
+            angles, file, rate_hz = (standing.q11, standing.q21), standing.scenario.robot, standing.scenario.rate_hz
+            safety = standing.scenario.safety_settings()
         elif after is None and q11 is not None and q21 is not None:
             file = DEFAULT_ROBOT if robot is None else robot
+            rate_hz = ControlScenario.model_fields["rate_hz"].default
             known, tolerances, angles = load_robot(file), tolerances_of(file), (q11, q21)
+            safety = _safety_of(file)
         else:
             raise InputError("Q11 Q21 and --after: expected one of them")
         stand = standstill_at(known, tolerances, *angles)
+        planned = None
+        if platform is not None and not (release and all(map(math.isfinite, platform))):
+            raise InputError(f"--platform: {platform[0]} {platform[1]}: expected two finite numbers with --release")
+        if release:
+            passes = read_robot(file).elbows_pass
+            limits = guard_limits_of(safety, rate_hz)
+            planned = plan_release(known, tolerances, limits, passes, rate_hz, *angles, platform)
+            stand = planned.stand
         if stand is None:
             raise InputError(f"Q11 Q21: at {angles[0]:g}, {angles[1]:g} rad both elbows are in one place")
     fallen = None if rate is None else mode_by_turn(stand, rate, DEVIATIONS * EkfSettings().gyro_noise)
     if as_json:
         sentences = way_out(stand) if stand.near else []
         content = stand._asdict() | {"near": stand.near, "way_out": sentences, "falls_to": fallen}
+        content |= {} if planned is None else {"release": _values(planned)}
         print(json.dumps(content, indent=2).replace("NaN", "null"))
     else:
-        print("\n".join(_lines(stand, fallen)))
+        print("\n".join([*_lines(stand, fallen), *(() if planned is None else _of_release(planned))]))
     raise typer.Exit(COMPLETED)
+
+
+def _safety_of(file: str) -> SafetySettings:
+    """Return the limits that a robot's file has."""
+    from fivebar_control.safety.stages import SafetySettings
+    from fivebar_description.forbidden import numbers_of
+    from fivebar_description.robot_file import read_robot
+
+    read = read_robot(file)
+    limit = math.inf if read.drives.torque_limit is None else read.drives.torque_limit
+    return SafetySettings(torque_limit=limit, forbidden=numbers_of(read.forbidden))
+
+
+def _values(planned: ReleasePlan) -> dict[str, object]:
+    """Return a planned release for machines."""
+    one = planned.release
+    return {
+        "torque_at_most_nm": [one.cap1, one.cap2],
+        "turn_rad": [one.per_way1 * one.way, one.per_way2 * one.way],
+        "elbows_m": one.way,
+        "seconds": one.way / one.pace,
+        "falls_to": list(planned.modes),
+        "ends_m": [list(end) for end in planned.ends],
+        "motor_speed_rad_s": one.motor_speed,
+        "link_rate_rad_s": one.link_rate,
+        "travel_rad": one.travel,
+    }
+
+
+def _of_release(planned: ReleasePlan) -> list[str]:
+    """Return a planned release for a person, line by line."""
+    from fivebar_control.planning.release_step import STALL_TIME
+    from fivebar_control.trajectory.refusal import place
+
+    one = planned.release
+    falls = " or ".join(
+        f"assembly mode {'+' if mode > 0 else '-'}, platform at {place(x, y)}"
+        for mode, (x, y) in zip(planned.modes, planned.ends, strict=True)
+    )
+    return [
+        f"release: the motors turn by {one.per_way1 * one.way:+.4f} and {one.per_way2 * one.way:+.4f} rad, which moves"
+        f" the elbows by {1e3 * one.way:.2f} mm, with {one.cap1:.3f} and {one.cap2:.3f} Nm at most",
+        f"  it ends in {falls}" + ("" if planned.pivot else "; which of them the gyroscope tells"),
+        f"  it stops with zero torque at {one.motor_speed:g} rad/s of a motor, {one.link_rate:g} rad/s of a distal"
+        f" link, {one.travel:.3f} rad of travel, and after {STALL_TIME:g} s at the largest torque",
+        "  in a running graph: ros2 service call /blender/release std_srvs/srv/Trigger",
+    ]
 
 
 def _lines(stand: Standstill, fallen: int | None) -> list[str]:

@@ -15,6 +15,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.shared_results import one_robot, shared_state
 from fivebar_control.ros.node_settings import SHORTEST_DEADLINE_MS, BlenderSettings
+from fivebar_control.ros.releasing import Releasing
 from fivebar_control.ros.run_file import RunFile, start_values
 from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.pause_compensated_clock import PauseCompensatedClock
@@ -124,6 +125,9 @@ class Blender(SamplingNode):
         self._state = self.advertise(SAFETY_STATE)
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
+        self._releasing = Releasing(
+            self, scenario, self._no_release, lambda stamp: self._run.sample(stamp), self._reply_with
+        )
         torque, scheme = fields_of(ACTIVE_JOINTS, "effort", allow_nan=True), scenario.scheme()
         inputs = [
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
@@ -153,6 +157,7 @@ class Blender(SamplingNode):
             self._stop_robot(Fault.from_text(fault))
             return
         super().stop_robot(fault)
+        self._releasing.end(fault)
         self._guard.trip(Fault.from_text(fault))
         self._reply_with(self._watchdog.newest, ZERO)
 
@@ -160,11 +165,13 @@ class Blender(SamplingNode):
         """Answer a sample with zero torque, whatever its candidates will be."""
         self._watchdog.received(sample, self._deadline_clock.read())
         self._watchdog.answered(sample)
+        self._releasing.end("a second publisher may be there")
         self._first = max(self._first, sample + 1)
         self._reply_with(sample, ZERO)
 
     def stop(self) -> None:
         """Command zero torque before the node ends."""
+        self._releasing.end("the node ends")
         self._reply_with(self._watchdog.newest, ZERO)
 
     def health(self) -> tuple[bytes, str]:
@@ -179,6 +186,7 @@ class Blender(SamplingNode):
 
     def restart(self) -> None:
         """Wait for the candidates of a new run; a latched fault stays."""
+        self._releasing.end("a new run begins")
         self._watchdog.begin_run()
         self._guard.begin_run()
         self._first = 0
@@ -192,7 +200,10 @@ class Blender(SamplingNode):
                 self._stop_robot(late)
             elif self._guard.fault is not None:
                 position, velocity = values
-                self._reply_with(sample, self._guard.stop(shared_state(sample, self._robot, position, velocity)))
+                if self._releasing.on:
+                    self._releasing.joints(sample, position, velocity)
+                else:
+                    self._reply_with(sample, self._guard.stop(shared_state(sample, self._robot, position, velocity)))
             self._check_deadlines()
         return True
 
@@ -222,7 +233,7 @@ class Blender(SamplingNode):
 
     def repeat(self) -> None:
         """Publish the same command again, or zero torque if a fault has been latched since that does not brake."""
-        if self._guard.fault is not None and not self._guard.brakes:
+        if self._guard.fault is not None and not self._guard.brakes and not self._releasing.on:
             self._reply = self._message(self.last_sample, ZERO)
         if self._reply is not None:
             self._command.publish(self._reply)
@@ -230,6 +241,8 @@ class Blender(SamplingNode):
     def _on_fault(self, message: String) -> None:
         """Stop the robot when another node reports a fault; the node's own faults are received too, without effect."""
         known, braked = self._guard.fault, self._guard.brakes
+        if known is not None and message.data != str(known):
+            self._releasing.end(message.data)
         self._guard.trip(Fault.from_text(message.data))
         if known is not None and braked and not self._guard.brakes:
             # the further fault may concern the state or the drives that the brake relies on
@@ -248,6 +261,7 @@ class Blender(SamplingNode):
         if message.data != ALL_WELL:
             # drives that do not follow their commands brake nothing
             self._guard.stop_braking()
+            self._releasing.end(f"the drives are stopped by {message.data}")
         # drives that were off have sent nothing: the deadline of their next sample starts now
         self._watchdog.rearm(self._deadline_clock.read())
 
@@ -297,9 +311,24 @@ class Blender(SamplingNode):
         elif self._guard.brakes:
             self._guard.stop_braking()
             self._reply_with(self._watchdog.newest, ZERO)
+        elif self._releasing.on:
+            self._releasing.end("requested by blender/emergency_stop")
+            self._reply_with(self._watchdog.newest, ZERO)
         response.success = True
         response.message = f"zero torque: {self._guard.fault}"
         return response
+
+    def _no_release(self) -> str | None:
+        """Return why no release may move the robot, None where it may."""
+        if self.second_publisher:
+            return self.second_publisher
+        if self._guard.fault is None:
+            return "no fault is latched: expected a robot that one has stopped"
+        if self._guard.brakes:
+            return "the robot is being braked"
+        if self._drives_state != ALL_WELL:
+            return f"the drives are stopped by {self._drives_state}"
+        return None
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         fault = self._guard.fault
@@ -322,6 +351,8 @@ class Blender(SamplingNode):
         """Clear the fault, or return the reason why it cannot be cleared."""
         if self.second_publisher:
             return self.second_publisher
+        if self._releasing.on:
+            return "a release is under way"
         if self._drives_state != ALL_WELL:
             return f"the drives are stopped by {self._drives_state}"
         return self._watchdog.obstacle(self._deadline_clock.read()) or self._guard.reset()

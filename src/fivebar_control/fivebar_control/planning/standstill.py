@@ -139,7 +139,8 @@ def way_out(stand: Standstill) -> list[str]:
         f"by hand, without motor power: push the platform along {side} into assembly mode +, or against it into -, by"
         f" {2e3 * max(NEAR, stand.side_at_most):.0f} mm, and home it there",
         f"by the motors, where somebody watches it: {stand.tau1:+.3f} Nm on motor 1 and {stand.tau2:+.3f} Nm on motor 2"
-        f" move the elbows {moved}, and the platform falls to one side; which one the model does not say",
+        f" move the elbows {moved}, and the platform falls to one side; which one the model does not say."
+        " `fivebar posture --release` plans it, and the service blender/release does it",
         f"a gyroscope on the distal link of leg 2 shows it: a {plus} rate is the way into assembly mode +; the motor"
         " encoders read the same in both",
     ]

@@ -1,0 +1,365 @@
+"""Off the Type 2 locus from rest by the motors: what a torque does there, and the plan of a release.
+
+At rest on the locus no torque accelerates the platform along t_s: it gets A^T lambda / m, and A t_s = 0. Two things
+are left to the motors. Along v1 they accelerate it as anywhere else, and where v1 is not tangent to the locus that
+alone moves it off. And they press the distal links together (or pull them apart, where these are folded): the force F
+in both makes a displacement s along t_s grow, like a rod that buckles,
+
+    m sddot = F (1 / l_12 - e / l_22) s,        e = -1 stretched, +1 folded.
+
+To which side it falls depends on where in the tolerances the robot stands, so a release is planned only if it may fall
+to either. Where elbows of equal distal links are in one place, F moves nothing (both terms cancel) and the motors do
+not tell where on its circle the platform is. Known from elsewhere, the elbows are opened across the links, and their
+order decides the assembly mode.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from fivebar_control.laws.torque import ZERO
+from fivebar_control.model.dynamics import direct_dynamics
+from fivebar_control.model.geometry import direct_geometry, elbow_position
+from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.singularity import parallel_svd
+from fivebar_control.model.state import Leg, State
+from fivebar_control.planning.release_step import Release
+from fivebar_control.planning.standstill import DEVIATIONS, Standstill, standstill_at
+from fivebar_control.safety.stages import NO_FAULT, Limits, fault_of, first_fault
+from fivebar_description.parameters import FiveBar, LegParameters, with_floats
+from fivebar_description.robot_file import ElbowsPass
+from fivebar_description.strict_yaml import InputError
+from fivebar_description.tolerances import Tolerances
+
+CLEAR = 0.15
+"""1/cond(A) that a released robot has at least, within its tolerances: a homing posture needs 0.1."""
+
+OPENED = 0.2
+"""1/cond(A) to which elbows in one place are opened."""
+
+GROWTH = 20.0
+"""Rate (1/s) at which the largest press makes a displacement grow, after the friction of the motors."""
+
+PACE = 0.1
+"""Change of the elbows' distance in a second, in lengths of the longer distal link."""
+
+STIFFNESS = 40.0
+"""Natural frequency (rad/s) with which each motor follows, with its link and the whole platform at the elbow."""
+
+MOTOR_SPEED, LINK_RATE = 3.0, 12.0
+"""Speed of a motor and rate of the distal link of leg 2 (rad/s) at which a release is given up."""
+
+TYPE_1_MARGIN = 0.1
+"""Least |sin q_i2| in every posture to which the robot may come."""
+
+TOGETHER = 5e-4
+"""Distance (m) of the elbows, beside its uncertainty, up to which they are in one place."""
+
+SEEN_WITHIN = 0.01
+"""How exactly (m) the platform has to be known where the elbows are in one place."""
+
+
+class ReleaseRefused(InputError):
+    """It is not known what a release would come to; says why."""
+
+
+class RestMotion(NamedTuple):
+    """What a torque does to a robot at rest on the Type 2 locus.
+
+    Attributes:
+        along: acceleration along v1 (m/s^2).
+        lost: acceleration along t_s (m/s^2), 0 on the locus whatever the torque.
+        determinant: second derivative of det A (1/s^2); its sign is that of the assembly mode to which it goes.
+        growth: F (1 / l_12 - e / l_22) / m (1/s^2), the square of the rate at which a displacement along t_s grows;
+            negative where it swings.
+    """
+
+    along: float
+    lost: float
+    determinant: float
+    growth: float
+
+
+def rest_motion(robot: FiveBar, state: State, tau1: float, tau2: float) -> RestMotion:
+    """Return what torques (Nm) beyond friction do to a robot at rest on the locus."""
+    response, svd = direct_dynamics(robot, state, tau1, tau2, 0.0, 0.0), parallel_svd(state)
+    (t1_x, t1_y), (t2_x, t2_y) = (
+        _turn_per_move(leg, parameters) for leg, parameters in ((state.leg1, robot.leg1), (state.leg2, robot.leg2))
+    )
+    force = 0.5 * (response.lambda1 - svd.fold * response.lambda2)
+    return RestMotion(
+        along=svd.v_x * response.ax + svd.v_y * response.ay,
+        lost=svd.t_x * response.ax + svd.t_y * response.ay,
+        determinant=svd.fold * ((t2_x - t1_x) * response.ax + (t2_y - t1_y) * response.ay),
+        growth=force * (1.0 / robot.leg1.distal - svd.fold / robot.leg2.distal) / robot.mass,
+    )
+
+
+def _turn_per_move(leg: Leg, parameters: LegParameters) -> tuple[float, float]:
+    """Return the gradient (rad/m) of a distal link's angle by the platform's place."""
+    scale = -1.0 / (parameters.distal * leg.sin_q2)
+    return scale * leg.r_x, scale * leg.r_y
+
+
+class ReleasePlan(NamedTuple):
+    """A release, and what is known of it beforehand.
+
+    Attributes:
+        release: as numbers, for `release_step`.
+        stand: where the robot stands.
+        pivot: whether the elbows are in one place, so that their order decides the assembly mode.
+        modes: the assembly modes to which it may fall.
+        ends: where the platform comes to in each of the modes (m), within the tolerances.
+    """
+
+    release: Release
+    stand: Standstill
+    pivot: bool
+    modes: tuple[int, ...]
+    ends: tuple[tuple[float, float], ...]
+
+
+def plan_release(
+    robot: FiveBar,
+    tolerances: Tolerances,
+    limits: Limits,
+    elbows_pass: ElbowsPass,
+    rate_hz: int,
+    q11: float,
+    q21: float,
+    platform: tuple[float, float] | None = None,
+) -> ReleasePlan:
+    """Return how a robot at rest near the locus is released from there.
+
+    Args:
+        robot: as modelled.
+        tolerances: how exactly it is known.
+        limits: of the guard, which every posture keeps to which it may come.
+        elbows_pass: whether its elbows may pass each other.
+        rate_hz: sampling rate (Hz).
+        q11, q21: motor angles (rad).
+        platform: where the platform is (m), if known; needed where the elbows of equal distal links are in one place.
+
+    Raises:
+        ReleaseRefused: it is not near the locus, or it is not known that all goes well.
+    """
+    stand = standstill_at(robot, tolerances, q11, q21)
+    if stand is None or _together(robot, stand):
+        return _opened(robot, limits, elbows_pass, rate_hz, q11, q21, stand, platform)
+    if not stand.near:
+        raise ReleaseRefused(
+            f"not near the Type 2 locus: the platform is {1e3 * stand.side:.1f} mm beside the elbows' line, and"
+            " the motors hold it there: expected a robot whose assembly mode its encoders do not tell"
+        )
+    return _pressed(robot, limits, rate_hz, q11, q21, stand)
+
+
+def _together(robot: FiveBar, stand: Standstill) -> bool:
+    """Return whether the elbows may be in one place, so that the direction from one to the other is not known."""
+    distance = stand.gap + abs(robot.leg1.distal - robot.leg2.distal)
+    return not stand.stretched and distance < TOGETHER + 2.0 * DEVIATIONS * stand.gap_deviation
+
+
+def _pressed(robot: FiveBar, limits: Limits, rate_hz: int, q11: float, q21: float, stand: Standstill) -> ReleasePlan:
+    """Return the release of a robot whose elbows are on a known line."""
+    spread = DEVIATIONS * stand.gap_deviation
+    goal = max(gap_of(robot, stand.stretched, CLEAR) + spread, stand.gap + 2.0 * spread, 2.0 * spread)
+    way = goal - stand.gap
+    e1, e2 = elbow_position(robot.leg1, q11), elbow_position(robot.leg2, q21)
+    # the press has the direction of the gap's gradient by the motors
+    slope1, slope2 = (
+        (-1.0 if stand.stretched else 1.0) * one
+        for one in (_slope(robot.leg1, q11, stand, -1.0), _slope(robot.leg2, q21, stand, 1.0))
+    )
+    squared = slope1 * slope1 + slope2 * slope2
+    if not squared > 0.0:
+        raise ReleaseRefused("no motor moves the elbows off the locus: both proximal links lie on their line")
+    press = (
+        GROWTH
+        * GROWTH
+        * robot.mass
+        / (1.0 / robot.leg1.distal + (1.0 if stand.stretched else -1.0) / robot.leg2.distal)
+    )
+    release = _release(
+        robot,
+        limits,
+        rate_hz,
+        (q11, q21),
+        (slope1 / squared, slope2 / squared),
+        way,
+        abs(press),
+        math.atan2(e1[1] - e2[1], e1[0] - e2[0])
+        if stand.stretched or robot.leg2.distal > robot.leg1.distal
+        else math.atan2(e2[1] - e1[1], e2[0] - e1[0]),
+    )
+    ends = tuple(_end_within(robot, limits, release, mode, (way - spread, way, way + spread)) for mode in (1, -1))
+    return ReleasePlan(release, stand, False, (1, -1), ends)
+
+
+def _slope(leg: LegParameters, q1: float, stand: Standstill, sign: float) -> float:
+    """Return the change of the elbows' distance by a motor's angle (m/rad)."""
+    e_x, e_y = stand.normal_y, -stand.normal_x
+    return sign * leg.proximal * (math.cos(q1) * e_y - math.sin(q1) * e_x)
+
+
+def gap_of(robot: FiveBar, stretched: bool, kappa: float) -> float:
+    """Return by how much (m) the elbows are nearer, or folded farther apart, at a 1/cond(A) than on the locus."""
+    one, two = robot.leg1.distal, robot.leg2.distal
+    cosine = math.cos(2.0 * math.atan(kappa))
+    if stretched:
+        return one + two - math.sqrt(one * one + two * two + 2.0 * one * two * cosine)
+    return math.sqrt(one * one + two * two - 2.0 * one * two * cosine) - abs(one - two)
+
+
+def _opened(
+    robot: FiveBar,
+    limits: Limits,
+    elbows_pass: ElbowsPass,
+    rate_hz: int,
+    q11: float,
+    q21: float,
+    stand: Standstill | None,
+    platform: tuple[float, float] | None,
+) -> ReleasePlan:
+    """Return the release of a robot whose elbows are in one place, as far as is known."""
+    if elbows_pass is False:
+        raise ReleaseRefused(
+            "the elbows are in one place within the tolerances, and the robot's file says that they cannot pass each"
+            " other (elbows_pass: false): which is on which side is not known: expected a hand"
+        )
+    if platform is None:
+        raise ReleaseRefused(
+            "the elbows are in one place within the tolerances: the platform may be anywhere on a circle about them,"
+            " the motors read the same, and where it would swing to is not known: expected the platform's place"
+        )
+    (x1, y1), (x2, y2) = elbow_position(robot.leg1, q11), elbow_position(robot.leg2, q21)
+    x, y = platform[0] - 0.5 * (x1 + x2), platform[1] - 0.5 * (y1 + y2)
+    length, distance = 0.5 * (robot.leg1.distal + robot.leg2.distal), math.hypot(x, y)
+    if not abs(distance - length) <= SEEN_WITHIN:
+        raise ReleaseRefused(
+            f"the platform is {1e3 * distance:.1f} mm from the elbows: expected {1e3 * length:.1f} mm within"
+            f" {1e3 * SEEN_WITHIN:g} mm, the length of the distal links"
+        )
+    u_x, u_y = x / distance, y / distance
+    # l_21 n_2 d_2 - l_11 n_1 d_1 = change of E_2 - E_1
+    n1_x, n1_y = -robot.leg1.proximal * math.sin(q11), robot.leg1.proximal * math.cos(q11)
+    n2_x, n2_y = -robot.leg2.proximal * math.sin(q21), robot.leg2.proximal * math.cos(q21)
+    determinant = n1_x * n2_y - n1_y * n2_x
+    if abs(determinant) < TYPE_1_MARGIN * robot.leg1.proximal * robot.leg2.proximal:
+        raise ReleaseRefused("both proximal links are nearly parallel: the motors cannot open the elbows either way")
+    wide = gap_of(robot, False, OPENED)
+    reasons = []
+    for mode in (1, -1):
+        # E_2 - E_1 along e has mode + on its left, the side of u
+        e_x, e_y = mode * u_y, -mode * u_x
+        way_x, way_y = wide * e_x - (x2 - x1), wide * e_y - (y2 - y1)
+        way1 = (n2_x * way_y - n2_y * way_x) / determinant
+        way2 = (n1_x * way_y - n1_y * way_x) / determinant
+        start = math.atan2(u_y, u_x)
+        press = 0.5 * GROWTH * GROWTH * robot.mass * length
+        release = _release(robot, limits, rate_hz, (q11, q21), (way1 / wide, way2 / wide), wide, press, start)
+        try:
+            end = _end_within(robot, limits, release, mode, (0.5 * wide, wide))
+        except ReleaseRefused as error:
+            reasons.append(str(error))
+            continue
+        stand = stand or _in_one_place(platform)
+        return ReleasePlan(release, stand, True, (mode,), (end,))
+    raise ReleaseRefused("; ".join(reasons))
+
+
+def _in_one_place(platform: tuple[float, float]) -> Standstill:
+    """Return the standstill with both elbows in exactly one place, which have no line."""
+    nan = math.nan
+    return Standstill(False, 0.0, 0.0, 0.0, 0.0, platform, platform, nan, nan, nan, nan, nan)
+
+
+def _release(
+    robot: FiveBar,
+    limits: Limits,
+    rate_hz: int,
+    begin: tuple[float, float],
+    per_way: tuple[float, float],
+    way: float,
+    force: float,
+    start: float,
+) -> Release:
+    legs = robot.leg1, robot.leg2
+    inertias = [leg.inertia + robot.mass * leg.proximal**2 for leg in legs]
+    frictions = [leg.coulomb + abs(leg.offset) for leg in legs]
+    # the force acts at the end of the proximal link, at the best across it
+    caps = [one + force * leg.proximal for one, leg in zip(frictions, legs, strict=True)]
+    if not all(most <= limits.torque_limit for most in caps):
+        raise ReleaseRefused(
+            f"the motors need {max(caps):.3g} Nm against friction and to press: expected no more than the torque"
+            f" limit, {limits.torque_limit:.3g} Nm"
+        )
+    travel = [abs(one) * way for one in per_way]
+    return Release(
+        robot=with_floats(robot),
+        period=1.0 / rate_hz,
+        q11=begin[0],
+        q21=begin[1],
+        per_way1=per_way[0],
+        per_way2=per_way[1],
+        way=way,
+        pace=PACE * max(robot.leg1.distal, robot.leg2.distal),
+        kp1=inertias[0] * STIFFNESS**2,
+        kp2=inertias[1] * STIFFNESS**2,
+        kd1=2.0 * inertias[0] * STIFFNESS,
+        kd2=2.0 * inertias[1] * STIFFNESS,
+        offset1=legs[0].offset,
+        offset2=legs[1].offset,
+        friction1=math.copysign(legs[0].coulomb, per_way[0]),
+        friction2=math.copysign(legs[1].coulomb, per_way[1]),
+        cap1=caps[0],
+        cap2=caps[1],
+        travel=2.0 * max(travel) + 0.05,
+        motor_speed=min(MOTOR_SPEED, limits.joint_speed),
+        link_rate=LINK_RATE,
+        start=start,
+    )
+
+
+def _end_within(
+    robot: FiveBar, limits: Limits, release: Release, mode: int, ways: tuple[float, ...]
+) -> tuple[float, float]:
+    """Return where the platform comes to in an assembly mode, once no posture on the way contradicts a limit.
+
+    Raises:
+        ReleaseRefused: one does.
+    """
+    strict = limits._replace(type1_margin=max(limits.type1_margin, TYPE_1_MARGIN))
+    end = math.nan, math.nan
+    for state, modes in _postures(robot, release, mode, ways):
+        found = first_fault(strict, robot, *modes, state, state.x, state.y, ZERO)
+        if found != NO_FAULT:
+            fault = fault_of(found, strict, robot, *modes, state, state.x, state.y, ZERO, 0.0)
+            raise ReleaseRefused(
+                f"in assembly mode {'+' if mode > 0 else '-'} the robot would come to where a limit is: {fault}"
+            )
+        end = state.x, state.y
+    return end
+
+
+def _postures(
+    robot: FiveBar, release: Release, mode: int, ways: tuple[float, ...]
+) -> Iterator[tuple[State, tuple[int, int]]]:
+    """Yield the postures after parts of the way in an assembly mode, and the working mode in which it began."""
+    modes: tuple[int, int] | None = None
+    for way in ways:
+        q11, q21 = release.q11 + release.per_way1 * way, release.q21 + release.per_way2 * way
+        x, y = direct_geometry(robot, mode, q11, q21)
+        if math.isnan(x):
+            continue
+        elbows = elbow_position(robot.leg1, q11), elbow_position(robot.leg2, q21)
+        here = (_side(robot.leg1.base_x, elbows[0], x, y), _side(robot.leg2.base_x, elbows[1], x, y))
+        modes = modes or here
+        yield state_from_platform(robot, *here, x, y, 0.0, 0.0), modes
+
+
+def _side(base_x: float, elbow: tuple[float, float], x: float, y: float) -> int:
+    """Return the working mode of a leg: +1 where the elbow is counter-clockwise of the line to the platform."""
+    return 1 if (x - base_x) * elbow[1] - y * (elbow[0] - base_x) > 0.0 else -1

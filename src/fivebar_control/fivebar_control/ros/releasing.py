@@ -1,0 +1,196 @@
+"""A release from the Type 2 locus on behalf of the blender, which a service begins and `release/status` reports."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from sensor_msgs.msg import Imu
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from fivebar_control.laws.torque import Torque
+from fivebar_control.model.geometry import direct_geometry
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.planning.release import ReleaseRefused, plan_release
+from fivebar_control.planning.release_step import (
+    ENDINGS,
+    PRESSING,
+    RELEASED,
+    Release,
+    ReleaseMemory,
+    first_memory,
+    has_ended,
+    release_step,
+)
+from fivebar_control.safety.stages import guard_limits_of
+from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, MOTOR_STATES, RELEASE_STATUS
+from fivebar_description.joint_sample import JointSample, MessageError
+from fivebar_description.ros.messages import read_fields, stamp_of
+from fivebar_description.ros.node import GraphNode
+
+LONGEST_GAP = 5
+"""Samples in a row that may be missing."""
+
+Values = tuple[float, ...]
+
+
+class Releasing:
+    """The release of a run's robot, at most one at a time.
+
+    With an estimator it goes by `motor_states`, which come whether the estimator knows the robot or not, and by the
+    gyroscope; these topics are subscribed to with the first request. Else `joint_states` have all that it needs.
+    """
+
+    def __init__(
+        self,
+        node: GraphNode,
+        scenario: ControlScenario,
+        obstacle: Callable[[], str | None],
+        sample_of: Callable[[int], int | None],
+        reply: Callable[[int, Torque], None],
+    ) -> None:
+        """Offer the service `~/release`.
+
+        Args:
+            node: the blender.
+            scenario: of the run.
+            obstacle: returns why there must be no torque, None where there may be.
+            sample_of: returns the sample of a stamp (ns), None for one off the grid.
+            reply: commands a torque in answer to a sample.
+        """
+        self._node, self._scenario, self._obstacle = node, scenario, obstacle
+        self._sample_of, self._reply = sample_of, reply
+        self._status: Any = None
+        self._listens = self._wanted = False
+        self._rate = math.nan
+        self._release: Release | None = None
+        self._memory: ReleaseMemory
+        self._last = 0
+        node.create_service(Trigger, "~/release", self._on_release)
+
+    @property
+    def on(self) -> bool:
+        """Whether a release is under way: then the torque of each sample is its own."""
+        return self._wanted
+
+    def end(self, reason: str) -> None:
+        """End a release that is under way; the torque is zero from the next sample on."""
+        if self._wanted:
+            self._finish(f"ended: {reason}")
+
+    def joints(self, sample: int, position: Values, velocity: Values) -> None:
+        """Take the joint states of a sample, from which a release without an estimator goes on."""
+        if self._wanted and not self._scenario.estimated:
+            q11, q12, q21, q22 = position
+            state = state_from_joints(self._scenario.five_bar(), q11, q12, q21, q22, 0.0, 0.0, 0.0, 0.0)
+            self._take(sample, q11, q21, velocity[2] + velocity[3], (state.x, state.y))
+
+    def _on_release(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._wanted:
+            reason: str | None = "a release is under way"
+        elif self._scenario.estimated and not self._scenario.gyro:
+            reason = "there is no gyroscope, and without one nobody knows to which side the platform falls"
+        else:
+            reason = self._obstacle()
+        response.success = reason is None
+        if reason is None:
+            self._listen()
+            self._wanted, self._release, self._rate = True, None, math.nan
+            self._say("begins")
+            response.message = f"begins with the next sample: {RELEASE_STATUS.name} tells what becomes of it"
+        else:
+            response.message = f"not released: {reason}"
+        self._node.get_logger().info(response.message)
+        return response
+
+    def _listen(self) -> None:
+        if self._listens:
+            return
+        self._listens = True
+        self._status = self._node.advertise(RELEASE_STATUS)
+        if self._scenario.estimated:
+            self._node.listen(MOTOR_STATES, self._on_motors, awaited=False)
+            self._node.listen(IMU_DATA, self._on_imu, awaited=False)
+
+    def _on_motors(self, message: JointSample) -> None:
+        if not self._wanted or self._node.refuses(MOTOR_STATES):
+            return
+        try:
+            ((q11, q21),) = read_fields(message, ACTIVE_JOINTS, ("position",))
+        except MessageError as error:
+            self._node.drop(MOTOR_STATES, str(error))
+            return
+        sample = self._sample_of(stamp_of(message))
+        if sample is not None:
+            rate, self._rate = self._rate, math.nan
+            self._take(sample, q11, q21, rate, None)
+
+    def _on_imu(self, message: Imu) -> None:
+        vector = message.angular_velocity
+        rate = self._scenario.imu.turn_rate((vector.x, vector.y, vector.z))
+        if math.isfinite(rate):
+            self._rate = rate
+
+    def _take(self, sample: int, q11: float, q21: float, rate: float, platform: tuple[float, float] | None) -> None:
+        reason = self._obstacle()
+        if reason is not None:
+            self._finish(f"ended: {reason}")
+            return
+        if self._release is None:
+            self._begin(sample, q11, q21, platform)
+        if self._release is None:
+            return
+        if sample <= self._last:
+            return
+        if sample - self._last > LONGEST_GAP:
+            self._finish(f"ended: samples {self._last + 1} to {sample - 1} are missing")
+            return
+        self._last, before = sample, self._memory.phase
+        torque, self._memory = release_step(self._release, self._memory, q11, q21, rate)
+        self._reply(sample, torque)
+        if has_ended(self._memory):
+            self._finish(self._result(q11, q21))
+        elif self._memory.phase != before and self._memory.phase == PRESSING:
+            self._say("pressing")
+
+    def _begin(self, sample: int, q11: float, q21: float, platform: tuple[float, float] | None) -> None:
+        scenario = self._scenario
+        try:
+            plan = plan_release(
+                scenario.five_bar(),
+                scenario.known_within(),
+                guard_limits_of(scenario.safety_settings(), scenario.rate_hz),
+                scenario.elbows_pass(),
+                scenario.rate_hz,
+                q11,
+                q21,
+                platform,
+            )
+        except ReleaseRefused as error:
+            self._finish(f"refused: {error}")
+            return
+        self._release, self._memory, self._last = plan.release, first_memory(plan.release), sample - 1
+        self._say("resting")
+
+    def _result(self, q11: float, q21: float) -> str:
+        """Return how a release has ended, and where the robot is."""
+        memory = self._memory
+        if memory.phase != RELEASED:
+            return f"ended: {ENDINGS[memory.phase]}"
+        x, y = direct_geometry(self._scenario.five_bar(), memory.assembly, q11, q21)
+        mode = "+" if memory.assembly > 0 else "-"
+        return (
+            f"released: in assembly mode {mode}, the platform at ({x:.4f}, {y:.4f}) m by the encoders:"
+            " home it there, and begin a new run"
+        )
+
+    def _finish(self, text: str) -> None:
+        self._wanted, self._release = False, None
+        self._say(text)
+
+    def _say(self, text: str) -> None:
+        self._status.publish(String(data=text))
+        self._node.get_logger().info(f"release {text}")

@@ -1,0 +1,258 @@
+"""Off the Type 2 locus from rest: what a torque does there, and releases, against MuJoCo's dynamics."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fivebar_control.model.geometry import direct_geometry, inverse_geometry
+from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints, state_from_platform
+from fivebar_control.model.singularity import inverse_condition, parallel_svd
+from fivebar_control.model.state import State
+from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, plan_release, rest_motion
+from fivebar_control.planning.release_step import (
+    NO_GYROSCOPE,
+    NOT_AT_REST,
+    RELEASED,
+    STUCK,
+    TOO_FAR,
+    TOO_FAST,
+    UNDECIDED,
+    ReleaseMemory,
+    first_memory,
+    has_ended,
+    release_step,
+)
+from fivebar_control.safety.stages import Area, Limits, SafetySettings, guard_limits_of
+from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import UNKNOWN
+from fivebar_description.tolerances import Tolerances
+from fivebar_sim.effects.friction import FrictionEffects
+from fivebar_sim.effects.loads import Tilt
+from fivebar_sim.effects.settings import PlantSettings
+from fivebar_sim.mujoco_motion import MujocoMotion
+
+RATE = 500
+LIMITS = guard_limits_of(SafetySettings(torque_limit=2.0), RATE)
+KNOWN = Tolerances(length=1e-4)
+COMMON = 0.0, math.sqrt(0.09**2 - 0.059**2)
+"""Where both elbows of DexTAR are in one place (m)."""
+
+STRETCHED = {"centre": (0.0, 1), "aside": (0.025, 1), "below": (0.0, -1)}
+"""Places on the stretched locus in working mode (1, -1), by x and the sign of y."""
+
+
+def on_the_locus(robot: FiveBar, x: float, sign: int, beside: float = 0.0) -> State:
+    """A robot at rest that is beside the stretched locus along t_s (m)."""
+    low, high = sign * 0.05, sign * 0.1
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        ends = [det_a(state_from_platform(robot, sign, -sign, x, y, 0.0, 0.0)) for y in (low, middle)]
+        low, high = (middle, high) if ends[0] * ends[1] > 0.0 else (low, middle)
+    at = state_from_platform(robot, sign, -sign, x, low, 0.0, 0.0)
+    svd = parallel_svd(at)
+    return state_from_platform(robot, sign, -sign, x + beside * svd.t_x, low + beside * svd.t_y, 0.0, 0.0)
+
+
+def folded(robot: FiveBar, heading: float) -> State:
+    """A robot at rest whose elbows are 2 um apart, with its platform in a direction from them."""
+    x, y = COMMON[0] + 0.08999 * math.cos(heading), COMMON[1] + 0.08999 * math.sin(heading)
+    modes = [1 if (x - base) * COMMON[1] + y * base > 0.0 else -1 for base in (-0.059, 0.059)]
+    return state_from_platform(robot, *modes, x, y, 0.0, 0.0)
+
+
+def in_mujoco(robot: FiveBar, state: State, **effects: object) -> MujocoMotion:
+    q = [state.leg1.q1, state.leg1.q2, state.leg2.q1, state.leg2.q2]
+    return MujocoMotion(robot, PlantSettings(**effects), RATE, q)  # type: ignore[arg-type]
+
+
+def state_in(robot: FiveBar, motion: MujocoMotion) -> State:
+    return state_from_joints(robot, *motion.joints[0].tolist(), *motion.joints[1].tolist())
+
+
+@pytest.mark.parametrize("at", [*STRETCHED, "folded"])
+def test_a_torque_at_rest_moves_the_robot_as_the_equations_say(dextar: FiveBar, at: str) -> None:
+    """Without friction: along v1, not along t_s, and off the locus with the square of the time."""
+    smooth = FiveBar(dextar.leg1._replace(offset=0.0), dextar.leg2._replace(offset=0.0), dextar.mass)
+    state = folded(smooth, 0.4) if at == "folded" else on_the_locus(smooth, *STRETCHED[at], beside=1e-8)
+    svd, torque = parallel_svd(state), (0.3, 0.8)
+    expected = rest_motion(smooth, state, *torque)
+    assert abs(expected.lost) < 20.0 * inverse_condition(state) * abs(expected.along) + 1e-12
+    motion = in_mujoco(smooth, state, friction_scale=0.0)
+    motion.advance(torque)
+    motion.advance(torque)
+    now, time = state_in(smooth, motion), 2.0 / RATE
+    assert svd.v_x * now.vx + svd.v_y * now.vy == pytest.approx(time * expected.along, rel=5e-3)
+    assert abs(svd.t_x * now.vx + svd.t_y * now.vy) < 0.01 * time * abs(expected.along)
+    moved = 0.5 * time**2 * expected.determinant
+    largest = 0.5 * time**2 * abs(expected.along) / 0.09
+    assert det_a(now) - det_a(state) == pytest.approx(moved, rel=0.02, abs=0.02 * largest)
+
+
+@pytest.mark.parametrize("x", [0.0, 0.025])
+def test_the_press_makes_a_displacement_grow_like_a_rod_that_buckles(dextar: FiveBar, x: float) -> None:
+    """Against the difference of two MuJoCo robots that began on either side, in which all else cancels."""
+    smooth = FiveBar(dextar.leg1._replace(offset=0.0), dextar.leg2._replace(offset=0.0), dextar.mass)
+    beside, torque, samples = 2e-5, (-1.0, 1.1), 60
+    ends = []
+    for side in (1.0, -1.0):
+        motion = in_mujoco(smooth, on_the_locus(smooth, x, 1, side * beside), friction_scale=0.0)
+        for _ in range(samples):
+            motion.advance(torque)
+        ends.append(det_a(state_in(smooth, motion)))
+    begin = [det_a(on_the_locus(smooth, x, 1, side * beside)) for side in (1.0, -1.0)]
+    rate = math.sqrt(rest_motion(smooth, on_the_locus(smooth, x, 1), *torque).growth)
+    grown = math.cosh(rate * samples / RATE)
+    assert grown > 5.0
+    assert (ends[0] - ends[1]) / (begin[0] - begin[1]) == pytest.approx(grown, rel=0.05)
+
+
+def test_folded_links_do_not_buckle_and_differ_with_the_lengths(dextar: FiveBar) -> None:
+    assert rest_motion(dextar, folded(dextar, 0.4), 0.5, -0.2).growth == pytest.approx(0.0, abs=1e-9)
+    longer = dextar._replace(leg2=dextar.leg2._replace(distal=0.1))
+    assert rest_motion(longer, folded(longer, 0.4), 0.5, -0.2).growth != 0.0
+
+
+def plan_of(
+    robot: FiveBar, state: State, limits: Limits = LIMITS, platform: tuple[float, float] | None = None
+) -> ReleasePlan:
+    return plan_release(robot, KNOWN, limits, UNKNOWN, RATE, state.leg1.q1, state.leg2.q1, platform)
+
+
+def release(robot: FiveBar, plan: ReleasePlan, motion: MujocoMotion) -> tuple[ReleaseMemory, State]:
+    """Carry a release out; the gyroscope has a bias and noise."""
+    random = np.random.default_rng(4)
+    memory = first_memory(plan.release)
+    for _ in range(4000):
+        (q11, _, q21, _), (_, _, dq21, dq22) = motion.joints
+        rate = dq21 + dq22 + 0.02 + random.normal(0.0, 0.01)
+        torque, memory = release_step(plan.release, memory, float(q11), float(q21), float(rate))
+        if has_ended(memory):
+            break
+        assert math.isfinite(motion.advance(torque))
+    return memory, state_in(robot, motion)
+
+
+@pytest.mark.parametrize("at", STRETCHED)
+@pytest.mark.parametrize("beside", [1e-6, 3e-3, -3e-3])
+def test_pressed_elbows_drop_the_platform_to_a_side_that_the_gyroscope_tells(
+    dextar: FiveBar, at: str, beside: float
+) -> None:
+    state = on_the_locus(dextar, *STRETCHED[at], beside=beside)
+    plan = plan_of(dextar, state)
+    assert plan.modes == (1, -1)
+    loads = {"friction": FrictionEffects(passive=0.003), "tilt": Tilt(0.01, 2.0)}
+    memory, end = release(dextar, plan, in_mujoco(dextar, state, **loads))
+    assert memory.phase == RELEASED
+    assert memory.assembly == assembly_mode(end)
+    if abs(beside) > 1e-3:
+        assert memory.assembly == assembly_mode(state)
+    assert inverse_condition(end) > CLEAR
+    assert math.dist((end.x, end.y), plan.ends[plan.modes.index(memory.assembly)]) < 0.01
+    assert memory.fastest_motor < 1.0
+
+
+@pytest.mark.parametrize("heading", [0.4, *(pytest.param(one, marks=pytest.mark.extra) for one in (1.3, -2.5))])
+def test_elbows_in_one_place_are_opened_to_the_mode_that_was_planned(dextar: FiveBar, heading: float) -> None:
+    state = folded(dextar, heading)
+    plan = plan_of(dextar, state, platform=(state.x + 0.004, state.y - 0.003))
+    assert plan.pivot
+    memory, end = release(dextar, plan, in_mujoco(dextar, state, friction=FrictionEffects(passive=0.003)))
+    assert (memory.phase, memory.assembly) == (RELEASED, plan.modes[0])
+    assert assembly_mode(end) == plan.modes[0]
+    assert math.dist((end.x, end.y), plan.ends[0]) < 0.005
+    assert inverse_condition(end) > CLEAR
+
+
+def test_what_is_not_known_is_refused_with_the_reason(dextar: FiveBar) -> None:
+    centre, together = on_the_locus(dextar, 0.0, 1), folded(dextar, 0.4)
+    away = state_from_platform(dextar, 1, -1, 0.0, 0.12, 0.0, 0.0)
+    place = together.x, together.y
+    above = LIMITS._replace(workspace=Area(-0.1, 0.1, 0.08, 0.2))
+
+    def refusal(state: State, **more: object) -> str:
+        with pytest.raises(ReleaseRefused) as caught:
+            plan_of(dextar, state, **more)  # type: ignore[arg-type]
+        return str(caught.value)
+
+    assert refusal(away).startswith("not near the Type 2 locus: the platform is 33.4 mm beside")
+    beside = state_from_platform(dextar, -1, 1, 0.0, 0.12, 0.0, 0.0)
+    assert refusal(beside).startswith("not near the Type 2 locus")
+    assert "anywhere on a circle" in refusal(together)
+    assert "from the elbows: expected 90.0 mm within 10 mm" in refusal(together, platform=(0.0, 0.0))
+    assert "in assembly mode - the robot would come to where a limit is: out_of_workspace" in refusal(
+        centre, limits=above
+    )
+    assert refusal(centre, limits=LIMITS._replace(torque_limit=1.0)).startswith("the motors need 1.3 Nm")
+    with pytest.raises(ReleaseRefused, match=r"elbows_pass: false"):
+        plan_release(dextar, KNOWN, LIMITS, False, RATE, together.leg1.q1, together.leg2.q1, place)
+
+
+def steps(plan: ReleasePlan, angles: object, rate: object, samples: int = 3000) -> tuple[ReleaseMemory, float]:
+    """Take samples until the release ends; return its memory and the largest torque."""
+    memory, largest = first_memory(plan.release), 0.0
+    for number in range(samples):
+        torque, memory = release_step(plan.release, memory, *angles(number), rate(number))  # type: ignore[operator]
+        largest = max(largest, abs(torque.tau1), abs(torque.tau2))
+        if has_ended(memory):
+            assert tuple(torque) == (0.0, 0.0)
+            assert tuple(release_step(plan.release, memory, *angles(number), 0.0)[0]) == (0.0, 0.0)  # type: ignore[operator]
+            break
+    return memory, largest
+
+
+def test_it_gives_up_with_zero_torque_at_every_limit(dextar: FiveBar) -> None:
+    plan = plan_of(dextar, on_the_locus(dextar, 0.0, 1))
+    one = plan.release
+
+    def at_rest(number: int) -> tuple[float, float]:
+        return one.q11, one.q21
+
+    def on_the_way(pace: float) -> object:
+        return lambda number: (
+            one.q11 + one.per_way1 * min(pace * max(0, number - 160), 1.01 * one.way),
+            one.q21 + one.per_way2 * min(pace * max(0, number - 160), 1.01 * one.way),
+        )
+
+    def still(number: int) -> float:
+        return 0.01
+
+    assert steps(plan, at_rest, lambda number: math.nan)[0].phase == NO_GYROSCOPE
+    memory, largest = steps(plan, at_rest, still)
+    assert memory.phase == STUCK
+    assert largest == pytest.approx(max(one.cap1, one.cap2), rel=1e-3)
+    assert steps(plan, on_the_way(1e-5), still)[0].phase == UNDECIDED
+    assert steps(plan, on_the_way(1e-5), lambda number: 0.0 if number < 200 else 20.0)[0].phase == TOO_FAST
+    assert steps(plan, on_the_way(3e-3), still)[0].phase == TOO_FAST
+    assert steps(plan, lambda number: (one.q11 + 1e-4 * number, one.q21), still)[0].phase == NOT_AT_REST
+    assert steps(plan, at_rest, lambda number: 0.0 if number < 100 else 2.0)[0].phase == NOT_AT_REST
+    drift = 1.1 * one.travel
+    assert (
+        steps(plan, lambda number: (one.q11, one.q21 - drift * min(1.0, max(0, number - 160) / 200)), still)[0].phase
+        == TOO_FAR
+    )
+
+
+@pytest.mark.parametrize("assembly", [1, -1])
+def test_the_gyroscope_decides_between_two_hypotheses_that_the_encoders_fit_alike(
+    dextar: FiveBar, assembly: int
+) -> None:
+    plan = plan_of(dextar, on_the_locus(dextar, 0.0, 1))
+    one = plan.release
+
+    def angles(number: int) -> tuple[float, float]:
+        way = min(2e-5 * max(0, number - 160), 1.01 * one.way)
+        return one.q11 + one.per_way1 * way, one.q21 + one.per_way2 * way
+
+    def turned(number: int) -> float:
+        q11, q21 = angles(number)
+        x, y = direct_geometry(dextar, assembly, q11, q21)
+        at = inverse_geometry(dextar, 1, -1, x, y)
+        return one.start if math.isnan(x) else at.q21 + at.q22
+
+    memory, _ = steps(plan, angles, lambda number: RATE * math.remainder(turned(number) - turned(number - 1), math.tau))
+    assert (memory.phase, memory.assembly) == (RELEASED, assembly)
+    right, wrong = (memory.misfit_plus, memory.misfit_minus)[::assembly]
+    assert right < 0.1 < 0.3 < wrong
