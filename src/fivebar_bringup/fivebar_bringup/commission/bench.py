@@ -18,7 +18,7 @@ from fivebar_control.hardware.fault import DriveError
 from fivebar_description.imu import ImuSettings
 
 
-class Bench(Protocol):
+class RobotBench(Protocol):
     """The robot to be commissioned."""
 
     @property

@@ -5,6 +5,7 @@ They are found by trying places at random, always the same ones for the same rob
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -150,7 +151,8 @@ def exciting_points(robot: FiveBar, home: Point) -> list[Point]:
     return best
 
 
-def crossing_points(robot: FiveBar, home: Point) -> list[WayThrough]:
+@functools.lru_cache(maxsize=8)
+def crossing_points(robot: FiveBar, home: Point) -> tuple[WayThrough, ...]:
     """Return ways from near home through the locus, at places far from each other.
 
     Raises:
@@ -176,7 +178,7 @@ def crossing_points(robot: FiveBar, home: Point) -> list[WayThrough]:
     chosen = [min(first, key=lambda way: abs(math.dist(way.begin, way.end) - 1.2 * link))]
     while len(chosen) < CROSSINGS:
         chosen.append(max(ways, key=lambda way: min(_apart(way, other) for other in chosen)))
-    return chosen
+    return tuple(chosen)
 
 
 def _apart(one: WayThrough, other: WayThrough) -> float:
@@ -188,5 +190,7 @@ def through_all(robot: FiveBar, home: Point, ways: Sequence[WayThrough]) -> list
     """Return the waypoints of one motion from home to home that goes each way there and back."""
     points = [home]
     for way in ways:
-        points += [one for one in (way.begin, way.end, way.begin) if one != points[-1]]
-    return [*points, home] if points[-1] != home else points
+        for point in (way.begin, way.end, way.begin, home):
+            if point != points[-1]:
+                points.append(point)
+    return points

@@ -271,7 +271,7 @@ class PractisedPerson:
 
 
 class PracticeBench:
-    """The `Bench` of a simulated robot."""
+    """The `RobotBench` of a simulated robot."""
 
     def __init__(self, file: PracticeFile, machine_code: bool = True) -> None:
         """Put the robot home."""

@@ -41,7 +41,7 @@ class LedSample(NamedTuple):
 
 
 class RealBench:
-    """The `Bench` of a robot on real drives."""
+    """The `RobotBench` of a robot on real drives."""
 
     def __init__(self, rate_hz: int, imu_rate_hz: int = 0) -> None:
         """Have drives with cycles at a rate (Hz), and maybe an IMU with so many readings a second."""

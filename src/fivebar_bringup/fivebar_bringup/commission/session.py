@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import itertools
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from fivebar_bringup.commission.bench import Bench
+from fivebar_bringup.commission.bench import RobotBench
 from fivebar_bringup.commission.drives_file import DrivesFile
 from fivebar_bringup.commission.limits import Allowed, AllowedDrives
 from fivebar_bringup.commission.person import Person, PutAt
 from fivebar_bringup.commission.record import CommissionState
 from fivebar_bringup.commission.step import GateClosed
 from fivebar_bringup.motions.start import HOME_MODE
+from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.recorded.run_directory import RunDirectory
+from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.drive_interface import DriveReading
 from fivebar_control.model.geometry import inverse_geometry
@@ -27,6 +29,9 @@ from fivebar_description.strict_yaml import validate, yaml_text
 from fivebar_description.text_file import write_file
 
 ROBOT_FILE, DRIVES_FILE = "robot.yaml", "drives.yaml"
+
+TOLERATED = {"length": 3e-4, "base": 3e-4, "zero": 6e-3}
+"""Tolerances (m, rad) of a robot whose file declares none: put together by hand, its zeros set at a mark."""
 
 READINGS = 20
 """Cycles whose mean is a reading of a robot at rest."""
@@ -41,7 +46,7 @@ class Session:
     """What the steps work with."""
 
     def __init__(
-        self, folder: Path, state: CommissionState, bench: Bench, person: Person, tell: Callable[[str], None]
+        self, folder: Path, state: CommissionState, bench: RobotBench, person: Person, tell: Callable[[str], None]
     ) -> None:
         """Go on from a state in a folder, which has the files of robot and drives."""
         self.folder, self.state, self.bench, self.person, self.tell = folder, state, bench, person, tell
@@ -141,6 +146,24 @@ class Session:
                 )
         raise GateClosed("not_at_home", f"a motor is {away:.2f} rad from where it is with the platform at home")
 
+    def run(self, scenario: Scenario, name: str, page: bool = False) -> tuple[RunDirectory, Summary]:
+        """Run a scenario from home, in a new folder, which keeps the drives' file as it was.
+
+        Raises:
+            GateClosed: the robot is not at home, or a drive has a fault.
+            KeyboardInterrupt: the run has been interrupted.
+        """
+        self.at_home()
+        folder, summary = self.bench.run(scenario, self.drives_path, self.new_folder(name), page)
+        if summary.outcome is RunOutcome.INTERRUPTED:
+            raise KeyboardInterrupt
+        self.keep_drives(folder)
+        return folder, summary
+
+    def keep_drives(self, folder: RunDirectory) -> None:
+        """Keep the drives' file as it was while something was recorded."""
+        self.drives.write(folder.path / DRIVES_FILE)
+
     def scenario(self, name: str, **content: Any) -> Scenario:
         """Return a scenario of the robot, within what it is allowed."""
         drives = self.drives
@@ -160,8 +183,3 @@ class Session:
         if self.state.imu is not None:
             known["imu"] = self.state.imu
         return validate(known | content, Scenario, name)
-
-
-def clear(folder: Path) -> None:
-    """Remove what an interrupted run has left."""
-    shutil.rmtree(folder, ignore_errors=True)

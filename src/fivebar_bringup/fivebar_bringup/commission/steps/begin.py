@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from fivebar_bringup.commission.bench import Bench
+from fivebar_bringup.commission.bench import RobotBench
 from fivebar_bringup.commission.drives_file import DrivesFile, configuration_path
 from fivebar_bringup.commission.person import Answer, Person, PersonAtTerminal, PersonByFile
 from fivebar_bringup.commission.practice import (
@@ -21,7 +21,7 @@ from fivebar_bringup.commission.practice import (
 )
 from fivebar_bringup.commission.real import RealBench
 from fivebar_bringup.commission.record import CommissionState, resumed
-from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, Session
+from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, TOLERATED, Session
 from fivebar_bringup.commission.steps.sequence import STEPS
 from fivebar_bringup.drives.choice import run_files_of
 from fivebar_bringup.recorded.results import write_errors
@@ -87,8 +87,10 @@ def begun(
     if not (folder / ROBOT_FILE).exists():
         content = file.model_dump(mode="json", exclude_none=True)
         content["drives"] = content.get("drives", {}) | {"torque_limit": torque, "joint_speed_limit": speed}
+        if not file.tolerances.declared:
+            content["tolerances"] |= TOLERATED
         write_file(folder / ROBOT_FILE, yaml_text(content))
-    bench: Bench
+    bench: RobotBench
     person: Person | None = None
     if practice is not None:
         simulated = _practice_in(folder, robot, practice, torque)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from fivebar_bringup.commission.crossings import crossing_base
 from fivebar_bringup.commission.motions import crossing_points, through_all
-from fivebar_bringup.commission.session import Session
+from fivebar_bringup.commission.session import TOLERATED, Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
-from fivebar_bringup.commission.steps.calibration import TOLERATED, figures_of, take
+from fivebar_bringup.commission.steps.calibration import figures_of, take
 from fivebar_bringup.commission.steps.identification import finished
 from fivebar_bringup.commission.steps.rehearsal import chosen_crossings
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
+from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import yaml_text
 from fivebar_description.text_file import write_file
 
@@ -28,16 +29,14 @@ def run(session: Session) -> Findings:
     pace = sum(chosen_crossings(session)[0].durations()) / 2.0
     points = through_all(robot, home, crossing_points(robot, home))
     scenario = crossing_base(session, "calibration", waypoints=points, segment_duration=round(pace, 3))
-    session.at_home()
-    folder, summary = session.bench.run(scenario, session.drives_path, session.new_folder("calibration"), False)
+    folder, summary = session.run(scenario, "calibration")
     finished(summary, folder)
-    wide = session.robot.model_copy(update={"tolerances": session.robot.tolerances._replace(**TOLERATED)})
-    path = session.folder / "wide.yaml"
-    try:
-        write_file(path, yaml_text(wide.model_dump(mode="json", exclude_none=True)))
-        found = calibrate_bag(folder.path, str(path))
-    finally:
-        path.unlink(missing_ok=True)
+    # begun from the lengths that are known, but with tolerances as before, so that it is a calibration of its own
+    start, wide = read_robot(str(folder.robot)), folder.path / "wide.yaml"
+    tolerances = start.tolerances._replace(**TOLERATED)
+    content = start.model_copy(update={"tolerances": tolerances}).model_dump(mode="json", exclude_none=True)
+    write_file(wide, yaml_text(content))
+    found = calibrate_bag(folder.path, str(wide))
     figures = figures_of(found)
     gap = float(abs(found.found.gaps_before()).max())
     figures["elbow gap after the calibration by hand, mm"] = round(1e3 * gap, 4)
@@ -51,7 +50,7 @@ def run(session: Session) -> Findings:
         )
     if gap <= CONFIRMED:
         return Findings(f"the elbow gap is confirmed to {1e3 * gap:.3f} mm", figures, pages)
-    take(session, found)
+    take(session, found, folder.path)
     return Findings(f"the elbow gap was {1e3 * gap:.3f} mm off, and is corrected", figures, pages)
 
 

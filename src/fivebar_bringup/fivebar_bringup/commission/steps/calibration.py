@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
-from fivebar_bringup.commission.session import Session
+from fivebar_bringup.commission.drives_file import DrivesFile
+from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
@@ -16,22 +18,17 @@ LARGEST_SHIFT = 6.0
 WIDEST_GAP = 0.3e-3
 """Half width (m) of the elbow gap's interval beyond which a crossing is a matter of luck."""
 
-TOLERATED = {"length": 3e-4, "base": 3e-4, "zero": 6e-3}
-"""Tolerances of a robot whose file declares none: put together by hand, its zeros set at a mark."""
-
 
 def run(session: Session) -> Findings:
     """Calibrate from the motion by hand, and write robot and drives."""
     led = session.state.outcome_of("sensors")
     assert led is not None and led.pages, "the step before has recorded it"
-    if not session.robot.tolerances.declared:
-        session.learn_robot(
-            session.robot.model_copy(update={"tolerances": session.robot.tolerances._replace(**TOLERATED)})
-        )
-    found = calibrate_bag(session.folder / led.pages[0], str(session.robot_path), encoders_only=session.imu is None)
+    folder = session.folder / led.pages[0]
+    # by the files as they were then, so that a repetition finds the same
+    found = calibrate_bag(folder, str(folder / ROBOT_FILE), encoders_only=session.imu is None)
     figures = figures_of(found)
     _refuse_implausible(found, figures)
-    take(session, found)
+    take(session, found, folder)
     gap = 1e3 * float(abs(found.found.gaps_before()).max())
     left = 1e3 * float(found.found.gap_half_widths().max())
     return Findings(f"the elbow gap was up to {gap:.3f} mm and is known to {left:.3f} mm", figures)
@@ -43,13 +40,13 @@ def figures_of(found: CalibrationResult) -> dict[str, Any]:
     return figures | dict(found.mounting_rows())
 
 
-def take(session: Session, found: CalibrationResult) -> None:
-    """Write what a calibration has found into the files of robot and drives, and keep mounting and play."""
+def take(session: Session, found: CalibrationResult, folder: Path) -> None:
+    """Write what a calibration from a folder has found into the files of robot and drives; keep mounting and play."""
     session.learn_robot(found.robot_file())
-    file = session.drives
+    file = DrivesFile(folder / DRIVES_FILE)
     for joint, zero in zip(ACTIVE_JOINTS, found.zeros(), strict=True):
         file.change(joint, zero=round(file.facts(joint).zero - zero, 9))
-    file.write()
+    file.write(session.drives_path)
     mounting, imu = found.mounting, session.imu
     if mounting is not None and imu is not None:
         update = {name: getattr(mounting, name)[0] for name in ("roll", "pitch", "yaw", "mount_x", "mount_y")}

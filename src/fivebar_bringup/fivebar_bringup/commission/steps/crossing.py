@@ -28,8 +28,7 @@ def _crossed(session: Session, scenarios: list[Scenario]) -> Findings:
     figures: dict[str, object] = {}
     pages, words = list[str](), list[str]()
     for scenario in scenarios:
-        session.at_home()
-        folder, summary = session.bench.run(scenario, session.drives_path, session.new_folder("crossing"), True)
+        folder, summary = session.run(scenario, "crossing", page=True)
         name = f"there and back in {sum(scenario.durations()):.2f} s"
         pages.append(str(folder.page.relative_to(session.folder)))
         peak, limit = summary.tracking_error_peak_m, summary.error_tolerance_m

@@ -40,8 +40,7 @@ LARGEST_CHANGE = 3.0
 def run(session: Session) -> Findings:
     """Make the exciting motion, identify the robot from it, and write its file."""
     scenario = exciting(session)
-    session.at_home()
-    run_directory, summary = session.bench.run(scenario, session.drives_path, session.new_folder("excitation"), False)
+    run_directory, summary = session.run(scenario, "excitation")
     finished(summary, run_directory)
     robot = str(session.robot_path)
     found = identify_bag(run_directory.path, robot)
@@ -58,21 +57,13 @@ def run(session: Session) -> Findings:
         )
     if session.robot.proximal_links is not None:
         # with weighed links the torque constants can be told from the inertias
-        maps = map_bag(run_directory.path, robot, ())
-        gains = [one.gain for one in maps]
         figures |= {
-            f"{joint}: actual over commanded torque": f"{gain.value:.4f} ± {gain.half_width:.4f}"
-            for joint, gain in zip(ACTIVE_JOINTS, gains, strict=True)
+            f"{joint}: actual over commanded torque": f"{one.gain.value:.4f} ± {one.gain.half_width:.4f}"
+            for joint, one in zip(ACTIVE_JOINTS, map_bag(run_directory.path, robot, ()), strict=True)
         }
-        file = session.drives
-        for joint, gain in zip(ACTIVE_JOINTS, gains, strict=True):
-            if "torque_constant" in file.motor(joint):
-                file.change(joint, torque_constant=round(file.motor(joint)["torque_constant"] * gain.value, 6))
-        file.write()
-    else:
-        session.learn_robot(found.robot_file())
+    session.learn_robot(found.robot_file())
     words = ", ".join(f"{one.name} {one.value:.4g} {one.unit} ({one.change()})" for one in found.parameters()[:3])
-    return Findings(words, figures, (_relative(session, run_directory),))
+    return Findings(words, figures, (str(run_directory.path.relative_to(session.folder)),))
 
 
 def exciting(session: Session) -> Scenario:
@@ -118,10 +109,6 @@ def finished(summary: Summary, directory: RunDirectory) -> None:
             summary.faults[0] if summary.faults else str(summary.outcome),
             f"{details[0] if details else summary.outcome}: look at {directory.path}",
         )
-
-
-def _relative(session: Session, directory: RunDirectory) -> str:
-    return str(directory.path.relative_to(session.folder))
 
 
 IDENTIFICATION = GatedStep(

@@ -61,6 +61,7 @@ def run(session: Session) -> Findings:
         session.drives_path,
         session.new_folder(LED),
     )
+    session.keep_drives(run_directory)
     imu, pages = session.imu, (str(run_directory.path.relative_to(session.folder)),)
     if imu is None:
         return Findings("no gyroscope: the elbow gap is calibrated from the motors' turning points", {}, pages)

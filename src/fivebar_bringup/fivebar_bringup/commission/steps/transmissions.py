@@ -43,7 +43,6 @@ def run(session: Session) -> Findings:
             f"a chirp of {amplitude:.3g} Nm shows nothing beside {friction:.3g} Nm of friction: allow at least"
             f" {LEAST_AMPLITUDE * friction / SHARE:.2g} Nm",
         )
-    session.at_home()
     scenario = session.scenario(
         "resonance",
         controller="fivebar_control.laws.chirp:LAW",
@@ -58,7 +57,7 @@ def run(session: Session) -> Findings:
         tracking_error_limit=OFF_BY,
         error_tolerance=OFF_BY,
     )
-    folder, summary = session.bench.run(scenario, session.drives_path, session.new_folder("resonance"), False)
+    folder, summary = session.run(scenario, "resonance")
     finished(summary, folder)
     figures: dict[str, object] = {"amplitude, Nm": round(amplitude, 3)}
     try:
