@@ -54,7 +54,7 @@ ANY_REQUEST = {"request_ratio": None}
 
 
 def test_the_stated_step_and_friction_width_are_those_of_the_cases() -> None:
-    case, _ = prepared(load_scenario("middle"))
+    case, _ = prepared(changed("middle"))
     assert case.numbers.step == pytest.approx(STEP) == pytest.approx(MAX_STEP)
     assert {leg.width for leg in (*case.numbers.actual[:2], *case.numbers.control.robot[:2])} == {WIDTH}
 
@@ -86,7 +86,7 @@ def test_a_law_with_a_solver_is_refused_and_swept_without_the_engine() -> None:
     assert (outcome.mode_changes, run.faults) == (2, [])
 
 
-@pytest.mark.parametrize("controller", ["multi_cartesian", "unified"])
+@pytest.mark.parametrize("controller", long_if_seldom_compiled(["multi_cartesian", "unified"]))
 def test_eight_crossings_in_one_run_are_those_of_the_offline_runner(controller: str) -> None:
     _, outcome = expect_agreement(changed("multiple", DIFFERENT, controller=controller, segment_duration=0.3))
     assert outcome.mode_changes == 8
@@ -149,7 +149,11 @@ def test_the_two_limits_of_the_guard_are_those_of_the_offline_runner() -> None:
         ("out_of_workspace", {"safety": {"workspace": [-0.1, 0.1, 0.05, 0.2]}}),
         ("forbidden_posture", {"safety": {"forbidden": [-0.1, 0.1, 0.0, 0.05, -4.0, 4.0, -4.0, 4.0]}, "force": True}),
         ("near_type_1", {"safety": {"type1_margin": 0.9}}),
-        ("torque_excessive", {"plant": {"torque_limit": 0.3}}),
+        pytest.param(
+            "torque_excessive",
+            {"controller": "multi_cartesian", "plant": {"torque_limit": 0.3}},
+            marks=pytest.mark.extra,
+        ),
     ],
 )
 def test_faults_come_at_the_same_sample(fault: str, fields: dict[str, Any]) -> None:
@@ -179,9 +183,11 @@ def test_a_braked_robot_stops_as_in_the_offline_runner() -> None:
     assert way < 0.5 * longer
 
 
+@pytest.mark.extra
 def test_an_undefined_torque_is_found_at_the_same_sample() -> None:
     """By gains that overflow, which a scenario's file refuses."""
-    scenario = changed("middle", {"encoder_counts": 4096}, safety=ANY_REQUEST, segment_duration=0.5)
+    fields = {"controller": "multi_cartesian", "safety": ANY_REQUEST, "segment_duration": 0.5}
+    scenario = changed("middle", {"encoder_counts": 4096}, **fields)
     overflowing = scenario.gains._replace(kp=1e308, kd=1e308)
     expect_fault(scenario.model_copy(update={"gains": overflowing}), "torque_undefined")
 
@@ -234,8 +240,8 @@ def expect_summary(outcome: Outcome, summary: Summary) -> None:
 
 
 def test_the_work_is_that_of_torque_and_turned_angle() -> None:
-    _, trace = traced_crossing(*prepared(load_scenario("middle")))
-    outcome = crossing(*prepared(load_scenario("middle")))
+    _, trace = traced_crossing(*prepared(changed("middle")))
+    outcome = crossing(*prepared(changed("middle")))
     turned = np.diff(columns(trace, "q11", "q21"), axis=0)
     assert outcome.work == pytest.approx(float(np.sum(np.abs(turned * columns(trace, "applied1", "applied2")[1:]))))
     assert outcome.work > 0.1
@@ -247,12 +253,13 @@ def test_a_run_is_repeated_to_the_last_bit_and_with_or_without_trace() -> None:
     assert crossing(case, plan) == traced_crossing(case, plan)[0] == once
 
 
+@pytest.mark.extra
 def test_any_other_robot_may_be_there() -> None:
     """Scales of a scenario and a robot of one's own are the same; a platform of twice the mass is another run."""
     scenario = load_scenario("middle")
     robot = scenario.five_bar()
     scales = (DIFFERENT["mass_scale"], DIFFERENT["inertia_scale"], DIFFERENT["friction_scale"])
-    by_scale = crossing(*prepared(changed("middle", DIFFERENT)))
+    by_scale = crossing(*prepared(changed("middle", DIFFERENT, controller=scenario.controller)))
     assert crossing(*prepared(scenario, actual=scaled(robot, *scales))) == by_scale
     heavy = crossing(*prepared(scenario, actual=robot._replace(mass=2.0 * robot.mass)))
     assert heavy.error_peak > 1.5 * crossing(*prepared(scenario)).error_peak
