@@ -89,6 +89,7 @@ def test_a_size_has_its_place_in_the_figure() -> None:
         assert place_of(effect, effect.sizes[3]) == pytest.approx(3.5)
 
 
+@pytest.mark.extra
 def test_a_law_from_elsewhere_climbs_its_ladder() -> None:
     settings = RobustnessSettings(
         effects=("mass", "gyro_noise"), controllers=("toy_law:LAW",), draws=1, durations=(1.0,)
