@@ -98,6 +98,7 @@ def test_drives_on_a_bus_are_put_right_and_left_without_power(tmp_path: Path, mo
         ({"practice": "1"}, "--drives: expected without --practice"),
         ({"drives": "nowhere.yaml"}, r"nowhere\.yaml"),
         ({"answers": "nowhere.yaml"}, r"nowhere\.yaml"),
+        ({"practice": "nowhere.yaml", "drives": None}, r"nowhere\.yaml"),
     ],
 )
 def test_options_that_cannot_be_are_refused_in_a_line(tmp_path: Path, changed: dict[str, object], message: str) -> None:
@@ -117,3 +118,5 @@ def test_options_that_cannot_be_are_refused_in_a_line(tmp_path: Path, changed: d
     }
     with pytest.raises(InputError, match=message):
         begun(**(given | changed))  # type: ignore[arg-type]
+    # so that the same directory can be used with better ones
+    assert not (tmp_path / "out").exists()

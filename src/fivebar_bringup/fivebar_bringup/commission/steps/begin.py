@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from fivebar_bringup.commission.bench import RobotBench
@@ -27,7 +29,7 @@ from fivebar_bringup.drives.choice import run_files_of
 from fivebar_bringup.recorded.results import write_errors
 from fivebar_control.hardware.connection import interface_of
 from fivebar_description.drive_kinds import confirm_installed, drive_kind
-from fivebar_description.robot_file import read_robot
+from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.share import is_yaml_path
 from fivebar_description.strict_yaml import InputError, load_yaml, parse_yaml, validate, yaml_text
 from fivebar_description.suggestion import expected_one_of
@@ -82,8 +84,36 @@ def begun(
     state = resumed(folder, asked)
     if again is not None:
         state = state.before(again)
-    with write_errors(folder):
+    with write_errors(folder), _nothing_left_of(folder):
         folder.mkdir(parents=True, exist_ok=True)
+        return _session(folder, robot, file, state, answers, imu_rate_hz, tell, read, machine_code)
+
+
+@contextmanager
+def _nothing_left_of(folder: Path) -> Iterator[None]:
+    """Remove a folder that did not exist before, where the block refuses its input."""
+    existed = folder.exists()
+    try:
+        yield
+    except InputError:
+        if not existed:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def _session(
+    folder: Path,
+    robot: str,
+    file: RobotFile,
+    state: CommissionState,
+    answers: str | None,
+    imu_rate_hz: int,
+    tell: Callable[[str], None],
+    read: Callable[[], str],
+    machine_code: bool,
+) -> Session:
+    """Write the files that are not in the folder yet, and return the session."""
+    torque, speed, practice = state.torque_nm, state.speed_rad_s, state.practice
     if not (folder / ROBOT_FILE).exists():
         content = file.model_dump(mode="json", exclude_none=True)
         content["drives"] = content.get("drives", {}) | {"torque_limit": torque, "joint_speed_limit": speed}
@@ -92,12 +122,12 @@ def begun(
         write_file(folder / ROBOT_FILE, yaml_text(content))
     bench: RobotBench
     person: Person | None = None
-    if practice is not None:
+    if practice:
         simulated = _practice_in(folder, robot, practice, torque)
         bench = PracticeBench(simulated, machine_code)
         person = PractisedPerson(bench.robot)
     else:
-        _write_drives(folder, given, torque)
+        _write_drives(folder, state.drives, torque)
         bench = RealBench(DrivesFile(folder / DRIVES_FILE).rate_hz, imu_rate_hz)
         person = PersonAtTerminal(read, tell) if answers is None else None
     if answers is not None:
