@@ -32,7 +32,8 @@ def sweep(
         controllers: that make each crossing, laws of your own as `"my_package.my_law:LAW"`; by default all that are
             compiled.
         rig: whose robots are drawn, by default none.
-        robot: a shipped robot or a robot file, by default that of the rig, or DexTAR.
+        robot: a shipped robot or a robot file in place of a rig, by default DexTAR; robots are drawn as its file
+            declares.
         out: new or empty directory for rows, results and page, or that of a sweep to resume; by default nothing is
             kept but the result.
         executor: number of processes to use, or a `distributed.Client` of a Dask cluster; by default this process.
@@ -49,6 +50,7 @@ def sweep(
         True
     """
     # here, because it loads what all laws need
+    from fivebar_bringup.studies.rigs.declared import robots_drawn
     from fivebar_bringup.studies.sweep.sweep import SWEEP
 
     given = {
@@ -56,7 +58,7 @@ def sweep(
         "seed": seed,
         "controllers": None if controllers is None else tuple(controllers),
         "rig": rig,
-        "robot": robot,
+        **({} if robot is None else robots_drawn(robot)),
     }
     with _executor(executor) as chosen:
         made = run_study(SWEEP, given, None if out is None else Path(out), chosen, kept=out is not None)

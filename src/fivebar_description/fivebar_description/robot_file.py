@@ -8,12 +8,15 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from fivebar_description.camera import CameraSettings
 from fivebar_description.file_format import NEWEST, Format, read_versioned
 from fivebar_description.forbidden import MOST, ForbiddenPosture
+from fivebar_description.imu import ImuSettings
 from fivebar_description.known_drives import NO_DRIVES, KnownDrives
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar, LegParameters, tip_masses
+from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.physical_bounds import (
     Coordinate,
     CoulombFriction,
@@ -28,6 +31,7 @@ from fivebar_description.settings import Section
 from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import StrictModel
 from fivebar_description.tolerances import EXACT, Tolerances
+from fivebar_description.transmission import RIGID, Transmission
 from fivebar_description.tuning import NO_TUNING, Tuning
 
 Place = Annotated[tuple[Coordinate, Coordinate], Field(strict=False)]
@@ -180,6 +184,10 @@ class RobotFile(StrictModel):
     distal_links: DistalLinks | None = None
     end_effector: EndEffector | None = None
     sensors: Section[KnownSensors] = NOTHING_KNOWN
+    imu: Section[ImuSettings] | None = None
+    passive_encoder: Section[PassiveEncoder] | None = None
+    camera: Section[CameraSettings] | None = None
+    transmission: Section[Transmission] = RIGID
     drives: Section[KnownDrives] = NO_DRIVES
     tuning: Section[Tuning] = NO_TUNING
     home_m: Place = HOME

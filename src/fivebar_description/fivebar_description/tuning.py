@@ -26,6 +26,41 @@ class Tuning(NamedTuple):
     disturbance_rate: Annotated[
         float | None, Setting("Of the estimator's noises.", "Nm per root s", above=0.0, at_most=1e3)
     ] = None
+    gyro_noise: Annotated[
+        float | None,
+        Setting(
+            "Noise of a gyroscope's reading as the estimator takes it; more than the sensor's own where links swing.",
+            "rad/s",
+            above=0.0,
+            at_most=10.0,
+        ),
+    ] = None
+    play: Annotated[
+        float | None,
+        Setting(
+            "Standard deviation of the angle between a motor and its link that the estimator expects.",
+            "rad",
+            at_least=0.0,
+            at_most=1.0,
+        ),
+    ] = None
+    force_deviation: Annotated[
+        float | None,
+        Setting(
+            "Standard deviation of an unknown force on the platform that the estimator expects.",
+            "N",
+            at_least=0.0,
+            at_most=1e3,
+        ),
+    ] = None
+    misfit_limit: Annotated[
+        float | None,
+        Setting(
+            "Mean of the squared innovations, in units of their variance, beyond which the estimate is inconsistent.",
+            at_least=1.0,
+            at_most=1e9,
+        ),
+    ] = None
 
 
 NO_TUNING = Tuning()

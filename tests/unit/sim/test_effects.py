@@ -17,6 +17,7 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.transmission import Transmission
 from fivebar_sim.effects.bus import BusEffects, lost_commands
 from fivebar_sim.effects.encoders import EncoderDisc, EncoderErrors, angle_seen_as, seen
 from fivebar_sim.effects.friction import FrictionCurve, FrictionEffects, bristle_after, friction, stribeck
@@ -29,7 +30,7 @@ from fivebar_sim.effects.motors import MotorEffects, current_after, motor_of, mo
 from fivebar_sim.effects.observation import energy, joints_of
 from fivebar_sim.effects.platform_joint import PlatformJoint, joint_force
 from fivebar_sim.effects.settings import PlantSettings, has_effects, without_effects
-from fivebar_sim.effects.transmission import Transmission, transmitted
+from fivebar_sim.effects.transmission import transmitted
 from fivebar_sim.plant import Plant
 from fivebar_sim.sensors import TorqueOutput
 

@@ -14,6 +14,7 @@ from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers, sections
 from fivebar_description.strict_yaml import InputError
+from fivebar_description.transmission import Transmission
 from fivebar_sim import mujoco_motion, mujoco_robot
 from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.encoders import EncoderErrors
@@ -25,7 +26,6 @@ from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.timing import Timing
-from fivebar_sim.effects.transmission import Transmission
 from fivebar_sim.engines import SimulatedMechanism, check_engine, motion_of
 from fivebar_sim.mujoco_model import links_of
 from fivebar_sim.mujoco_motion import MujocoMotion

@@ -66,7 +66,8 @@ def sweep(
         str | None,
         typer.Option(
             "--robot",
-            help="A shipped robot, or a robot file (.yaml): limits and tolerances go with its torque and size."
+            help="A shipped robot, or a robot file (.yaml): limits go with its torque and size. Robots are drawn as the"
+            " file declares by tolerances, loads and transmission, else as without a rig."
             " [default: dextar, or that of the rig]",
         ),
     ] = None,
@@ -99,6 +100,7 @@ def sweep(
 
     Example: `fivebar sweep --case 137 --controllers unified --out runs/case-137`
     """
+    from fivebar_bringup.studies.rigs.declared import robots_drawn
     from fivebar_bringup.studies.rigs.rig import named_rig
 
     with input_errors(), keyboard_interrupts():
@@ -111,7 +113,7 @@ def sweep(
             "cases": QUICK_CASES if quick else cases,
             "rig": None if rig is None else named_rig("--rig", rig),
             "controllers": chosen_controllers(controllers),
-            "robot": robot,
+            **({} if robot is None else robots_drawn(robot)),
         }
         if case is not None:
             _one_case(case, given, out, as_json)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from fivebar_bringup.odds.drawn_robots import with_drawn_robot
@@ -12,6 +12,7 @@ from fivebar_bringup.odds.robot_errors import RobotErrors
 from fivebar_bringup.odds.success import shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_control.safety.stages import NO_FAULT
 
@@ -62,20 +63,38 @@ def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterab
     Raises:
         PlanRefused: the motion cannot be made.
     """
+    successes, tried, promise = 0, 0, 0.0
+    crossings = len(scenario.plan().crossings)
+    for one in tries_of(scenario, errors, seed, robots):
+        successes += not one.missed
+        tried += 1
+        if one.outcome.fault == NO_FAULT and one.outcome.mode_changes == crossings:
+            beyond = one.outcome.error_peak / scenario.error_tolerance - 1.0
+            # the exponent is bounded, as the exponential function overflows
+            promise += 1.0 / (1.0 + math.exp(min(beyond / SOFTNESS, 100.0)))
+    return Trials(Odds(successes, tried), promise)
+
+
+class Try(NamedTuple):
+    """A run of a motion on a drawn robot: the robot's number, what came of it, and how it falls short of a success."""
+
+    robot: int
+    outcome: Outcome
+    missed: list[str]
+
+
+def tries_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Iterator[Try]:
+    """Yield the runs of a scenario's motion on drawn robots; arguments as for `trials_of`.
+
+    Raises:
+        PlanRefused: the motion cannot be made.
+    """
     plan = scenario.plan()
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
     planned = plan.path.samples(scenario.rate_hz) + 1
     times = [one.time for one in plan.crossings] or [0.5 * plan.path.duration]
-    successes, tried, promise = 0, 0, 0.0
     for number in robots:
         # a push meets one of the crossings
         drawn = with_drawn_robot(scenario, errors, seed, number, times[number % len(times)])
         outcome = crossing(case_of(drawn, stop_at_fault=True), samples)
-        missed = shortcomings(outcome, planned, len(plan.crossings), scenario.error_tolerance)
-        successes += not missed
-        tried += 1
-        if outcome.fault == NO_FAULT and outcome.mode_changes == len(plan.crossings):
-            beyond = outcome.error_peak / scenario.error_tolerance - 1.0
-            # the exponent is bounded, as the exponential function overflows
-            promise += 1.0 / (1.0 + math.exp(min(beyond / SOFTNESS, 100.0)))
-    return Trials(Odds(successes, tried), promise)
+        yield Try(number, outcome, shortcomings(outcome, planned, len(plan.crossings), scenario.error_tolerance))

@@ -1,7 +1,8 @@
-"""Defaults of a scenario that follow from the robot: its torques, speeds and encoders, from the robot file.
+"""Defaults of a scenario that follow from the robot: torques, speeds, encoders, sensors and transmissions of its file.
 
 Defaults of torques are those of DexTAR, and on another robot in proportion to the torque of its crossings; see
-`fivebar_control.laws.robot_sizes`. Bandwidth and noises that suit a robot may stand in its file.
+`fivebar_control.laws.robot_sizes`. Bandwidth and noises that suit a robot may stand in its file. A sensor that the file
+declares is there, and the estimator uses it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.robot_sizes import law_sizes, torque_ratio
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.scenario_file import named_robot, with_defaults, with_drives_of_robot
+from fivebar_description.transmission import RIGID
 
 
 def robot_defaults(file: RobotFile) -> dict[str, dict[str, Any]]:
@@ -27,9 +29,25 @@ def robot_defaults(file: RobotFile) -> dict[str, dict[str, Any]]:
         }
     if drives.joint_speed_limit is not None:
         found["safety"]["joint_speed_limit"] = drives.joint_speed_limit
-    for name in ("acceleration_noise", "disturbance_rate"):
-        if (value := getattr(tuning, name)) is not None:
+    for name, value in tuning._asdict().items():
+        if name in EkfSettings._fields and value is not None:
             found["ekf"][name] = value
+    return found
+
+
+def declared_sensors(file: RobotFile) -> dict[str, dict[str, Any]]:
+    """Return the sensors that a robot's file declares beside its motors' encoders, and that the estimator uses them."""
+    found: dict[str, dict[str, Any]] = {"ekf": {}}
+    if file.imu is not None:
+        found["imu"] = file.imu._asdict()
+        found["ekf"]["gyro"] = True
+        if file.imu.gyro_noise > 0.0:
+            found["ekf"]["gyro_noise"] = file.imu.gyro_noise
+    if file.passive_encoder is not None:
+        found["sensors"] = {"passive_encoder": file.passive_encoder._asdict()}
+    if file.camera is not None:
+        found["camera"] = {**file.camera._asdict(), "on": True}
+        found["ekf"]["camera"] = True
     return found
 
 
@@ -39,6 +57,14 @@ def with_robot_defaults(content: Any) -> Any:
         return content
     file = named_robot(content)
     filled = with_drives_of_robot(content, file)
-    for section, values in ({} if file is None else robot_defaults(file)).items():
+    if file is None:
+        return filled
+    if file.transmission != RIGID:
+        filled = with_defaults(filled, "plant", {"transmission": file.transmission._asdict()})
+    found = [robot_defaults(file)]
+    if filled.get("estimator") == "ekf":
+        # last, because a noise in the robot's tuning comes before that of its sensor
+        found.append(declared_sensors(file))
+    for section, values in (pair for one in found for pair in one.items()):
         filled = with_defaults(filled, section, values)
     return filled

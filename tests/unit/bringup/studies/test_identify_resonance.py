@@ -21,7 +21,7 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.robot_file import read_robot
-from fivebar_sim.effects.transmission import Transmission
+from fivebar_description.transmission import Transmission
 
 SOFT = Transmission(frequency=60.0, damping=0.04, rotor_share=0.7)
 

@@ -21,7 +21,7 @@ def read_mappable_robot(robot: str) -> RobotFile:
         InputError: the file does not describe a five-bar, or its legs never meet.
     """
     file = read_robot(robot)
-    _check_that_legs_meet(file.five_bar(), robot)
+    check_that_legs_meet(file.five_bar(), robot)
     return file
 
 
@@ -59,7 +59,7 @@ def make_map(
     return content
 
 
-def _check_that_legs_meet(robot: FiveBar, source: str) -> None:
+def check_that_legs_meet(robot: FiveBar, source: str) -> None:
     """Refuse a robot whose legs reach no place in common: its rings lie side by side or one in the other's hole."""
     apart = robot.leg2.base_x - robot.leg1.base_x
     reach = [leg.proximal + leg.distal for leg in (robot.leg1, robot.leg2)]

@@ -50,6 +50,9 @@ OF_THE_SCENARIO = ("engine", "torque_limit")
 BLENDED = "multi_cartesian"
 """A blended controller, to check what a rig has for these."""
 
+OF_ROBOT = "robot:"
+"""How the name of a rig begins that a robot's file declares; the name or the path of that file follows."""
+
 REQUIRED = 0.999
 """Share of the feasible crossings that a sweep's counted controller has to complete, unless a rig says otherwise."""
 
@@ -120,7 +123,8 @@ class Rig(StrictModel):
         """
         content = given.model_dump() | {"controller": controller, "estimator": "none"}
         kept = {key: content["plant"][key] for key in (*OF_THE_SCENARIO, "seed")}
-        content["plant"] = {**kept, **(drawn or {})}
+        # the transmission is that of the rig, not that of the robot's file
+        content["plant"] = {**kept, "transmission": {}, **(drawn or {})}
         law = self.laws.get(controller, {})
         if drawn is None:
             law = {**law, **self.laws_without_errors.get(controller, {})}
@@ -164,9 +168,16 @@ def shipped_rigs() -> list[str]:
 def find_rig(name: str) -> Rig:
     """Return a rig by the name of a shipped one or by the path of its file, which a process reads once.
 
+    A name that begins with `OF_ROBOT` is that of the rig which a robot's file declares.
+
     Raises:
         InputError: there is no such rig, or its file does not describe one.
     """
+    if name.startswith(OF_ROBOT):
+        # here, because that module makes rigs
+        from fivebar_bringup.studies.rigs.declared import declared_rig
+
+        return declared_rig(name.removeprefix(OF_ROBOT))
     return read_rig(yaml_path("rig", name, rig_directory()))
 
 
@@ -217,6 +228,16 @@ def read_rig(path: Path) -> Rig:
                 f"{path}: scenario: plant.{key}: {rig.plant[key]!r}: expected none in a rig: it is that of the"
                 " scenario, and by default of the robot's file"
             )
+    check_rig(rig, str(path))
+    return rig
+
+
+def check_rig(rig: Rig, path: str) -> None:
+    """Check that a scenario can be put on a rig.
+
+    Raises:
+        InputError: a section does not fit; begins with `path`.
+    """
     nothing: Keys = {}
     _check(rig, "unified", None, f"{path}: scenario")
     _check(rig, BLENDED, None, f"{path}: blended")
@@ -225,7 +246,6 @@ def read_rig(path: Path) -> Rig:
     for name in rig.laws_without_errors:
         _check(rig, name, None, f"{path}: laws_without_errors.{name}")
     _check(rig, "unified", drawn_effects(rig.errors, 0, 0, 1.0), f"{path}: errors")
-    return rig
 
 
 def _with_files_beside(folder: Path, content: Any) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 
 from fivebar_description.imu import ImuSettings
 from fivebar_description.tolerances import Tolerances
+from fivebar_description.transmission import Transmission
 from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
@@ -23,7 +24,6 @@ from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.timing import Timing
-from fivebar_sim.effects.transmission import Transmission
 
 STEPS = 12
 """Sizes of an effect."""

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, Scales, drawn_effects, drawn_gyro_bias, drawn_scales
+from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.laws.registry import find_controller
@@ -69,6 +70,11 @@ def torque_step_of(robot: str) -> float:
 def robot_of(rig: str) -> str:
     """Return the robot of a rig, that of the cases without one where `rig` is `VARIED`."""
     return ROBOT if rig == VARIED else find_rig(rig).robot
+
+
+def tolerance_of(rig: str) -> float:
+    """Return the distance (m) from its reference within which a robot of a rig succeeds."""
+    return float(find_rig(rig).scenario.get("error_tolerance", PEAK_LIMIT))
 
 
 def weight_of(rig: str, robot: str = "") -> float:
@@ -152,8 +158,10 @@ class Draw(NamedTuple):
 
     @property
     def size(self) -> float:
-        """Size of the robot over that of DexTAR, 1 for the robot of a rig: what errors are measured by."""
-        return size_ratio(_robot(self.robot)) if self.robot else 1.0
+        """Size of the robot over that of DexTAR, or what a rig says in its place: what errors are measured by."""
+        if self.robot:
+            return size_ratio(_robot(self.robot))
+        return 1.0 if self.rig == VARIED else tolerance_of(self.rig) / PEAK_LIMIT
 
     def motion(self) -> DrawnScenario:
         """Return a scenario with the case's motion, without the effects of its robot, which follow from the motion."""

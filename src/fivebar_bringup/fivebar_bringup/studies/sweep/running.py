@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.success import PEAK_LIMIT, shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
@@ -52,14 +53,25 @@ def _judged(case: Case, plan: Plan, samples: Sampled, size: float) -> tuple[Outc
     return outcome, shortcomings(outcome, plan.path.samples(case.rate_hz) + 1, len(plan.crossings), size * PEAK_LIMIT)
 
 
-def _row(found: TimedCase, controller: str) -> SweepRow:
-    # the odds are those of the law for which the motion is planned
-    case, odds = found.case, found.odds if controller == PLANNED_FOR else None
-    plan = planned(case)
-    verdict = screened(case, controller, judge_loads=odds is None)
+def verdict_on(found: TimedCase, controller: str) -> tuple[Feasibility, list[str]]:
+    """Return the screen's judgement of a controller's run, and why screen or odds refuse it; nothing where neither."""
+    odds = _odds_for(found, controller)
+    verdict = screened(found.case, controller, judge_loads=odds is None)
     reasons = [*verdict.reasons]
     if verdict.feasible and odds is not None and not found.likely:
         reasons.append(f"{SUCCESS_PROBABILITY} is {odds.share:.3g}, expected at least {found.required:g}")
+    return verdict, reasons
+
+
+def _odds_for(found: TimedCase, controller: str) -> Odds | None:
+    """Return the odds of a case for a controller: those of the law for which the motion is planned."""
+    return found.odds if controller == PLANNED_FOR else None
+
+
+def _row(found: TimedCase, controller: str) -> SweepRow:
+    case, odds = found.case, _odds_for(found, controller)
+    plan = planned(case)
+    verdict, reasons = verdict_on(found, controller)
     outcome, missed = _judged(case_of(case.scenario(controller)), plan, sampled_case(case), case.size)
     nearest = max(verdict.figures, key=use_of)
     first = plan.crossings[0]

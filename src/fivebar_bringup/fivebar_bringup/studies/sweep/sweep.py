@@ -11,7 +11,7 @@ from fivebar_bringup.odds.success import success_rule
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
-from fivebar_bringup.studies.rigs.rig import REQUIRED, find_rig
+from fivebar_bringup.studies.rigs.rig import OF_ROBOT, REQUIRED, find_rig
 from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.drawing import VARIED
 from fivebar_bringup.studies.sweep.explanations import explained
@@ -99,8 +99,9 @@ def _feasible(settings: SweepSettings, rows: Sequence[SweepRow]) -> int:
 def _command(settings: SweepSettings) -> str:
     """Return the command of a sweep, without the number of its cases."""
     words = [f"fivebar sweep --seed {settings.seed}"]
-    words += [f"--rig {settings.rig}"] if settings.rig else []
-    words += [f"--robot {settings.robot}"] if settings.robot else []
+    declared = settings.rig.removeprefix(OF_ROBOT) if settings.rig.startswith(OF_ROBOT) else ""
+    words += [f"--rig {settings.rig}"] if settings.rig and not declared else []
+    words += [f"--robot {settings.robot or declared}"] if settings.robot or declared else []
     words += [f"--controllers {','.join(settings.controllers)}"] if settings.controllers != SWEPT else []
     return " ".join(words)
 
@@ -167,7 +168,7 @@ def _verdict(settings: SweepSettings, rows: Sequence[SweepRow], controller: str,
     text = (
         f"{controller} completed {good} of the {everything} crossings that were judged feasible before the run"
         f"{f' ({branches})' if branches else ''}; required are {100.0 * required:g} %. Success means:"
-        f" {success_rule(settings.robot)}."
+        f" {success_rule(rows[0].draw.size)}."
     )
     return good >= required * everything, text
 

@@ -1,0 +1,106 @@
+"""The tables of an assessment."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.studies.assess.reach import Reach
+from fivebar_bringup.studies.assess.statistics import Change, Expected, Success
+from fivebar_bringup.studies.rigs.declared import Assumption
+from fivebar_control.planning.postures import mode_name
+from fivebar_description.rounding import in_millimetres
+
+
+def _percent(value: float) -> Cell:
+    return Cell(f"{100.0 * value:.1f} %", value)
+
+
+def reach_table(reach: Reach) -> Table:
+    """Return areas and loci by working mode."""
+    rows = tuple(
+        (
+            Cell(mode_name(mode.working_mode), list(mode.working_mode)),
+            Cell(f"{mode.area_positive:.0f} cm²", mode.area_positive),
+            Cell(f"{mode.area_negative:.0f} cm²", mode.area_negative),
+            Cell(f"{locus.length:.1f} cm", locus.length),
+            _percent(locus.stretched / locus.length if locus.length else 0.0),
+            _percent(locus.room),
+        )
+        for mode, locus in zip(reach.measures.modes, reach.loci, strict=True)
+    )
+    return Table(
+        "reach",
+        "Where it can go",
+        "Areas of both assembly modes; the Type 2 locus between them, how much of it is met with stretched distal"
+        " links, and along how much of it there is room for a straight segment across, from rest to rest.",
+        ("working mode", "det A > 0", "det A < 0", "Type 2 locus", "stretched", "room to cross"),
+        rows,
+    )
+
+
+def expected_table(found: Sequence[Expected]) -> Table:
+    """Return what to expect of each controller."""
+    rows = tuple(
+        (
+            Cell(one.controller, one.controller),
+            Cell(str(one.success), one.success.share),
+            Cell(in_millimetres(one.median), one.median),
+            Cell(in_millimetres(one.most), one.most),
+            Cell(in_millimetres(one.estimate), one.estimate),
+        )
+        for one in found
+    )
+    return Table(
+        "expected",
+        "What to expect of crossings that the planner accepts",
+        "Random crossings as of `fivebar sweep --robot`. Success with its interval for 95 %; median and 95 % of the"
+        " largest distance from the reference, and the median error of the estimated platform.",
+        ("controller", "success", "error, median", "95 %", "estimate"),
+        rows,
+    )
+
+
+def changes_table(name: str, title: str, note: str, found: Sequence[Change]) -> Table:
+    """Return what each change brings, ranked."""
+    rows = tuple(
+        (
+            Cell(one.words, one.variant),
+            Cell(one.remedy, one.remedy),
+            _percent(one.success.share),
+            Cell(f"{100.0 * one.gain:+.1f} ± {100.0 * one.spread:.1f}", one.gain, True if one.sure else None),
+            Cell(in_millimetres(one.error), one.error),
+            Cell(f"{one.ratio:.2f}", one.ratio),
+        )
+        for one in found
+    )
+    return Table(name, title, note, ("robot", "by", "success", "points", "error, median", "of declared"), rows)
+
+
+def typical_table(found: dict[str, tuple[Success | None, float, str]]) -> Table:
+    """Return how likely typical motions are to succeed."""
+    rows = []
+    for name, (success, duration, reason) in found.items():
+        made = Cell("refused", None, False) if success is None else Cell(str(success), success.share, True)
+        took = Cell("", None) if math.isnan(duration) else Cell(f"{duration:.2f} s", duration)
+        rows.append((Cell(name, name), made, took, Cell(reason, reason)))
+    return Table(
+        "typical",
+        "Typical motions from where it rests",
+        "Planned as `fivebar goto` does: in the duration with the best odds; refused where these are too low.",
+        ("motion", "success", "duration", "why not"),
+        tuple(rows),
+    )
+
+
+def assumptions_table(found: Sequence[Assumption]) -> Table:
+    """Return what was assumed."""
+    rows = tuple((Cell(one.key, one.key), Cell(one.words, one.words)) for one in found)
+    return Table(
+        "assumed",
+        "What was assumed",
+        "What the robot's file does not declare. Declare it, and the figures are those of your robot.",
+        ("key of the file", "assumed"),
+        rows,
+    )
