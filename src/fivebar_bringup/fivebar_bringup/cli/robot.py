@@ -1,0 +1,84 @@
+"""Subcommand that makes and checks robot files: robot."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fivebar_bringup.cli.app import COMPLETED, Group, command, input_errors
+from fivebar_bringup.cli.printing import complain, say
+from fivebar_description.errors import InputError
+from fivebar_description.interrupts import keyboard_interrupts
+
+
+class RobotAction(StrEnum):
+    """What to do with a robot file."""
+
+    NEW = "new"
+    CHECK = "check"
+
+
+@command(Group.ROBOT)
+def robot(
+    action: Annotated[RobotAction, typer.Argument(help="Make a new file, or check one.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The robot file, ending in .yaml.")],
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
+) -> None:
+    """Make a robot file from answers, or check one.
+
+    `new` asks for lengths, masses, drives, encoders, transmissions, sensors and tolerances. An empty line is the usual
+    answer, which is shown in brackets; what cannot be is refused and asked again. Answers may also come from a file, a
+    line each. Nothing is written before the last answer.
+
+    Example: `fivebar robot new my_robot.yaml`
+
+    Example: `fivebar robot check my_robot.yaml`
+    """
+    with input_errors(), keyboard_interrupts():
+        if action is RobotAction.CHECK:
+            if overwrite:
+                raise InputError("--overwrite: expected with `new` only")
+            _check(file)
+        else:
+            _new(file, overwrite)
+    raise typer.Exit(COMPLETED)
+
+
+def _check(file: Path) -> None:
+    from fivebar_bringup.studies.map.map import read_mappable_robot
+    from fivebar_bringup.studies.rigs.rig import OF_ROBOT, find_rig
+
+    found = read_mappable_robot(str(file))
+    find_rig(f"{OF_ROBOT}{file}")
+    say(f"{file}: robot {found.name}: a valid robot file")
+
+
+def _new(file: Path, overwrite: bool) -> None:
+    from fivebar_bringup.robots.new_robot import asked, default_name, robot_text
+    from fivebar_description.share import is_yaml_path
+    from fivebar_description.text_file import write_file
+
+    if not is_yaml_path(str(file)):
+        raise InputError(f"{file}: expected a name that ends in .yaml")
+    if file.exists() and not overwrite:
+        raise InputError(f"{file}: is there already: expected another name, or --overwrite")
+    if not file.resolve().parent.is_dir():
+        raise InputError(f"{file}: there is no such directory")
+    text = robot_text(default_name(file), asked(_ask, complain))
+    write_file(file, text)
+    say(f"wrote {file}: fivebar assess {file} says what it can do")
+
+
+def _ask(question: str) -> str:
+    """Show a question and return the line that answers it; where nobody types, the answer is shown as well."""
+    print(question, end="", flush=True)
+    line = sys.stdin.readline()
+    if not sys.stdin.isatty():
+        print(line.rstrip("\n"))
+    if not line:
+        raise EOFError
+    return line

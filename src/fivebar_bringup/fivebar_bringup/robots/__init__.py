@@ -1,0 +1,1 @@
+"""Robot files that are made from answers to questions."""

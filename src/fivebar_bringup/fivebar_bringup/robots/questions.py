@@ -1,0 +1,112 @@
+"""What has to be known of a robot for its file: questions, their usual answers, and what is allowed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from fivebar_description.errors import InputError
+
+Answers = Mapping[str, float]
+
+
+class Question(NamedTuple):
+    """A question whose answer is a number.
+
+    Attributes:
+        key: of the answer.
+        words: what is asked, with its unit.
+        usual: the answer where none is given: a number, or what follows from the answers before.
+        at_least, at_most: what is allowed.
+        above: whether `at_least` itself is not allowed.
+        whole: whether it is a whole number.
+    """
+
+    key: str
+    words: str
+    usual: float | Callable[[Answers], float]
+    at_least: float
+    at_most: float
+    above: bool = False
+    whole: bool = False
+
+    def default(self, answers: Answers) -> float:
+        """Return the answer where none is given."""
+        return float(f"{self.usual(answers):.4g}") if callable(self.usual) else self.usual
+
+    def read(self, text: str, answers: Answers) -> float:
+        """Return the answer that a text gives, the usual one for an empty text.
+
+        Raises:
+            InputError: it is no number, or not allowed.
+        """
+        if not text.strip():
+            return self.default(answers)
+        try:
+            value = float(text)
+        except ValueError:
+            raise InputError(f"{text.strip()!r}: expected a number") from None
+        low = value > self.at_least if self.above else value >= self.at_least
+        if not (math.isfinite(value) and low and value <= self.at_most):
+            least = "above" if self.above else "at least"
+            raise InputError(f"{text.strip()}: expected {least} {self.at_least:g}, at most {self.at_most:g}")
+        if self.whole and value != round(value):
+            raise InputError(f"{text.strip()}: expected a whole number")
+        return value
+
+
+def _as(key: str) -> Callable[[Answers], float]:
+    return lambda answers: answers[key]
+
+
+LENGTHS = (
+    Question("a", "distance between the motor axes (mm)", 118.0, 0.0, 1e4, above=True),
+    Question("l_11", "proximal link of leg 1, the left one (mm)", 90.0, 0.0, 1e4, above=True),
+    Question("l_12", "distal link of leg 1 (mm)", 90.0, 0.0, 1e4, above=True),
+    Question("l_21", "proximal link of leg 2 (mm)", _as("l_11"), 0.0, 1e4, above=True),
+    Question("l_22", "distal link of leg 2 (mm)", _as("l_12"), 0.0, 1e4, above=True),
+)
+
+OTHERS = (
+    Question("platform", "mass at the platform: end effector, pin, payload (kg)", 0.3, 0.0, 1e3, above=True),
+    Question("proximal_mass", "mass of a proximal link (kg)", 0.2, 0.0, 1e3),
+    Question("distal_mass", "mass of a distal link (kg)", 0.1, 0.0, 1e3),
+    Question("gear", "gear: turns of the motor per turn of the joint, 1 for none", 1.0, 0.0, 1e4, above=True),
+    Question("rotor", "inertia of a rotor, on the motor's side (kg m^2)", 1e-4, 0.0, 100.0, above=True),
+    Question("torque", "largest torque at the joint, behind the gear (Nm)", 2.0, 0.0, 1e6, above=True),
+    Question("speed", "largest speed of the joint (rad/s)", 30.0, 0.0, 1e4, above=True),
+    Question("counts", "counts of a motor's encoder per turn of the motor", 16384.0, 2.0, 1e9, whole=True),
+    Question("rate", "samples per second of the controllers", 500.0, 10.0, 10_000.0, whole=True),
+    Question("friction", "Coulomb friction at the joint (Nm)", lambda answers: 0.03 * answers["torque"], 0.0, 1e4),
+    Question("frequency", "lowest frequency of the transmissions (Hz), 0 for rigid or unknown", 0.0, 0.0, 2000.0),
+    Question("backlash", "backlash at the joint (mrad)", 0.0, 0.0, 100.0),
+    Question(
+        "imu_rate",
+        "gyroscope on the distal link of leg 2: readings per second, 0 for none",
+        0.0,
+        0.0,
+        10_000.0,
+        whole=True,
+    ),
+    Question("imu_noise", "its noise (rad/s), where there is one", 0.01, 0.0, 10.0),
+    Question(
+        "passive_counts",
+        "encoder on the passive joint of leg 2: counts per turn, 0 for none",
+        0.0,
+        0.0,
+        1e9,
+        whole=True,
+    ),
+    Question("known_length", "how exactly each length is known (mm, plus or minus)", 0.3, 0.0, 100.0),
+    Question("known_zero", "how exactly the encoders' zeros are known (degrees, plus or minus)", 0.3, 0.0, 57.0),
+    Question("tilt", "largest tilt of the base (degrees)", 2.0, 0.0, 90.0),
+    Question(
+        "push",
+        "largest push on the platform, as by a cable (N)",
+        lambda answers: 2.0 * (answers["platform"] + answers["distal_mass"]),
+        0.0,
+        1e4,
+    ),
+    Question("passive", "friction of each passive joint (Nm)", 0.003, 0.0, 10.0),
+)

@@ -1,0 +1,125 @@
+"""Robot files that are made from answers."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.robots.questions import LENGTHS, OTHERS
+from fivebar_control.planning.postures import place_at
+from fivebar_description.robot_file import read_robot
+
+QUESTIONS = (*LENGTHS, *OTHERS)
+
+BELT = {
+    "a": "200",
+    "l_11": "150",
+    "l_12": "180",
+    "l_22": "175",
+    "platform": "0.25",
+    "gear": "6",
+    "rotor": "1e-4",
+    "torque": "8",
+    "speed": "20",
+    "frequency": "60",
+    "backlash": "1",
+    "imu_rate": "100",
+    "imu_noise": "0.02",
+    "passive_counts": "4096",
+    "known_length": "0.2",
+    "known_zero": "0.1",
+}
+
+
+def answered(path: Path, lines: str, *options: str) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, ["robot", "new", str(path), *options], input=lines)
+    return done.exit_code, done.stdout, done.stderr
+
+
+def text_of(answers: dict[str, str]) -> str:
+    return "".join(f"{answers.get(one.key, '')}\n" for one in QUESTIONS)
+
+
+def test_answers_make_a_robot(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    assert answered(path, text_of(BELT))[0] == 0
+    file = read_robot(str(path))
+    robot = file.five_bar()
+    assert (file.name, robot.leg1.distal, robot.leg2.proximal, robot.leg2.distal) == ("mine", 0.18, 0.15, 0.175)
+    # 14 bits on the motor, and a rotor that turns six times as far
+    assert file.drives.encoder_counts == 6 * 16384
+    assert robot.leg1.inertia == pytest.approx(36e-4 + 0.2 * 0.15**2 / 3.0 + 0.05 * 0.15**2, rel=1e-4)
+    assert robot.mass == pytest.approx(0.35)
+    assert file.transmission[:2] == (60.0, 0.04) and file.transmission.backlash == 1e-3
+    assert file.transmission.rotor_share == pytest.approx(36e-4 / robot.leg1.inertia, abs=1e-3)
+    assert file.imu is not None and (file.imu.rate_hz, file.imu.gyro_noise) == (100, 0.02)
+    assert file.passive_encoder is not None and file.passive_encoder.counts == 4096
+    assert (file.tolerances.length, file.tolerances.zero) == (2e-4, pytest.approx(math.radians(0.1), rel=1e-3))
+    home = place_at(robot, (1, -1), *file.home_m)
+    assert min(home.kappa, home.serial) > 0.5
+    done = CliRunner().invoke(app, ["robot", "check", str(path)])
+    assert (done.exit_code, done.stderr) == (0, "") and "mine" in done.stdout
+    assert sum(line.lstrip().startswith("#") for line in path.read_text(encoding="utf-8").splitlines()) > 8
+
+
+def test_empty_lines_are_the_usual_answers_which_are_shown(tmp_path: Path) -> None:
+    code, shown, _ = answered(tmp_path / "usual.yaml", "\n" * len(QUESTIONS))
+    assert code == 0 and "(mm) [118]" in shown and "turn of the motor [16384]" in shown
+    file = read_robot(str(tmp_path / "usual.yaml"))
+    assert (file.lengths_m.a, file.transmission.frequency, file.imu, file.passive_encoder) == (0.118, 0.0, None, None)
+
+
+@pytest.mark.parametrize(
+    ("key", "wrong", "words"),
+    [
+        ("platform", "heavy", "'heavy': expected a number"),
+        ("platform", "nan", "nan: expected above 0"),
+        ("a", "-3", "-3: expected above 0"),
+        ("counts", "1000.5", "1000.5: expected a whole number"),
+        ("backlash", "1e3", "1e3: expected at least 0, at most 100"),
+    ],
+)
+def test_a_wrong_answer_is_refused_in_a_line_and_asked_again(tmp_path: Path, key: str, wrong: str, words: str) -> None:
+    answers = BELT | {key: f"{wrong}\n{BELT.get(key, '')}"}
+    code, shown, refused = answered(tmp_path / "again.yaml", text_of(answers))
+    assert (code, refused.count("\n")) == (0, 1) and words in refused
+    question = next(one.words for one in QUESTIONS if one.key == key)
+    assert shown.count(question) == 2
+    assert read_robot(str(tmp_path / "again.yaml")).lengths_m.a == 0.2
+
+
+def test_legs_that_never_meet_are_asked_for_again(tmp_path: Path) -> None:
+    apart = "900\n100\n100\n100\n100\n"
+    code, shown, refused = answered(tmp_path / "met.yaml", apart + text_of(BELT))
+    assert (code, refused.count("\n")) == (0, 1) and "expected less than" in refused
+    assert shown.count(LENGTHS[0].words) == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "words"),
+    [
+        ("short.yaml", "200\n150\n", "no answer"),
+        ("none.txt", "", "ends in .yaml"),
+        ("nowhere/none.yaml", "", "no such directory"),
+        ("there.yaml", "", "--overwrite"),
+    ],
+)
+def test_nothing_is_written_without_all_answers_nor_over_a_file(
+    tmp_path: Path, name: str, lines: str, words: str
+) -> None:
+    (tmp_path / "there.yaml").write_text("kept", encoding="utf-8")
+    code, _, refused = answered(tmp_path / name, lines)
+    assert (code, refused.count("\n")) == (2, 1) and words in refused
+    assert [one.name for one in tmp_path.iterdir()] == ["there.yaml"]
+    assert (tmp_path / "there.yaml").read_text(encoding="utf-8") == "kept"
+
+
+def test_a_file_is_replaced_when_told_so(tmp_path: Path) -> None:
+    path = tmp_path / "there.yaml"
+    path.write_text("kept", encoding="utf-8")
+    assert answered(path, text_of(BELT), "--overwrite")[0] == 0
+    assert read_robot(str(path)).name == "there"
