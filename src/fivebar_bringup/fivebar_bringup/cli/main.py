@@ -15,19 +15,8 @@ from fivebar_bringup.cli.printing import accept_any_character, complain, flush, 
 
 MODULES = (
     *("running", "goto", "program", "viewing", "status", "play"),
-    *(
-        "studies",
-        "robot",
-        "assess",
-        "calibrate",
-        "identify",
-        "estimate",
-        "odds",
-        "commission",
-        "posture",
-        "guide",
-        "camera",
-    ),
+    *("studies", "robot", "assess", "calibrate", "identify", "estimate"),
+    *("odds", "commission", "posture", "guide", "camera"),
     *("compare", "sweep", "robustness", "benchmark", "lecture"),
     *("settings", "urdf"),
 )
