@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -67,8 +68,9 @@ def test_answers_make_a_robot(tmp_path: Path) -> None:
 
 
 def test_empty_lines_are_the_usual_answers_which_are_shown(tmp_path: Path) -> None:
-    code, shown, _ = answered(tmp_path / "usual.yaml", "\n" * len(QUESTIONS))
-    assert code == 0 and "(mm) [118]" in shown and "turn of the motor [16384]" in shown
+    code, printed, shown = answered(tmp_path / "usual.yaml", "\n" * len(QUESTIONS), "--json")
+    assert code == 0 and json.loads(printed)["robot"] == "usual"
+    assert "(mm) [118]" in shown and "turn of the motor [16384]" in shown
     file = read_robot(str(tmp_path / "usual.yaml"))
     assert (file.lengths_m.a, file.transmission.frequency, file.imu, file.passive_encoder) == (0.118, 0.0, None, None)
 

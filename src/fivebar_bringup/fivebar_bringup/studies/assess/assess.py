@@ -8,7 +8,7 @@ from typing import Any
 from fivebar_bringup.odds.success import PEAK_LIMIT, success_rule
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.studies.assess.reach import Reach, reach_of
+from fivebar_bringup.studies.assess.reach import RobotReach, reach_of
 from fivebar_bringup.studies.assess.rows import ACCEPTED, OUT_OF_REACH, RANDOM, REFUSED, ROWS, UNLIKELY, AssessRow
 from fivebar_bringup.studies.assess.running import AssessSettings, run_numbered
 from fivebar_bringup.studies.assess.statistics import (
@@ -145,7 +145,7 @@ def _tuning_words(file: RobotFile, variant: str, found: Sequence[Change]) -> str
     )
 
 
-def _summary(settings: AssessSettings, rows: Sequence[AssessRow], file: RobotFile, reach: Reach) -> list[str]:
+def _summary(settings: AssessSettings, rows: Sequence[AssessRow], file: RobotFile, reach: RobotReach) -> list[str]:
     """Return about ten lines that say what the robot can do."""
     first, counts = settings.controllers[0], status_counts(rows)
     locus = reach.loci[0]

@@ -37,7 +37,7 @@ class LocusShare(NamedTuple):
     room: float
 
 
-class Reach(NamedTuple):
+class RobotReach(NamedTuple):
     """What the geometry of a robot lets it do."""
 
     measures: Measures
@@ -57,7 +57,7 @@ class Reach(NamedTuple):
         return {**self.measures.as_json(), "loci": loci}
 
 
-def reach_of(file: RobotFile) -> Reach:
+def reach_of(file: RobotFile) -> RobotReach:
     """Return where a robot can go and cross."""
     robot, limits = file.five_bar(), MotionLimits()
     loci = singular_loci(robot)
@@ -79,4 +79,4 @@ def reach_of(file: RobotFile) -> Reach:
         length = modes.length_stretched + modes.length_folded
         found.append(LocusShare(modes.working_mode, length, modes.length_stretched, near / room if room else 0.0))
     assert [one.working_mode for one in found] == list(WORKING_MODES)
-    return Reach(measures, found)
+    return RobotReach(measures, found)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.studies.assess.reach import Reach
+from fivebar_bringup.studies.assess.reach import RobotReach
 from fivebar_bringup.studies.assess.statistics import Change, Expected, Success
 from fivebar_bringup.studies.rigs.declared import Assumption
 from fivebar_control.planning.postures import mode_name
@@ -17,7 +17,7 @@ def _percent(value: float) -> Cell:
     return Cell(f"{100.0 * value:.1f} %", value)
 
 
-def reach_table(reach: Reach) -> Table:
+def reach_table(reach: RobotReach) -> Table:
     """Return areas and loci by working mode."""
     rows = tuple(
         (
