@@ -29,6 +29,8 @@ ELSEWHERE = {
         "fivebar_description.passive_encoder",
         "fivebar_sim.passive_encoder",
     ),
+    "unit/control/estimation/test_gyro_watch.py": ("fivebar_control.estimation.trips",),
+    "unit/control/estimation/test_step.py": ("fivebar_control.estimation.causes",),
     "unit/control/estimation/test_measurement_rows.py": ("fivebar_description.tolerances",),
     "unit/control/estimation/test_readings.py": ("fivebar_description.known_sensors",),
     "unit/control/hardware/test_configuration.py": ("fivebar_control.hardware.drive_setup",),

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from fivebar_description.readings import (
-    LONGEST_LATENCY,
+    LARGEST_OFFSET,
     Latency,
     LostReadings,
     ReadingRate,
@@ -18,6 +18,9 @@ from fivebar_description.settings import Setting
 STANDARD_GRAVITY = 9.80665
 
 Vector3 = tuple[float, float, float]
+
+SATURATION = 0.999
+"""Fraction of its range from which on an axis counts as at the end of it."""
 
 
 def _turned(axis: str) -> Setting:
@@ -76,6 +79,16 @@ class ImuSettings(NamedTuple):
             at_most=1e5,
         ),
     ] = 0.0
+    gyro_range: Annotated[
+        float,
+        Setting(
+            "Largest rate that an axis of the gyroscope can measure, no limit where null; 4.36 for 250 deg/s, 34.9 for"
+            " 2000 deg/s. Readings at the end of the range are not used.",
+            "rad/s",
+            above=0.0,
+            unlimited=True,
+        ),
+    ] = math.inf
     rate_hz: ReadingRate = 0
     latency: Latency = 0.0
     lost: LostReadings = 0.0
@@ -85,8 +98,8 @@ class ImuSettings(NamedTuple):
             "Time by which the stamps of the IMU's clock are late; 0.001 to 0.01 where its driver has a clock of its"
             " own.",
             "s",
-            at_least=-LONGEST_LATENCY,
-            at_most=LONGEST_LATENCY,
+            at_least=-LARGEST_OFFSET,
+            at_most=LARGEST_OFFSET,
         ),
     ] = 0.0
     mount_x: Annotated[
@@ -113,6 +126,27 @@ class ImuSettings(NamedTuple):
         one, two, three = self.rotation()[2]
         x, y, z = angular_velocity
         return one * x + two * y + three * z
+
+    def gyro_axes(self, rate: float) -> Vector3:
+        """Return what the three axes read of a rate (rad/s) about the link's z axis, each within the range."""
+        one, two, three = self.rotation()[2]
+        limit = self.gyro_range
+        return (
+            max(-limit, min(limit, one * rate)),
+            max(-limit, min(limit, two * rate)),
+            max(-limit, min(limit, three * rate)),
+        )
+
+    def gyro_limit(self) -> float:
+        """Return the rate (rad/s) about the link's z axis from which on an axis is at the end of its range."""
+        largest = max(abs(one) for one in self.rotation()[2])
+        return SATURATION * self.gyro_range / largest
+
+    def usable_rate(self, angular_velocity: Vector3) -> float:
+        """Return the rate of the link (rad/s) from a reading (rad/s), infinite where an axis is at its range's end."""
+        if any(abs(one) >= SATURATION * self.gyro_range for one in angular_velocity):
+            return math.inf
+        return self.turn_rate(angular_velocity)
 
     def schedule(self, rate_hz: int) -> ReadingSchedule:
         """Return when readings are made and arrive, at a sampling rate (Hz)."""

@@ -9,6 +9,9 @@ from fivebar_description.settings import Setting
 LONGEST_LATENCY = 0.02
 """Age (s) beyond which the estimator discards a reading."""
 
+LARGEST_OFFSET = 0.2
+"""Largest offset (s) of a sensor's clock: readings whose stamps are farther off are of another run."""
+
 ReadingRate = Annotated[
     int,
     Setting("Readings per second, rounded to every n-th sample; 0 for every sample.", "Hz", at_least=0, at_most=10_000),

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_description.imu import ImuSettings, Vector3
+from fivebar_sim.effects.gyroscope import NO_FAULTS, GyroscopeFaults, frozen_samples, gain, jump
 
 
 class ImuReading(NamedTuple):
@@ -44,16 +45,19 @@ def sensed_rate(keep: float, before: float, mean: float, rate: float) -> float:
 
 
 class Gyroscope:
-    """A gyroscope about the axis of the distal link of leg 2."""
+    """A gyroscope about the axis of the distal link of leg 2, without the end of its range."""
 
-    def __init__(self, settings: ImuSettings, rate_hz: int, seed: int) -> None:
-        """Make a gyroscope with its own random stream."""
+    def __init__(self, settings: ImuSettings, rate_hz: int, seed: int, faults: GyroscopeFaults = NO_FAULTS) -> None:
+        """Make a gyroscope with its own random stream, to be read first at sample 0."""
         self._settings = settings
         self._period = 1.0 / rate_hz
         self._keep = settings.gyro_keep(self._period)
         self._random = gyro_stream(seed)
         self._sensed: float | None = None
         self._angle = 0.0
+        self._rate_hz, self._faults = rate_hz, faults
+        self._gain, self._frozen = gain(faults), frozen_samples(faults, rate_hz)
+        self._number, self._reading = 0, 0.0
 
     def read(self, angle: float, rate: float, periods: int = 1) -> float:
         """Return the reading (rad/s) of a sample some periods after the one before.
@@ -66,23 +70,35 @@ class Gyroscope:
         if self._sensed is None:
             self._sensed = rate
         else:
+            self._number += periods
             mean = (angle - self._angle) / (periods * self._period)
             self._sensed = sensed_rate(self._keep**periods, self._sensed, mean, rate)
         self._angle = angle
-        return self._sensed + float(gyro_errors(self._settings, self._random, 1)[0])
+        error = float(gyro_errors(self._settings, self._random, 1)[0])
+        if not self._frozen.has(self._number):
+            error += jump(self._faults, self._rate_hz, self._number)
+            self._reading = self._gain * self._sensed + error
+        return self._reading
 
 
 class Imu:
     """A three-axis accelerometer and gyroscope on the distal link of leg 2."""
 
-    def __init__(self, settings: ImuSettings, rate_hz: int, seed: int, tilt: float = 0.0) -> None:
+    def __init__(
+        self,
+        settings: ImuSettings,
+        rate_hz: int,
+        seed: int,
+        tilt: float = 0.0,
+        faults: GyroscopeFaults = NO_FAULTS,
+    ) -> None:
         """Create an IMU with its own random stream, on a robot whose base is tilted (rad)."""
         self._settings = settings
         self._rotation = np.array(settings.rotation())
         self._smoothing = settings.smoothing(1.0 / rate_hz)
         self._gravity = settings.gravity * math.cos(tilt)
         self._random = np.random.default_rng([seed, 1])
-        self._gyroscope = Gyroscope(settings, rate_hz, seed)
+        self._gyroscope = Gyroscope(settings, rate_hz, seed, faults)
         self._filtered: np.ndarray | None = None
 
     def read(self, acceleration: tuple[float, float], angle: float, rate: float, rate_change: float) -> ImuReading:
@@ -108,5 +124,4 @@ class Imu:
             reading = reading + self._random.normal(0.0, imu.noise, 3)
         x, y, z = np.clip(reading, -imu.range, imu.range).tolist()
         turning = self._gyroscope.read(angle, rate)
-        rate_x, rate_y, rate_z = (self._rotation.T @ np.array([0.0, 0.0, turning])).tolist()
-        return ImuReading((x, y, z), (rate_x, rate_y, rate_z))
+        return ImuReading((x, y, z), imu.gyro_axes(turning))

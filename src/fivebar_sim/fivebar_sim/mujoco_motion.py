@@ -11,7 +11,7 @@ import numpy as np
 
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
-from fivebar_sim.effects.encoders import seen
+from fivebar_sim.effects.encoders import EncoderReading, read_at, seen
 from fivebar_sim.effects.friction import friction
 from fivebar_sim.effects.loads import held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
@@ -67,7 +67,11 @@ class MujocoMotion:
         q = self._data.qpos
         q[self._links] = at.link1, at.distal1 - at.link1, at.link2, at.distal2 - at.link2
         q[self._motors] = at.rotor1, at.rotor2
-        self._seen = self._see()
+        discs = self._robot.leg1.disc, self._robot.leg2.disc
+        self._read: list[EncoderReading] = [
+            seen(disc, angle, 0.0) for disc, angle in zip(discs, (at.rotor1, at.rotor2), strict=True)
+        ]
+        self._seen = self._see(-1.0)
         self._apply(self._currents, 0.0, 0.0)
         mujoco.mj_forward(self._model, self._data)
 
@@ -84,12 +88,15 @@ class MujocoMotion:
         """The same as encoders saw them when they were read, the motors' on the rotors."""
         return self._seen
 
-    def _see(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    def _see(self, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Read the encoders for the sample at a time (s)."""
         (_, q12, _, q22), (_, v12, _, v22) = (values.tolist() for values in self.joints)
-        angle1, angle2 = self._data.qpos[self._motors].tolist()
-        speed1, speed2 = self._data.qvel[self._motors].tolist()
-        one = seen(self._robot.leg1.disc, angle1, speed1)
-        two = seen(self._robot.leg2.disc, angle2, speed2)
+        angles, speeds = self._data.qpos[self._motors].tolist(), self._data.qvel[self._motors].tolist()
+        discs = self._robot.leg1.disc, self._robot.leg2.disc
+        one, two = self._read = [
+            read_at(disc, angle, speed, time, before)
+            for disc, angle, speed, before in zip(discs, angles, speeds, self._read, strict=True)
+        ]
         return (one.angle, q12, two.angle, q22), (one.speed, v12, two.speed, v22)
 
     def advance(self, applied: tuple[float, float]) -> float:
@@ -104,7 +111,7 @@ class MujocoMotion:
             if moment == moments.obeyed:
                 self._wanted = applied
             if moment == moments.read:
-                self._seen = self._see()
+                self._seen = self._see((self._number + 1) * period)
         self._number += 1
         self._apply(self._currents, self._number * period, 0.0)
         mujoco.mj_forward(self._model, self._data)

@@ -108,7 +108,8 @@ class Plant:
         self._steps = steps_of_period(self._robot, rate_hz)
         self._step = period / self._steps
         self._drives = TorqueOutput(settings, lost_commands(settings.bus, settings.seed, rate_hz))
-        self._imu = Imu(imu if imu is not None else ImuSettings(), rate_hz, settings.seed, settings.tilt.angle)
+        imu = imu if imu is not None else ImuSettings()
+        self._imu = Imu(imu, rate_hz, settings.seed, settings.tilt.angle, settings.gyroscope)
         self._encoders = (
             None if settings.encoder_counts is None else [Encoder(settings.encoder_counts, period) for _ in JOINTS]
         )

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_description.readings import LateSensor
+from fivebar_sim.effects.gyroscope import SampleSpan
 
 T = TypeVar("T")
 
 IMU_LOSSES, PASSIVE_LOSSES = 3, 4
 """Random streams of the lost readings of each sensor."""
+
+NONE = SampleSpan(0, 0)
 
 
 class ReadingQueue(Generic[T]):
@@ -22,8 +25,19 @@ class ReadingQueue(Generic[T]):
     Call `arrived` once per sample.
     """
 
-    def __init__(self, settings: LateSensor, rate_hz: int, seed: int, losses: int = IMU_LOSSES) -> None:
-        """Make an empty queue; the seed is that of the losses, of which each sensor has a stream."""
+    def __init__(
+        self, settings: LateSensor, rate_hz: int, seed: int, losses: int = IMU_LOSSES, missing: SampleSpan = NONE
+    ) -> None:
+        """Make an empty queue.
+
+        Args:
+            settings: of the sensor.
+            rate_hz: samples per second.
+            seed: of the losses.
+            losses: random stream of the losses, of which each sensor has its own.
+            missing: samples whose readings never arrive besides.
+        """
+        self._missing = missing
         self._schedule = settings.schedule(rate_hz)
         self._lost = settings.lost
         self._random = loss_stream(seed, losses)
@@ -31,7 +45,7 @@ class ReadingQueue(Generic[T]):
 
     def arrived(self, sample: int, reading: T) -> list[tuple[int, T]]:
         """Return what arrives with a sample, given its own reading: the sample of each reading, and the reading."""
-        lost = bool(self._random.random() < self._lost)
+        lost = bool(self._random.random() < self._lost) or self._missing.has(sample)
         if sample % self._schedule.every == 0 and not lost:
             self._waiting.append((sample, reading))
         arriving = []
@@ -52,8 +66,14 @@ def lost_readings(settings: LateSensor, seed: int, samples: int, losses: int = I
 
 
 def made_readings(
-    settings: LateSensor, rate_hz: int, seed: int, samples: int, losses: int = IMU_LOSSES
+    settings: LateSensor,
+    rate_hz: int,
+    seed: int,
+    samples: int,
+    losses: int = IMU_LOSSES,
+    missing: SampleSpan = NONE,
 ) -> NDArray[np.bool_]:
-    """Return at which of the samples 0, 1, ... a reading is made that arrives, [samples]."""
+    """Return at which of the samples 0, 1, ... a reading is made that arrives, [samples]; arguments as of the queue."""
     due: NDArray[np.bool_] = np.arange(samples) % settings.schedule(rate_hz).every == 0
+    due[missing.first : max(missing.first, missing.end)] = False
     return due & ~lost_readings(settings, seed, samples, losses)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,11 +13,21 @@ from fivebar_bringup.cli.progress import progress_bar
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
+if TYPE_CHECKING:
+    from fivebar_bringup.scenario import Scenario
+
 
 @command(Group.ROBOT)
 def odds(
     scenario: ScenarioArgument,
     robots: Annotated[int, typer.Option(min=1, max=10_000, help="How many robots are drawn.")] = 100,
+    limits: Annotated[
+        bool,
+        typer.Option(
+            "--limits",
+            help="Derive the limits of the estimator's watch: what sound robots exceed once in 10 000 crossings.",
+        ),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Tell how likely a scenario is to succeed on drawn robots.
@@ -25,6 +35,10 @@ def odds(
     Robots are drawn within the tolerances and loads of the robot's file, or of the scenario, each error uniform within
     its bound, and the motion is simulated on each. What the file declares no tolerance of is assumed. Then each
     uncertainty is taken away in turn, on the same robots.
+
+    With `--limits` the robots make the motion without the limits of the estimator's watch, and a tail is fitted to the
+    largest innovations of those that succeed: limits for the section `ekf` that a sound robot exceeds in less than one
+    of 10 000 crossings.
 
     Example: `fivebar odds my_scenario.yaml --robots 200`
     """
@@ -41,6 +55,9 @@ def odds(
                 " working_modes, stands and plant.engine: mujoco: there is nothing to draw robots from"
             )
         errors = declared_errors(loaded)
+        if limits:
+            _show_limits(loaded, robots, as_json)
+            raise typer.Exit(COMPLETED)
         with progress_bar("odds", as_json):
             found = declared_odds(loaded, robots)
             better = reliefs(loaded, errors, SEED, range(robots))
@@ -52,3 +69,28 @@ def odds(
         lines = [str(found), *(f"with {one.words}: {one.odds.successes} of {one.odds.robots}" for one in better)]
         Printer(soft_wrap=True).print("\n".join(lines), highlight=False)
     raise typer.Exit(COMPLETED)
+
+
+def _show_limits(scenario: Scenario, robots: int, as_json: bool) -> None:
+    from fivebar_bringup.odds.declared import SEED
+    from fivebar_bringup.odds.drawn_robots import declared_errors
+    from fivebar_bringup.odds.misfit_limits import FEWEST, as_settings, fitted_limits, sound_maxima
+
+    if not scenario.estimated:
+        raise InputError(f"{scenario.name}: estimator: none has no watch: expected estimator: ekf")
+    with progress_bar("odds --limits", as_json):
+        maxima = sound_maxima(scenario, declared_errors(scenario), SEED, range(robots))
+    if len(maxima) < FEWEST:
+        raise InputError(
+            f"{scenario.name}: {len(maxima)} of {robots} drawn robots make the motion: expected at least {FEWEST}, to"
+            " fit a tail to: more --robots, or a motion that more of them make"
+        )
+    limits = fitted_limits(maxima)
+    settings = as_settings(limits)
+    if as_json:
+        print(json.dumps({"ekf": settings, "fits": {name: one._asdict() for name, one in limits.items()}}, indent=2))
+        return
+    words = ", ".join(f"{name}: {value:g}" for name, value in settings.items())
+    reached = ", ".join(f"{name} {one.largest:.3g}" for name, one in limits.items())
+    lines = [f"ekf: {{{words}}}", f"largest of {len(maxima)} sound robots: {reached}"]
+    Printer(soft_wrap=True).print("\n".join(lines), highlight=False)

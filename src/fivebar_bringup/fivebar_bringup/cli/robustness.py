@@ -23,6 +23,7 @@ from fivebar_bringup.cli.study_options import (
     print_table,
     run_command,
 )
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.rounding import in_millimetres
 
@@ -39,6 +40,14 @@ def robustness(
         bool,
         typer.Option("--losses", help="Instead: commands or samples lost in bursts, at every moment of a crossing."),
     ] = False,
+    sensors: Annotated[
+        str | None,
+        typer.Option("--sensors", metavar="RIG", help="Instead: faults of the sensors on random crossings of a rig."),
+    ] = None,
+    cases: Annotated[
+        int | None, typer.Option("--cases", min=1, help="With --sensors: random crossings [default: 300]")
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="With --sensors: of all [default: 1]")] = None,
     out: StudyOutOption = None,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
@@ -47,12 +56,17 @@ def robustness(
 ) -> None:
     """Find how large each fault of a robot may be.
 
-    Each fault, from wrong lengths to backlash, is raised alone until a controller fails.
+    Each fault, from wrong lengths to backlash, is raised alone until a controller fails. With `--sensors` the sensors
+    of a rig's robots fail in every way on random crossings, and a table says what is survived, and named how.
 
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """
     if losses:
         _losses(out, processes_of(jobs), as_json)
+        return
+    machines = Machines(jobs, scheduler, scheduler_file)
+    if sensors is not None:
+        _sensors({"rig": sensors, "cases": cases, "seed": seed}, out, machines, as_json)
         return
     from fivebar_bringup.studies.robustness.effects import EFFECTS
     from fivebar_bringup.studies.robustness.robustness import QUICK, ROBUSTNESS
@@ -63,13 +77,30 @@ def robustness(
             "controllers": chosen_controllers(controllers),
             **(QUICK if quick else {}),
         }
-        made = run_command(ROBUSTNESS.place, given, out, Machines(jobs, scheduler, scheduler_file), as_json)
+        made = run_command(ROBUSTNESS.place, given, out, machines, as_json)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return
     printer = Printer()
     # as many columns as a narrow terminal has room for; the page has all
     print_table(printer, made.shown, made.shown.columns[:1] + made.shown.columns[2:5])
+    printer.print(f"look at {made.page}", soft_wrap=True)
+
+
+def _sensors(given: dict[str, Any], out: Path | None, machines: Machines, as_json: bool) -> None:
+    from fivebar_bringup.studies.rigs.rig import find_rig
+    from fivebar_bringup.studies.sensor_faults.sensor_faults import SENSOR_FAULTS
+
+    with input_errors(), keyboard_interrupts():
+        rig = find_rig(given["rig"])
+        if not rig.scenario.get("ekf", {}).get("gyro"):
+            raise InputError(f"--sensors: {given['rig']!r}: has no gyroscope: expected a rig with ekf: {{gyro: true}}")
+        made = run_command(SENSOR_FAULTS.place, given, out, machines, as_json)
+    if as_json:
+        print(json.dumps(made.content, indent=2, allow_nan=False))
+        return
+    printer = Printer()
+    print_table(printer, made.shown, made.shown.columns[:4])
     printer.print(f"look at {made.page}", soft_wrap=True)
 
 

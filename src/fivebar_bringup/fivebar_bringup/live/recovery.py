@@ -40,8 +40,15 @@ ADVICE = {
     "encoder_frozen": Advice("The reading of a motor that moves does not change.", "Check the encoder. " + _NEW_RUN),
     "estimate_ambiguous": Advice("The encoders no longer tell in which assembly mode the robot is.", _HOME),
     "estimate_inconsistent": Advice(
-        "The sensors contradict the robot's geometry.", "Check lengths, zeros and the sensor, then start a new run."
+        "The sensors contradict the estimator's model.",
+        "The fault names the causes, the likeliest first; `fivebar identify --resonance` tells of elasticity and play.",
     ),
+    "gyroscope_missing": Advice("No reading of the gyroscope comes.", "Check power, cable and driver. " + _NEW_RUN),
+    "gyroscope_late": Advice("The gyroscope's stamps are too old.", "Check its clock and latency. " + _NEW_RUN),
+    "gyroscope_saturated": Advice(
+        "The gyroscope is at the end of its range.", "Choose a larger range, or move slower. " + _NEW_RUN
+    ),
+    "gyroscope_frozen": Advice("The gyroscope repeats its reading.", "Check the gyroscope. " + _NEW_RUN),
     "estimate_lost": Advice("The estimator has lost the platform.", _HOME),
     "command_timeout": Advice("The controllers did not answer within 5 s.", _NEW_RUN),
     "command_stale": Advice("The newest torque is too old.", _RESET),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +23,7 @@ from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
+from fivebar_sim.effects.gyroscope import ImuClock, SampleSpan, frozen_samples, gain, jump, missing_samples
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects, without_effects
@@ -65,8 +65,11 @@ class Estimation(NamedTuple):
         stamps: float64[N + 1], moment of the stamp of the reading that is made at each sample, in samples; [0] without
             a gyroscope.
         gyro_keep: of its low-pass, see `ImuSettings.gyro_keep`.
-        gyro_errors: float64[N + 1], error of the reading that is made at each sample (rad/s), NaN for none or a lost
-            one; [0] without a gyroscope.
+        gyro_errors: float64[N + 1], error of its reading at each sample (rad/s); [0] without a gyroscope.
+        gyro_made: bool[N + 1], at which samples a reading of it is made that arrives; [0] without one.
+        gyro_gain: how much it reads of a rate.
+        gyro_limit: rate (rad/s) from which on it is at the end of its range.
+        gyro_frozen: samples whose readings repeat the one before.
         passive: the encoder on a passive joint, whose leg is that of the model.
         passive_latency: samples from a reading of it to its arrival.
         passive_made: bool[N + 1], at which samples a reading of it is made that arrives; [0] without one.
@@ -82,6 +85,10 @@ class Estimation(NamedTuple):
     stamps: FloatArray
     gyro_keep: float
     gyro_errors: FloatArray
+    gyro_made: BoolArray
+    gyro_gain: float
+    gyro_limit: float
+    gyro_frozen: SampleSpan
     passive: PassiveNumbers
     passive_latency: int
     passive_made: BoolArray
@@ -150,10 +157,18 @@ def readings_of_gyro(scenario: Scenario) -> FloatArray:
     """Return the errors of a scenario's gyroscope readings, sample by sample, as `Estimation` has them."""
     if not scenario.gyro:
         return np.zeros(0)
-    samples, seed = _samples(scenario), scenario.plant.seed
-    errors = gyro_errors(scenario.imu, gyro_stream(seed), samples)
-    errors[~made_readings(scenario.imu, scenario.rate_hz, seed, samples)] = math.nan
+    samples, faults = _samples(scenario), scenario.plant.gyroscope
+    errors = gyro_errors(scenario.imu, gyro_stream(scenario.plant.seed), samples)
+    errors += [jump(faults, scenario.rate_hz, sample) for sample in range(samples)]
     return errors
+
+
+def _gyro_made(scenario: Scenario) -> BoolArray:
+    """Return at which samples the gyroscope reads, as `Estimation` has it."""
+    if not scenario.gyro:
+        return np.zeros(0, dtype=np.bool_)
+    missing = missing_samples(scenario.plant.gyroscope, scenario.rate_hz)
+    return made_readings(scenario.imu, scenario.rate_hz, scenario.plant.seed, _samples(scenario), missing=missing)
 
 
 def _samples(scenario: Scenario) -> int:
@@ -162,9 +177,12 @@ def _samples(scenario: Scenario) -> int:
 
 def _stamps(scenario: Scenario) -> FloatArray:
     """Return the moments of the stamps of the gyroscope's readings, as `Estimation` has them."""
-    rate_hz, offset = scenario.rate_hz, scenario.imu.clock_offset
-    samples = range(_samples(scenario) if scenario.gyro else 0)
-    return np.array([moment_of_stamp(late_stamp_ns(one, rate_hz, offset), rate_hz) for one in samples], np.float64)
+    rate_hz = scenario.rate_hz
+    clock = ImuClock(scenario.imu, scenario.plant.gyroscope, rate_hz, scenario.plant.seed)
+    stamps = [
+        late_stamp_ns(one, rate_hz, clock.offset(one)) for one in range(_samples(scenario) if scenario.gyro else 0)
+    ]
+    return np.array([moment_of_stamp(stamp, rate_hz) for stamp in stamps], np.float64)
 
 
 def _passive_made(scenario: Scenario) -> BoolArray:
@@ -233,6 +251,10 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
             _stamps(scenario),
             scenario.imu.gyro_keep(control.period),
             readings_of_gyro(scenario),
+            _gyro_made(scenario),
+            gain(scenario.plant.gyroscope),
+            scenario.imu.gyro_limit(),
+            frozen_samples(scenario.plant.gyroscope, scenario.rate_hz),
             passive_numbers(scenario.passive, scenario.plant.seed),
             scenario.passive.schedule(scenario.rate_hz).latency,
             _passive_made(scenario),

@@ -1,7 +1,4 @@
-"""What the controllers know of the robot in the engine's loop: measured, or estimated as `StateEstimator` does.
-
-Its watch for frozen encoders is left out: no encoder of this plant freezes.
-"""
+"""What the controllers know of the robot in the engine's loop: measured, or estimated as `StateEstimator` does."""
 
 from __future__ import annotations
 
@@ -12,9 +9,10 @@ import numpy as np
 
 from fivebar_bringup.simulation.case import EngineRun, FloatArray, X, Y
 from fivebar_bringup.simulation.engine_robot import Robot
-from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, ESTIMATE_INCONSISTENT, ESTIMATE_LOST
+from fivebar_control.estimation.frozen import FrozenMemory, after_readings, nothing_read, trip_with_encoders
 from fivebar_control.estimation.readings import EstimatorMemory, longest_gap, with_readings
 from fivebar_control.estimation.step import estimator_step, first_update
+from fivebar_control.estimation.trips import ESTIMATE_LOST
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints
 from fivebar_control.model.state import Joints, State
@@ -35,6 +33,7 @@ class LateReadings(NamedTuple):
         fixes: float64[n, 4], the camera's positions by arrival: moment, x, y and deviation (m).
         turned: angle (rad) of the link that carries the gyroscope.
         rate: what the gyroscope senses of its rate (rad/s), without errors.
+        reading: its last reading (rad/s), also of samples at which none is made.
     """
 
     rates: FloatArray
@@ -43,6 +42,7 @@ class LateReadings(NamedTuple):
     fixes: FloatArray
     turned: float
     rate: float
+    reading: float
 
 
 class EngineKnown(NamedTuple):
@@ -50,6 +50,7 @@ class EngineKnown(NamedTuple):
 
     Attributes:
         memory: of the filter, without meaning where there is no estimator.
+        frozen: what the watch for frozen encoders has seen.
         joints: measured or estimated.
         came: the last sample that reached the controllers.
         seen_frames: how many of the camera's positions have come.
@@ -63,6 +64,7 @@ class EngineKnown(NamedTuple):
     d2: float
     trip: int
     memory: EstimatorMemory
+    frozen: FrozenMemory
     joints: Joints
     came: int
     seen_frames: int
@@ -98,9 +100,10 @@ def unestimated(run: EngineRun, robot: Robot) -> EngineKnown:
         fixes=np.zeros((frames, 4)),
         turned=exact.q21 + exact.q22,
         rate=exact.dq21 + exact.dq22,
+        reading=0.0,
     )
     memory = first_update(estimation.model, assembly_mode(at_home), robot.readings.q11, robot.readings.q21)
-    return EngineKnown(True, at_home, 0.0, 0.0, NO_FAULT, memory, exact, 0, 0, math.inf, late)
+    return EngineKnown(True, at_home, 0.0, 0.0, NO_FAULT, memory, nothing_read(), exact, 0, 0, math.inf, late)
 
 
 def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) -> EngineKnown:
@@ -117,6 +120,7 @@ def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) ->
             d2=0.0,
             trip=NO_FAULT,
             memory=before.memory,
+            frozen=before.frozen,
             joints=joints,
             came=came,
             seen_frames=0,
@@ -126,7 +130,7 @@ def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) ->
     estimation = case.estimation
     late = with_late_readings(run, before.late, robot, number)
     memory, joints, trip, seen_frames = before.memory, before.joints, NO_FAULT, before.seen_frames
-    deviations = before.deviations
+    deviations, frozen = before.deviations, before.frozen
     if present:
         start = 1
         if number > 0:
@@ -147,18 +151,22 @@ def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) ->
             )
             memory, start = placed.memory, placed.start
         delay = case.equipment.delay_samples
-        result = estimator_step(estimation.model, memory, start, robot.commands, number - delay).prediction
+        stepped = estimator_step(estimation.model, memory, start, robot.commands, number - delay)
+        result = stepped.prediction
         memory, deviations = result.memory, result.ambiguity.deviations
-        if result.lost:
-            trip = ESTIMATE_LOST
-        else:
+        if number > 0:
+            # the command that answered the sample before
+            newest = (number - 1) % (delay + 1)
+            coasts = robot.commands[newest, 0] == 0.0 and robot.commands[newest, 1] == 0.0
+            readings, gap = robot.readings, number - before.came > 1
+            frozen = after_readings(
+                estimation.model, frozen, readings.q11, readings.q21, stepped.predicted, gap, coasts
+            )
+        trip = trip_with_encoders(estimation.model, result.trip, frozen)
+        if not result.lost:
             joints = result.joints
             if number - before.came > longest_gap(case.rate_hz):
                 trip = ESTIMATE_LOST
-            elif result.ambiguity.ambiguous:
-                trip = ESTIMATE_AMBIGUOUS
-            elif result.inconsistent:
-                trip = ESTIMATE_INCONSISTENT
     return EngineKnown(
         present=present,
         state=state_of(case.control.robot, joints),
@@ -166,6 +174,7 @@ def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) ->
         d2=memory.belief.estimate.d2,
         trip=trip,
         memory=memory,
+        frozen=frozen,
         joints=joints,
         came=came,
         seen_frames=seen_frames,
@@ -177,22 +186,24 @@ def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) ->
 def with_late_readings(run: EngineRun, late: LateReadings, robot: Robot, number: int) -> LateReadings:
     """Return the late sensors after what they read at a sample."""
     estimation, exact = run.case.estimation, robot.exact
-    turned, rate = late.turned, late.rate
+    turned, rate, reading = late.turned, late.rate, late.reading
     if late.rates.shape[0] > 0:
         turned = exact.q21 + exact.q22
         mean = (turned - late.turned) / (1.0 / run.case.rate_hz)
         rate = sensed_rate(estimation.gyro_keep, late.rate, mean, exact.dq21 + exact.dq22)
-        late.rates[number, 0], late.rates[number, 1] = (
-            estimation.stamps[number],
-            rate + estimation.gyro_errors[number],
-        )
+        if not estimation.gyro_frozen.first <= number < estimation.gyro_frozen.end:
+            reading = estimation.gyro_gain * rate + estimation.gyro_errors[number]
+        if estimation.gyro_made[number]:
+            at_end = abs(reading) >= estimation.gyro_limit
+            late.rates[number, 0] = estimation.stamps[number]
+            late.rates[number, 1] = math.inf if at_end else reading
     if late.elbows.shape[0] > 0 and estimation.passive_made[number]:
         angle = exact.q12 if estimation.model.elbow == 1 else exact.q22
         late.elbows[number, 0], late.elbows[number, 1] = float(number), passive_reading(estimation.passive, angle)
     if late.sights.shape[0] > 0:
         there = state_of(run.case.actual, exact)
         late.sights[number, 0], late.sights[number, 1] = there.x, there.y
-    return LateReadings(late.rates, late.elbows, late.sights, late.fixes, turned, rate)
+    return LateReadings(late.rates, late.elbows, late.sights, late.fixes, turned, rate, reading)
 
 
 def arrived(readings: FloatArray, made: int) -> FloatArray:

@@ -27,6 +27,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.gyroscope import ImuClock, missing_samples
 from fivebar_sim.engines import motion_of
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.readings import ReadingQueue
@@ -70,8 +71,11 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
     """
     plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
     motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, scenario.initial_joints())
-    imu = Imu(scenario.imu, rate_hz, scenario.plant.seed, scenario.plant.tilt.angle)
-    queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
+    seed, faults = scenario.plant.seed, scenario.plant.gyroscope
+    imu = Imu(scenario.imu, rate_hz, seed, scenario.plant.tilt.angle, faults)
+    queue: ReadingQueue[ImuReading] = ReadingQueue(
+        scenario.imu, rate_hz, seed, missing=missing_samples(faults, rate_hz)
+    )
     counts = scenario.plant.encoder_counts
     encoders = None if counts is None else [Encoder(counts, 1.0 / rate_hz) for _ in ACTIVE_JOINTS]
     samples = []
@@ -94,6 +98,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
 
 def write_guided_bag(samples: list[GuidedSample], scenario: Scenario, directory: Path) -> None:
     """Write what a recorder leaves of it: the motors' readings without torque, the IMU's, and the exact state."""
+    clock = ImuClock(scenario.imu, scenario.plant.gyroscope, scenario.rate_hz, scenario.plant.seed)
     with BagWriter(directory, [MOTOR_STATES, IMU_DATA, GROUND_TRUTH]) as bag:
         for number, sample in enumerate(samples):
             stamp = sample_stamp_ns(number, scenario.rate_hz)
@@ -102,7 +107,7 @@ def write_guided_bag(samples: list[GuidedSample], scenario: Scenario, directory:
             exact = serialize.joint_state(stamp, JOINTS, sample.position, sample.velocity, (0.0,) * 4)
             bag.write(GROUND_TRUTH, stamp, exact)
             for made, reading in sample.imu:
-                at = late_stamp_ns(made, scenario.rate_hz, scenario.imu.clock_offset)
+                at = late_stamp_ns(made, scenario.rate_hz, clock.offset(made))
                 message = serialize.imu(at, IMU_FRAME, reading.angular_velocity, reading.acceleration)
                 bag.write(IMU_DATA, stamp, message)
         bag.close({})

@@ -78,6 +78,7 @@ from fivebar_description.run_quantities import (
     TRUE_VELOCITY,
     sampled_topics,
 )
+from fivebar_sim.effects.gyroscope import ImuClock, missing_samples
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
@@ -354,7 +355,11 @@ class _Sensors:
     def __init__(self, scenario: Scenario, plant: SampledRobot) -> None:
         self._scenario, self._plant, self._rate_hz = scenario, plant, scenario.rate_hz
         seed = scenario.plant.seed
-        self._imu: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, self._rate_hz, seed)
+        faults = scenario.plant.gyroscope
+        self._imu: ReadingQueue[ImuReading] = ReadingQueue(
+            scenario.imu, self._rate_hz, seed, missing=missing_samples(faults, self._rate_hz)
+        )
+        self._imu_clock = ImuClock(scenario.imu, faults, self._rate_hz, seed)
         self._passive: ReadingQueue[float] = ReadingQueue(scenario.passive, self._rate_hz, seed, PASSIVE_LOSSES)
         self._encoder = passive_numbers(scenario.passive, seed)
         self._camera = SimulatedVision(scenario) if scenario.camera.on else None
@@ -367,7 +372,7 @@ class _Sensors:
         """Read all at a sample, and take what comes with it."""
         scenario, plant = self._scenario, self._plant
         self.imu = [
-            (late_stamp_ns(made, self._rate_hz, scenario.imu.clock_offset), one)
+            (late_stamp_ns(made, self._rate_hz, self._imu_clock.offset(made)), one)
             for made, one in self._imu.arrived(number, plant.measure_imu())
         ]
         if scenario.passive.leg:
@@ -380,8 +385,8 @@ class _Sensors:
         """Return the gyroscope's readings for the estimator: moment (samples) and rate (rad/s) of each."""
         if not self._scenario.gyro:
             return []
-        turn_rate = self._scenario.imu.turn_rate
-        return [(moment_of_stamp(stamp, self._rate_hz), turn_rate(one.angular_velocity)) for stamp, one in self.imu]
+        usable_rate = self._scenario.imu.usable_rate
+        return [(moment_of_stamp(stamp, self._rate_hz), usable_rate(one.angular_velocity)) for stamp, one in self.imu]
 
     def fixes(self) -> list[PositionFix]:
         """Return the camera's positions for the estimator."""

@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from fivebar_control.estimation.trips import TRIP_NAMES
 from fivebar_control.loop.closed_loop import PLANT_DIVERGED
-from fivebar_control.safety.stages import NO_FAULT, STAGE_NAMES
+from fivebar_control.safety.stages import STAGE_NAMES
 
-ESTIMATE_LOST, ESTIMATE_AMBIGUOUS, ESTIMATE_INCONSISTENT, ENCODER_FROZEN = 6, 7, 9, 12
-FAULT_NAMES = STAGE_NAMES | {
-    NO_FAULT: "",
-    ESTIMATE_LOST: "estimate_lost",
-    ESTIMATE_AMBIGUOUS: "estimate_ambiguous",
-    PLANT_DIVERGED: "plant_diverged",
-    ESTIMATE_INCONSISTENT: "estimate_inconsistent",
-    ENCODER_FROZEN: "encoder_frozen",
-}
+FAULT_NAMES = STAGE_NAMES | TRIP_NAMES | {PLANT_DIVERGED: "plant_diverged"}
 FAULT_NUMBERS = {name: number for number, name in FAULT_NAMES.items()}
 """By these numbers and those of the stages; the names are those of the node graph."""
 
@@ -46,6 +39,8 @@ class Outcome(NamedTuple):
             it was estimated; 0 without an estimator.
         mirror_deviations: fewest standard deviations between the estimate and the other assembly mode, else infinite.
         misfit: largest recent mean of the squared innovations in units of their variance, 0 without an estimator.
+        misfit_offset: largest recent mean of the innovations of one sensor, with their signs, in standard deviations.
+        misfit_jump: largest innovation of a motor encoder in a single sample, in standard deviations.
         loop_gap: largest gap (m) that a step opened, before it was closed.
     """
 
@@ -70,6 +65,8 @@ class Outcome(NamedTuple):
     estimate_error: float
     mirror_deviations: float
     misfit: float
+    misfit_offset: float
+    misfit_jump: float
     loop_gap: float
 
 

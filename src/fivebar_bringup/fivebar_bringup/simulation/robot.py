@@ -74,7 +74,7 @@ def later_with_effects(
 
 def sensed_with_effects(mechanism: Mechanism, plant: MechanismState) -> Sensed:
     """Return the joints."""
-    j, k = joints_of(plant), joints_seen(mechanism, plant)
+    j, k = joints_of(plant), joints_seen(plant)
     return Sensed(
         Joints(j.q11, j.q12, j.q21, j.q22, j.dq11, j.dq12, j.dq21, j.dq22),
         Joints(k.q11, k.q12, k.q21, k.q22, k.dq11, k.dq12, k.dq21, k.dq22),

@@ -36,6 +36,8 @@ class EstimatorModel(NamedTuple):
         delay_samples: periods between a command and its effect.
         torque_limit: of the drives (Nm), infinite for none.
         limits: of the ambiguity test.
+        gyro: whether there is a gyroscope.
+        gyro_silence: periods without a reading of it that can be used, beyond which it counts as missing.
         gyro_clock: by how much the stamps of the gyroscope's clock are known to be late (s).
         elbow: leg, 1 or 2, with an encoder on its passive joint, 0 for none.
         elbow_resolution: angle of its count (rad), 0 for an exact one.
@@ -45,6 +47,8 @@ class EstimatorModel(NamedTuple):
         camera_gate: standard deviations beyond which a position by the camera is not taken.
         misfit_share: weight of a sample in the mean of the squared innovations.
         misfit_limit: of that mean.
+        offset_limit: of the mean of one sensor's innovations with their signs, in standard deviations.
+        jump_limit: of a motor encoder's innovation in a single sample, in standard deviations.
         history: samples that are kept for late readings.
     """
 
@@ -55,6 +59,8 @@ class EstimatorModel(NamedTuple):
     delay_samples: int
     torque_limit: float
     limits: AmbiguityLimits
+    gyro: bool
+    gyro_silence: float
     gyro_clock: float
     elbow: int
     elbow_resolution: float
@@ -64,6 +70,8 @@ class EstimatorModel(NamedTuple):
     camera_gate: float
     misfit_share: float
     misfit_limit: float
+    offset_limit: float
+    jump_limit: float
     history: int
 
 
@@ -93,6 +101,8 @@ def estimator_model(
             # the camera sees on which side of the locus the platform is; where it has been lost, the deviations decide
             math.inf if settings.camera else numbers.dwell_limit,
         ),
+        gyro=numbers.gyro,
+        gyro_silence=float(numbers.gyro_timeout * rate_hz),
         gyro_clock=float(known.imu_clock),
         elbow=passive.leg,
         elbow_resolution=count_angle(passive.counts or 0),
@@ -102,6 +112,8 @@ def estimator_model(
         camera_gate=numbers.camera_gate,
         misfit_share=1.0 - math.exp(-1.0 / (rate_hz * numbers.misfit_time)),
         misfit_limit=numbers.misfit_limit,
+        offset_limit=numbers.offset_limit,
+        jump_limit=numbers.jump_limit,
         history=_history(rate_hz, settings, passive),
     )
 

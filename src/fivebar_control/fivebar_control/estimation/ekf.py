@@ -218,9 +218,27 @@ class EkfSettings(NamedTuple):
             at_most=1e9,
         ),
     ] = 50.0
+    offset_limit: Annotated[
+        float,
+        Setting(
+            "Mean of one sensor's innovations with their signs, in standard deviations, beyond which the estimate is"
+            " inconsistent, no limit where null.",
+            above=0.0,
+            unlimited=True,
+        ),
+    ] = math.inf
+    jump_limit: Annotated[
+        float,
+        Setting(
+            "Innovation of a motor encoder in a single sample, in standard deviations, beyond which the estimate is"
+            " inconsistent, no limit where null.",
+            above=0.0,
+            unlimited=True,
+        ),
+    ] = math.inf
     misfit_time: Annotated[
         float,
-        Setting("Time constant of that mean.", "s", at_least=1e-4, at_most=10.0),
+        Setting("Time constant of these means.", "s", at_least=1e-4, at_most=10.0),
     ] = 0.02
     gyro: Annotated[
         bool,
@@ -262,6 +280,16 @@ class EkfSettings(NamedTuple):
             at_most=0.01,
         ),
     ] = 1e-4
+    gyro_timeout: Annotated[
+        float,
+        Setting(
+            "Time without a reading of the gyroscope that can be used after which it counts as missing, never where"
+            " null.",
+            "s",
+            at_least=0.01,
+            unlimited=True,
+        ),
+    ] = 0.1
     camera: Annotated[
         bool,
         Setting("Whether the estimator uses the platform's position by the camera of `vision/platform`."),

@@ -12,10 +12,18 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from fivebar_control.estimation.causes import inconsistency_reason
 from fivebar_control.estimation.constants import Drives, estimator_model
 from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.encoder import first_angle
-from fivebar_control.estimation.frozen import FrozenWatch
+from fivebar_control.estimation.frozen import (
+    after_readings,
+    frozen_reason,
+    named_motor,
+    nothing_read,
+    trip_with_encoders,
+)
+from fivebar_control.estimation.gyro_watch import gyro_reason
 from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, check_encoders, seen_assembly
 from fivebar_control.estimation.mirror import ambiguity_reason
 from fivebar_control.estimation.readings import (
@@ -30,10 +38,17 @@ from fivebar_control.estimation.step import (
     Prediction,
     estimator_step,
     first_update,
-    inconsistency_reason,
+)
+from fivebar_control.estimation.trips import (
+    ENCODER_FROZEN,
+    ESTIMATE_AMBIGUOUS,
+    ESTIMATE_INCONSISTENT,
+    ESTIMATE_LOST,
+    TRIP_NAMES,
 )
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
@@ -100,7 +115,7 @@ class StateEstimator:
             robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances, passive, known
         )
         self._tolerance = settings.homing_tolerance + self._model.resolution
-        self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
+        self._frozen = nothing_read()
         self._longest_gap = longest_gap(rate_hz)
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
@@ -139,7 +154,7 @@ class StateEstimator:
         self._memory = self._answer = self.fault = None
         self._found_again = True
         self._near, self._near_elbow = self._expected_motors(), math.nan
-        self._frozen = FrozenWatch(self._model.filter, self._model.resolution)
+        self._frozen = nothing_read()
 
     def carry(self, robot: FiveBar) -> None:
         """Go on with another mass of the platform."""
@@ -203,19 +218,11 @@ class StateEstimator:
         ahead = self._stepped(sample, q11, q21, tau1, tau2, rates, elbows, seen)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
-        if ahead.lost:
-            place = f"({ahead.estimate.x:.4f}, {ahead.estimate.y:.4f}) m"
-            self._latch("estimate_lost", f"at sample {sample} the estimated platform {place} is out of reach")
-            if self._answer is not None:
-                return self._answer._replace(effort=effort)
-        elif ahead.ambiguity.ambiguous:
-            reason = ambiguity_reason(self._model.filter, self._model.limits, ahead.ambiguity)
-            self._latch("estimate_ambiguous", f"at sample {sample}: {reason}")
-        elif ahead.inconsistent:
-            frozen = self._frozen.suspected()
-            name = "estimate_inconsistent" if frozen is None else "encoder_frozen"
-            reason = frozen or inconsistency_reason(self._model, ahead.memory.misfit)
-            self._latch(name, f"at sample {sample} {reason}")
+        trip = trip_with_encoders(self._model, ahead.trip, self._frozen)
+        if trip != NO_FAULT:
+            self._latch(TRIP_NAMES[trip], f"at sample {sample}{self._reason(trip, ahead)}")
+        if ahead.lost and self._answer is not None:
+            return self._answer._replace(effort=effort)
         estimate, covariance = ahead.memory.belief
         # NaN stays NaN
         a, b, c, d, e, f = (0.0 if one < 0.0 else math.sqrt(one) for one in covariance.diagonal()[:6].tolist())
@@ -255,10 +262,22 @@ class StateEstimator:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
         # exactly zero is what the guard commands once a fault is latched
         coasts = self._newest_command == (0.0, 0.0)
-        reason = self._frozen.check((q11, q21), stepped.predicted, sample - last > 1, coasts)
-        if reason is not None:
-            self._latch("encoder_frozen", f"at sample {sample} {reason}")
+        self._frozen = after_readings(model, self._frozen, q11, q21, stepped.predicted, sample - last > 1, coasts)
         return stepped.prediction
+
+    def _reason(self, trip: int, ahead: Prediction) -> str:
+        """Return a fault in words that go on from "at sample N"."""
+        model, memory = self._model, ahead.memory
+        if trip == ESTIMATE_LOST:
+            return f" the estimated platform ({ahead.estimate.x:.4f}, {ahead.estimate.y:.4f}) m is out of reach"
+        if trip == ESTIMATE_AMBIGUOUS:
+            return f": {ambiguity_reason(model.filter, model.limits, ahead.ambiguity)}"
+        if trip == ENCODER_FROZEN:
+            motor = named_motor(model, ahead.trip, self._frozen)
+            return f" {frozen_reason(self._frozen.one if motor == 1 else self._frozen.two, motor)}"
+        if trip == ESTIMATE_INCONSISTENT:
+            return f" {inconsistency_reason(model, memory.misfit, memory.pattern)}"
+        return f": {gyro_reason(trip, memory.gyro, model.rate_hz)}"
 
     def _first_assembly(self, q11: float, q21: float, seen: Sequence[PositionFix]) -> int:
         """Return the assembly mode at the start: declared, or by the camera with `seen_start`."""

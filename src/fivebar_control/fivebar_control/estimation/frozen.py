@@ -1,8 +1,14 @@
 """Detection of a frozen encoder: its reading is constant although the motor must be turning.
 
-A constant reading is no fault by itself: at rest, and where a motor reverses, the angle is within the same count for
-many samples, and the filter predicts it there, too. Where the predictions keep differing from a constant reading, and
-by more than the robot's tolerances explain, the encoder is frozen.
+A constant reading is no fault by itself: at rest, on a slow motion, and where a motor reverses, the angle is within the
+same count for many samples, and the filter predicts it there, too. An encoder is named as frozen where two things come
+together:
+
+* the predictions differ from the reading by more than tolerances and play explain, sample after sample, and
+* the motor cannot have stopped: its readings had been changing so fast that it cannot stop within a count, however it
+  is braked; or the predictions have gone far away from the reading while the other motor turned.
+
+Otherwise what contradicts the model may be anything else, and is not given this name.
 
 Without torque both motors come to rest, light links on friction within a sample or two, and samples of drives that are
 stopped need not be evenly spaced, so that the predictions are off: then a reading must also stay while the other motor
@@ -12,84 +18,186 @@ turns.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-import numpy as np
-
-from fivebar_control.estimation.covariance import ERRORS, ERRORS_END
-from fivebar_control.estimation.ekf import Estimate, FilterModel
+from fivebar_control.estimation.constants import EstimatorModel
+from fivebar_control.estimation.covariance import ERRORS
+from fivebar_control.estimation.ekf import Estimate
 from fivebar_control.estimation.measurements import encoder_row, share_of_errors
 from fivebar_control.estimation.platform_motion import leg_at_rest
+from fivebar_control.estimation.trips import ENCODER_FROZEN, ESTIMATE_INCONSISTENT
 from fivebar_control.model.geometry import wrap
 
 FEWEST = 3
 """Readings in a row that are the same before an encoder is suspected."""
 
-LONGEST = 10
-"""Readings in a row over which the differences are summed: half a count at rest must not accumulate for ever."""
+FORGOTTEN = 0.05
+"""Share of the summed differences that each further reading forgets: half a count at rest must not add up for ever."""
 
-COUNTS = 10.0
+COUNTS = 5.0
 ANGLE = 1e-3
 """An encoder is frozen when the differences from the predictions sum to this many counts and this angle (rad)."""
 
 DEVIATIONS = 3.0
-"""Standard deviations of the constant errors by which a prediction may differ: a healthy encoder on a robot whose
-geometry is known so well only."""
+"""Standard deviations of constant errors and play by which a prediction may differ: a healthy encoder on a robot that
+is known so well only."""
+
+BRAKING, WITHIN = 100.0, 3e-4
+"""The hardest that a motor is braked (rad/s^2), and the least angle (rad) in which one can be seen to have stopped."""
+
+AWAY = 10.0
+"""Counts by which the predictions have gone away, and the other motor has turned, where the pace tells nothing."""
+
+MOST = 10_000
+"""Readings beyond which nobody counts."""
 
 
-class FrozenWatch:
-    """Compares both motors' readings with the filter's predictions."""
+class EncoderStay(NamedTuple):
+    """One motor's encoder, and for how long it has read the same.
 
-    def __init__(self, model: FilterModel, count: float) -> None:
-        """Make a watch for encoders with counts of a size (rad), 0 for exact ones."""
-        self._legs = (model.robot.leg1, model.mode1), (model.robot.leg2, model.mode2)
-        self._errors = np.array(model.errors)
-        self._count = count
-        self._last: tuple[float, float] | None = None
-        self._restart()
+    Attributes:
+        reading: its last reading (rad).
+        stays: readings in a row that are the same.
+        beyond: sum of their differences from the predictions beyond what is explained (rad).
+        pace: least magnitude of the last changes of the reading per sample before (rad).
+        change: last of these changes (rad).
+        first: prediction for the first of the equal readings (rad).
+        travel: by how much the predictions have changed since, at most (rad).
+        other: reading of the other motor then (rad).
+        turned: by how much the other motor has turned since (rad).
+        margin: what is explained of a difference (rad).
+    """
 
-    def _restart(self) -> None:
-        self._stays, self._beyond = [1, 1], [0.0, 0.0]
+    reading: float
+    stays: int
+    beyond: float
+    pace: float
+    change: float
+    first: float
+    travel: float
+    other: float
+    turned: float
+    margin: float
 
-    def check(self, readings: tuple[float, float], expected: Estimate, gap: bool, coasts: bool = False) -> str | None:
-        """Return the fault in words, None for none.
 
-        Args:
-            readings: of both motors (rad); call it once per sample.
-            expected: the prediction for them.
-            gap: whether readings before these were lost, over which the prediction is a guess.
-            coasts: whether no torque is commanded any more.
-        """
-        last, self._last = self._last, readings
-        if last is None or gap or (coasts and readings == last):
-            self._restart()
-            return None
-        for motor in range(2):
-            if readings[motor] != last[motor]:
-                self._stays[motor], self._beyond[motor] = 1, 0.0
-                continue
-            self._stays[motor] += 1
-            if self._stays[motor] <= LONGEST:
-                self._beyond[motor] += self._difference(motor, readings[motor], expected)
-        return self._reason(FEWEST, COUNTS * self._count + ANGLE)
+class FrozenMemory(NamedTuple):
+    """Both encoders, and whether there are readings yet."""
 
-    def suspected(self) -> str | None:
-        """Return which encoder appears frozen, by a weaker test for inconsistent estimates; None for none."""
-        return self._reason(2, COUNTS * self._count)
+    begun: bool
+    one: EncoderStay
+    two: EncoderStay
 
-    def _reason(self, fewest: int, limit: float) -> str | None:
-        for motor, name in enumerate(("q11", "q21")):
-            if fewest <= self._stays[motor] <= LONGEST and self._beyond[motor] > limit:
-                mean = self._beyond[motor] / (self._stays[motor] - 1)
-                repeated = f"{name} has read the same {self._stays[motor]} times"
-                away = f"while the motion is {mean:.4f} rad away from it"
-                return f"{repeated}, {away} (encoder, or geometry beyond `tolerances`)"
-        return None
 
-    def _difference(self, motor: int, reading: float, expected: Estimate) -> float:
-        """Return by how much a reading (rad) differs from the prediction, beyond what the geometry explains (rad)."""
-        leg, mode = self._legs[motor]
-        moving = leg_at_rest(leg, mode, expected.x, expected.y)
-        row = encoder_row(motor + 1, moving)
-        explained = float(np.linalg.norm(row[ERRORS:ERRORS_END] * self._errors))
-        difference = abs(wrap(reading - math.atan2(moving.r_y, moving.r_x) - share_of_errors(expected, row)))
-        return max(0.0, difference - DEVIATIONS * explained)
+def nothing_read() -> FrozenMemory:
+    """Return the memory before the first readings."""
+    none = EncoderStay(math.nan, 1, 0.0, 0.0, 0.0, math.nan, 0.0, math.nan, 0.0, 0.0)
+    return FrozenMemory(False, none, none)
+
+
+def after_readings(
+    model: EstimatorModel, memory: FrozenMemory, q11: float, q21: float, expected: Estimate, gap: bool, coasts: bool
+) -> FrozenMemory:
+    """Return the memory after readings; call it once per sample.
+
+    Args:
+        model: of the estimator.
+        memory: of the readings before.
+        q11, q21: readings of both motors (rad).
+        expected: the prediction for them.
+        gap: whether readings before these were lost, over which the prediction is a guess.
+        coasts: whether no torque is commanded any more.
+    """
+    same = q11 == memory.one.reading and q21 == memory.two.reading
+    restarts = not memory.begun or gap or (coasts and same)
+    one = _stay_after(model, memory.one, 1, q11, q21, expected, restarts)
+    return FrozenMemory(True, one, _stay_after(model, memory.two, 2, q21, q11, expected, restarts))
+
+
+def _stay_after(
+    model: EstimatorModel,
+    stay: EncoderStay,
+    motor: int,
+    reading: float,
+    other: float,
+    expected: Estimate,
+    restarts: bool,
+) -> EncoderStay:
+    constants = model.filter
+    leg = constants.robot.leg1 if motor == 1 else constants.robot.leg2
+    mode = constants.mode1 if motor == 1 else constants.mode2
+    moving = leg_at_rest(leg, mode, expected.x, expected.y)
+    row = encoder_row(motor, moving)
+    predicted = math.atan2(moving.r_y, moving.r_x) + share_of_errors(expected, row)
+    explained = model.play
+    for index, deviation in enumerate(constants.errors):
+        effect = deviation * float(row[ERRORS + index])
+        explained += effect * effect
+    margin = DEVIATIONS * math.sqrt(explained)
+    if restarts:
+        return EncoderStay(reading, 1, 0.0, 0.0, 0.0, predicted, 0.0, other, 0.0, margin)
+    if reading != stay.reading:
+        change = wrap(reading - stay.reading) / stay.stays
+        # a motor that has turned back has no pace
+        pace = min(abs(change), abs(stay.change)) if change * stay.change > 0.0 else 0.0
+        return EncoderStay(reading, 1, 0.0, pace, change, predicted, 0.0, other, 0.0, margin)
+    return EncoderStay(
+        reading,
+        min(stay.stays + 1, MOST),
+        (1.0 - FORGOTTEN) * stay.beyond + max(0.0, abs(wrap(reading - predicted)) - margin),
+        stay.pace,
+        stay.change,
+        stay.first,
+        max(stay.travel, abs(wrap(predicted - stay.first))),
+        stay.other,
+        max(stay.turned, abs(wrap(other - stay.other))),
+        margin,
+    )
+
+
+def frozen_motor(memory: FrozenMemory, count: float, rate_hz: int, fewest: int, limit: float) -> int:
+    """Return which motor's encoder is frozen, 1 or 2, and 0 for none.
+
+    Args:
+        memory: of the readings.
+        count: angle of a count (rad), 0 for exact encoders.
+        rate_hz: samples per second.
+        fewest: readings that are the same.
+        limit: of the sum of the differences (rad).
+    """
+    if _is_frozen(memory.one, count, rate_hz, fewest, limit):
+        return 1
+    return 2 if _is_frozen(memory.two, count, rate_hz, fewest, limit) else 0
+
+
+def fastest_stopped(count: float) -> float:
+    """Return the speed (rad/s) beyond which no motor stops within a count (rad)."""
+    return math.sqrt(2.0 * BRAKING * max(count, WITHIN))
+
+
+def _is_frozen(stay: EncoderStay, count: float, rate_hz: int, fewest: int, limit: float) -> bool:
+    if not (fewest <= stay.stays and stay.beyond > limit):
+        return False
+    if (stay.stays - 1) * stay.pace >= count and stay.pace >= fastest_stopped(count) / rate_hz:
+        return True
+    return stay.travel > AWAY * count + stay.margin and stay.turned > AWAY * count
+
+
+def trip_with_encoders(model: EstimatorModel, trip: int, memory: FrozenMemory) -> int:
+    """Return the number of the fault, given that of the estimate: a frozen encoder is a cause, and comes before it."""
+    return ENCODER_FROZEN if named_motor(model, trip, memory) > 0 else trip
+
+
+def named_motor(model: EstimatorModel, trip: int, memory: FrozenMemory) -> int:
+    """Return which motor's encoder is named as frozen, 0 for none: less has to be seen where the estimate is wrong."""
+    count = model.resolution
+    if trip == ESTIMATE_INCONSISTENT:
+        return frozen_motor(memory, count, model.rate_hz, 2, COUNTS * count)
+    return frozen_motor(memory, count, model.rate_hz, FEWEST, COUNTS * count + ANGLE)
+
+
+def frozen_reason(stay: EncoderStay, motor: int) -> str:
+    """Return in words why the encoder of motor 1 or 2 is taken for frozen."""
+    return (
+        f"q{motor}1 has read the same {stay.stays} times, while the motion has gone on by {stay.travel:.4f} rad: check"
+        " the encoder and its cable, or whether the motor is blocked"
+    )

@@ -6,11 +6,8 @@ import math
 
 from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
 from fivebar_control.model.state import Platform
-from fivebar_description.imu import ImuSettings, Vector3
+from fivebar_description.imu import SATURATION, ImuSettings, Vector3
 from fivebar_description.parameters import FiveBar
-
-SATURATION_MARGIN = 0.999
-"""Fraction of the range from which on an axis counts as saturated."""
 
 
 class ImuCheck:
@@ -45,7 +42,7 @@ class ImuCheck:
 
     def saturated(self, measured: Vector3) -> bool:
         """Return whether an axis is at the end of its range, so that the reading is not usable."""
-        return any(abs(component) >= SATURATION_MARGIN * self._imu.range for component in measured)
+        return any(abs(component) >= SATURATION * self._imu.range for component in measured)
 
     def _in_link_frame(self, measured: Vector3) -> tuple[float, float]:
         """Return the in-plane acceleration of the mounting point; gravity is along the third axis."""

@@ -140,10 +140,13 @@ class Corrected(NamedTuple):
     Attributes:
         belief: after them.
         misfit: squared innovations in units of their variance, 1 on average for each of the two as expected.
+        ahead1, ahead2: the innovations in standard deviations: by how much each reading is ahead of its prediction.
     """
 
     belief: Belief
     misfit: float
+    ahead1: float
+    ahead2: float
 
 
 def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Corrected:
@@ -161,7 +164,8 @@ def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Cor
     innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - expected2
     change += two.gain * innovation2
     misfit = innovation1 * innovation1 / one.variance + innovation2 * innovation2 / two.variance
-    return Corrected(Belief(changed(belief.estimate, change), two.covariance), misfit)
+    ahead1, ahead2 = innovation1 / math.sqrt(abs(one.variance)), innovation2 / math.sqrt(abs(two.variance))
+    return Corrected(Belief(changed(belief.estimate, change), two.covariance), misfit, ahead1, ahead2)
 
 
 def share_of_errors(estimate: Estimate, row: Vector) -> float:
@@ -192,10 +196,12 @@ class Taken(NamedTuple):
     Attributes:
         belief: after it.
         misfit: squared innovation in units of its variance, 1 on average as expected.
+        ahead: the innovation in standard deviations: by how much the reading is ahead of its prediction.
     """
 
     belief: Belief
     misfit: float
+    ahead: float
 
 
 def turn_rate(model: FilterModel, estimate: Estimate) -> float:
@@ -285,18 +291,19 @@ def seen_at(belief: Belief, x: float, y: float, lag: float, variance: float, gat
     s_xy = float(np.dot(row_y, column_x))
     squared = (s_yy * off_x * off_x - 2.0 * s_xy * off_x * off_y + s_xx * off_y * off_y) / (s_xx * s_yy - s_xy * s_xy)
     if not squared <= gate * gate:
-        return Taken(belief, 0.5 * squared)
+        return Taken(belief, 0.5 * squared, math.nan)
     one = _taken(belief, row_x, off_x, variance)
     e = one.belief.estimate
     two = _taken(one.belief, row_y, y - e.y - lag * e.vy, variance)
-    return Taken(two.belief, 0.5 * squared)
+    return Taken(two.belief, 0.5 * squared, math.nan)
 
 
 def _taken(belief: Belief, row: Vector, innovation: float, variance: float) -> Taken:
     """Return the effect of a reading by its row, innovation and the variance of its noise."""
     correction = measured(belief.covariance, row, variance)
     estimate = changed(belief.estimate, correction.gain * innovation)
-    return Taken(Belief(estimate, correction.covariance), innovation * innovation / correction.variance)
+    ahead = innovation / math.sqrt(abs(correction.variance))
+    return Taken(Belief(estimate, correction.covariance), innovation * innovation / correction.variance, ahead)
 
 
 def _ahead(reading: float, x: float, y: float) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.encoder import Angle, first_angle, next_angle, repetitions
+from fivebar_control.estimation.gyro_watch import GyroHeard, not_used, used, waited
 from fivebar_control.estimation.history import (
     SAMPLE,
     History,
@@ -23,7 +24,7 @@ from fivebar_control.estimation.history import (
     keep_seen,
     row_of,
 )
-from fivebar_control.estimation.measurements import elbow_speed
+from fivebar_control.estimation.measurements import elbow_speed, turn_rate
 
 Readings = Sequence[Sequence[float]] | NDArray[np.float64]
 """Readings of a late sensor, each with the moment of its stamp in samples and its values."""
@@ -48,6 +49,66 @@ class Misfit(NamedTuple):
     elbow: float
 
 
+class Trend(NamedTuple):
+    """Recent means of a sensor's innovations in standard deviations: with their signs, and of their magnitudes."""
+
+    offset: float
+    size: float
+
+
+class Pattern(NamedTuple):
+    """How the innovations have come lately: at once, one-sided, or to and fro.
+
+    Attributes:
+        encoder1, encoder2, gyro: of the motor encoders and of the gyroscope.
+        jump: largest innovation of a motor encoder in a single sample, in standard deviations, forgotten as the means
+            forget.
+        jumped: which motor's, 0 for none.
+    """
+
+    encoder1: Trend
+    encoder2: Trend
+    gyro: Trend
+    jump: float
+    jumped: int
+
+
+def no_pattern() -> Pattern:
+    """Return the pattern before the first innovation."""
+    none = Trend(0.0, 0.0)
+    return Pattern(none, none, none, 0.0, 0)
+
+
+def gone_on(trend: Trend, share: float, ahead: float) -> Trend:
+    """Return a trend after another innovation; `share` is the weight of a sample in the means."""
+    return Trend(
+        trend.offset + share * (ahead - trend.offset),
+        trend.size + share * (abs(ahead) - trend.size),
+    )
+
+
+def after_encoders(pattern: Pattern, share: float, ahead1: float, ahead2: float) -> Pattern:
+    """Return the pattern after both motor encoders' innovations; `share` is the weight of a sample in the means."""
+    jump, jumped = (1.0 - share) * pattern.jump, pattern.jumped
+    if abs(ahead1) > jump:
+        jump, jumped = abs(ahead1), 1
+    if abs(ahead2) > jump:
+        jump, jumped = abs(ahead2), 2
+    one, two = gone_on(pattern.encoder1, share, ahead1), gone_on(pattern.encoder2, share, ahead2)
+    return Pattern(one, two, pattern.gyro, jump, jumped)
+
+
+def after_gyro(pattern: Pattern, share: float, ahead: float) -> Pattern:
+    """Return the pattern after the gyroscope's innovation."""
+    gyro = gone_on(pattern.gyro, share, ahead)
+    return Pattern(pattern.encoder1, pattern.encoder2, gyro, pattern.jump, pattern.jumped)
+
+
+def largest_offset(pattern: Pattern) -> float:
+    """Return the largest recent mean of one sensor's innovations, in standard deviations."""
+    return max(abs(pattern.encoder1.offset), abs(pattern.encoder2.offset), abs(pattern.gyro.offset))
+
+
 class EstimatorMemory(NamedTuple):
     """State of the estimator from sample to sample.
 
@@ -61,6 +122,8 @@ class EstimatorMemory(NamedTuple):
         elbow_repeated: readings for which it has been the same.
         near: consecutive samples near the Type 2 locus.
         misfit: recent mean of the squared innovations.
+        pattern: how they have come.
+        gyro: what has been heard of the gyroscope.
         history: of the last samples, changed in place.
     """
 
@@ -76,6 +139,8 @@ class EstimatorMemory(NamedTuple):
     elbow_repeated: int
     near: int
     misfit: Misfit
+    pattern: Pattern
+    gyro: GyroHeard
     history: History
 
 
@@ -111,6 +176,8 @@ def with_motors(
         elbow_repeated=memory.elbow_repeated,
         near=memory.near,
         misfit=memory.misfit,
+        pattern=memory.pattern,
+        gyro=waited(memory.gyro, periods),
         history=memory.history,
     )
 
@@ -127,7 +194,8 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
 
     It is put at the first sample at or after the moment at which it was made, by what is known and estimated of its
     clock, and at the newest one at the latest. A reading of sample 0, or of one that is no longer in the history, is
-    left out, and so are all once the estimate is lost for good, NaN in all that it has.
+    left out, and so is an infinite one, at the end of its range, and so are all once the estimate is lost for good,
+    NaN in all that it has.
 
     Args:
         model: constants.
@@ -139,11 +207,33 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
     stamp = made - model.gyro_clock * rate_hz
     moment = stamp - memory.belief.estimate.clock * rate_hz
     entry = 0 if math.isnan(moment) else entry_of(memory.history, newest, math.ceil(moment))
-    if entry == 0:
-        return Placed(memory, newest)
+    if entry == 0 or not math.isfinite(rate):
+        return Placed(with_gyro(memory, not_used(memory.gyro, rate)), newest)
     at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
     keep_rate(memory.history, entry, rate, (stamp - at) / rate_hz)
-    return Placed(memory, entry)
+    expected = turn_rate(model.filter, belief_at(memory.history, entry - 1).estimate)
+    return Placed(with_gyro(memory, used(memory.gyro, rate, expected)), entry)
+
+
+def with_gyro(memory: EstimatorMemory, gyro: GyroHeard) -> EstimatorMemory:
+    """Return a memory in which something else has been heard of the gyroscope."""
+    return EstimatorMemory(
+        memory.belief,
+        memory.newest,
+        memory.last1,
+        memory.last2,
+        memory.before1,
+        memory.before2,
+        memory.repeated1,
+        memory.repeated2,
+        memory.elbow,
+        memory.elbow_repeated,
+        memory.near,
+        memory.misfit,
+        memory.pattern,
+        gyro,
+        memory.history,
+    )
 
 
 def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, reading: float) -> Placed:
@@ -176,6 +266,8 @@ def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, read
         elbow_repeated=repeated,
         near=memory.near,
         misfit=memory.misfit,
+        pattern=memory.pattern,
+        gyro=memory.gyro,
         history=history,
     )
     return Placed(changed, entry)
@@ -223,7 +315,8 @@ def with_readings(
     memory = with_motors(memory, sample, periods, q11, q21, tau1, tau2)
     start = memory.newest
     for number in range(len(rates)):
-        start = min(start, with_rate(model, memory, rates[number][0], rates[number][1]).start)
+        heard = with_rate(model, memory, rates[number][0], rates[number][1])
+        memory, start = heard.memory, min(start, heard.start)
     for number in range(len(elbows)):
         placed = with_elbow(model, memory, elbows[number][0], elbows[number][1])
         memory, start = placed.memory, min(start, placed.start)
@@ -233,8 +326,10 @@ def with_readings(
     return Placed(memory, start)
 
 
-def changed_memory(memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit) -> EstimatorMemory:
-    """Return a memory with another belief, number of samples near the locus, and misfit."""
+def changed_memory(
+    memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit, pattern: Pattern
+) -> EstimatorMemory:
+    """Return a memory with another belief, number of samples near the locus, misfit and pattern."""
     return EstimatorMemory(
         belief,
         memory.newest,
@@ -248,5 +343,7 @@ def changed_memory(memory: EstimatorMemory, belief: Belief, near: int, misfit: M
         memory.elbow_repeated,
         near,
         misfit,
+        pattern,
+        memory.gyro,
         memory.history,
     )

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Estimate, advanced, guessed, predicted
 from fivebar_control.estimation.encoder import Angle, first_angle, next_angle, with_variance
+from fivebar_control.estimation.gyro_watch import gyro_fault, unheard
 from fivebar_control.estimation.history import (
     ELBOW,
     ELBOW_IS_NEW,
@@ -49,10 +50,21 @@ from fivebar_control.estimation.measurements import (
     turned,
 )
 from fivebar_control.estimation.mirror import AmbiguityCheck, check_ambiguity
-from fivebar_control.estimation.readings import EstimatorMemory, Misfit, changed_memory
+from fivebar_control.estimation.readings import (
+    EstimatorMemory,
+    Misfit,
+    Pattern,
+    after_encoders,
+    after_gyro,
+    changed_memory,
+    largest_offset,
+    no_pattern,
+)
+from fivebar_control.estimation.trips import ESTIMATE_AMBIGUOUS, ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.state import Joints
+from fivebar_control.safety.stages import NO_FAULT
 
 
 class Update(NamedTuple):
@@ -90,7 +102,7 @@ class Prediction(NamedTuple):
         joints: of that estimate.
         lost: whether it is out of reach; the joints are then undefined, and ambiguity is not tested.
         ambiguity: whether the assembly mode is still known.
-        inconsistent: whether the measurements contradict the model by more than all declared uncertainty.
+        trip: number of the fault that this is, see `trips`; `NO_FAULT` for none.
     """
 
     memory: EstimatorMemory
@@ -98,7 +110,7 @@ class Prediction(NamedTuple):
     joints: Joints
     lost: bool
     ambiguity: AmbiguityCheck
-    inconsistent: bool
+    trip: int
 
 
 class EstimatorStep(NamedTuple):
@@ -122,7 +134,9 @@ def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -
     history = empty_history(model.history)
     keep_inputs(history, 0, 0, 0, 0.0, 0.0)
     keep_belief(history, 0, belief)
-    return EstimatorMemory(belief, 0, q11, q21, q11, q21, 1, 1, math.nan, 1, 0, Misfit(1.0, 1.0, 1.0), history)
+    return EstimatorMemory(
+        belief, 0, q11, q21, q11, q21, 1, 1, math.nan, 1, 0, Misfit(1.0, 1.0, 1.0), no_pattern(), unheard(), history
+    )
 
 
 def estimator_step(
@@ -153,6 +167,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
     belief = belief_at(history, start - 1)
     expected = belief.estimate
     encoders, gyro, elbow = memory.misfit.encoders, memory.misfit.gyro, memory.misfit.elbow
+    pattern = memory.pattern
     by_encoders, by_gyro, by_elbow = math.nan, Mean(0.0, 0), Mean(0.0, 0)
     for entry in range(start, newest + 1):
         inputs = history.inputs[row_of(history, entry)]
@@ -191,6 +206,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         if entry == newest:
             by_encoders = 0.5 * by_angles.misfit
             encoders += model.misfit_share * (by_encoders - encoders)
+            pattern = after_encoders(pattern, model.misfit_share, by_angles.ahead1, by_angles.ahead2)
         # a late reading is taken again with each later one: only its first innovation counts
         if not math.isnan(inputs[ELBOW]):
             reading = Angle(float(inputs[ELBOW]), float(inputs[ELBOW_VARIANCE]))
@@ -206,12 +222,13 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
             if inputs[RATE_IS_NEW] > 0.0:
                 by_gyro = Mean(by_gyro.total + by_rate.misfit, by_gyro.number + 1)
                 gyro += model.misfit_share * (by_rate.misfit - gyro)
+                pattern = after_gyro(pattern, model.misfit_share, by_rate.ahead)
                 inputs[RATE_IS_NEW] = 0.0
         if not math.isnan(inputs[SEEN_X]):
             x, y, lag = float(inputs[SEEN_X]), float(inputs[SEEN_Y]), float(inputs[SEEN_LAG])
             belief = seen_at(belief, x, y, lag, float(inputs[SEEN_VARIANCE]), model.camera_gate).belief
         keep_belief(history, entry, belief)
-    changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow))
+    changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow), pattern)
     return Update(changed, expected, Misfit(by_encoders, mean_of(by_gyro), mean_of(by_elbow)))
 
 
@@ -238,33 +255,23 @@ def prediction(
     robot, mode1, mode2 = model.filter.robot, model.filter.mode1, model.filter.mode2
     joints = joints_of(state_from_platform(robot, mode1, mode2, estimate.x, estimate.y, estimate.vx, estimate.vy))
     if not math.isfinite(joints.dq11 + joints.dq12 + joints.dq21 + joints.dq22):
-        return Prediction(memory, estimate, joints, True, AmbiguityCheck(memory.near, math.inf, False), False)
+        return Prediction(memory, estimate, joints, True, AmbiguityCheck(memory.near, math.inf, False), ESTIMATE_LOST)
     check = check_ambiguity(model.filter, model.limits, memory.near, memory.belief)
-    kept = changed_memory(memory, memory.belief, check.near, memory.misfit)
-    # NaN counts as inconsistent
-    misfit = memory.misfit
-    inconsistent = not max(misfit.encoders, misfit.gyro, misfit.elbow) <= model.misfit_limit
-    return Prediction(kept, estimate, joints, False, check, inconsistent)
+    kept = changed_memory(memory, memory.belief, check.near, memory.misfit, memory.pattern)
+    misfit, trip = memory.misfit, NO_FAULT
+    if model.gyro:
+        trip = gyro_fault(memory.gyro, model.gyro_silence, model.filter.gyro_noise)
+    if trip == NO_FAULT and check.ambiguous:
+        trip = ESTIMATE_AMBIGUOUS
+    if trip == NO_FAULT and not is_consistent(model, misfit, memory.pattern):
+        trip = ESTIMATE_INCONSISTENT
+    return Prediction(kept, estimate, joints, False, check, trip)
 
 
-def inconsistency_reason(model: EstimatorModel, misfit: Misfit) -> str:
-    """Return in words why an estimate is inconsistent.
-
-    All sensors beyond half the limit are named, the furthest first: one that is wrong takes the estimate away from what
-    the others read, so that the furthest need not be the cause.
-    """
-    far = sorted(
-        (
-            (misfit.encoders, "the motor encoders differ"),
-            (misfit.gyro, "the gyroscope differs"),
-            (misfit.elbow, "the passive joint's encoder differs"),
-        ),
-        reverse=True,
-    )
-    (mean, sensor), *others = far
-    also = "".join(f", {other} by {math.sqrt(one):.1f}" for one, other in others if one > 0.25 * model.misfit_limit)
+def is_consistent(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> bool:
+    """Return whether the innovations are within all limits; NaN is not."""
     return (
-        f"{sensor} from the predictions by {math.sqrt(mean):.1f} standard deviations{also}, limit"
-        f" {math.sqrt(model.misfit_limit):.1f}: check the robot's geometry and zeros against `tolerances`, and each"
-        " sensor, its mounting and its clock"
+        max(misfit.encoders, misfit.gyro, misfit.elbow) <= model.misfit_limit
+        and largest_offset(pattern) <= model.offset_limit
+        and pattern.jump <= model.jump_limit
     )

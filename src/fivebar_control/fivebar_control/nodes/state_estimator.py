@@ -50,6 +50,7 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample
 from fivebar_description.parameters import laden
 from fivebar_description.publishers import same
+from fivebar_description.readings import LARGEST_OFFSET
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
@@ -59,9 +60,6 @@ from fivebar_description.run_plan import HOMING, LEAD_SAMPLES
 from fivebar_description.shared_settings import LOCKSTEP
 
 FAILED = 1
-
-LONGEST_LEAD = 0.2
-"""Time (s) by which a late sensor's reading may be ahead of the last sample, as when it is read first after a pause."""
 
 
 Reading = tuple[str, float]
@@ -145,7 +143,8 @@ class StateEstimatorNode(SamplingNode):
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
         self._late: dict[Reading, Any] = {}
         self._sees, self._sees_start = ekf.camera or ekf.seen_start, ekf.seen_start
-        self._longest_delay = history_samples(rate_hz)
+        # one that is too old for the history is taken all the same, so that the estimator can tell it from none
+        self._longest_delay = max(history_samples(rate_hz), math.ceil(LARGEST_OFFSET * rate_hz))
         if self._sees:
             self._longest_delay = max(self._longest_delay, history_samples(rate_hz, ekf.camera_latency))
         self._reply: tuple[JointSample, JointSample, JointSample] | None = None
@@ -248,7 +247,7 @@ class StateEstimatorNode(SamplingNode):
         if not all(-LARGEST <= one <= LARGEST for one in turning):
             self.drop(IMU_DATA, f"angular velocity is {turning}, expected finite numbers of at most {LARGEST:g}")
             return
-        self._keep(IMU_DATA, IMU_FRAME, message, self._imu.turn_rate(turning))
+        self._keep(IMU_DATA, IMU_FRAME, message, self._imu.usable_rate(turning))
 
     def _on_passive(self, message: JointSample) -> None:
         if not self._run.holds or self.refuses(PASSIVE_STATES):
@@ -279,8 +278,8 @@ class StateEstimatorNode(SamplingNode):
         """Keep a late sensor's reading until a sample takes it."""
         moment = self._run.moment(stamp_of(message))
         ahead = self._made((sensor, moment)) - self.last_sample
-        if not -self._longest_delay <= ahead <= LONGEST_LEAD * self.rate_hz:
-            # too old for the history, or of an earlier run
+        if not -self._longest_delay <= ahead <= LARGEST_OFFSET * self.rate_hz:
+            # of another run, or far ahead after a pause
             self.drop(topic, f"stamp of sample {moment:g}, expected one close to sample {self.last_sample}")
             return
         if not same(self._late.setdefault((sensor, moment), value), value):

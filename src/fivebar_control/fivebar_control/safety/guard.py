@@ -21,12 +21,21 @@ from fivebar_control.safety.stages import (
 )
 from fivebar_description.parameters import FiveBar
 
-FINAL_FAULTS = (
+ESTIMATE_FAULTS = (
     "estimate_ambiguous",
     "estimate_lost",
+    "estimate_inconsistent",
+    "gyroscope_missing",
+    "gyroscope_late",
+    "gyroscope_saturated",
+    "gyroscope_frozen",
+)
+"""Faults that an estimator clears which has found the robot again."""
+
+FINAL_FAULTS = (
+    *ESTIMATE_FAULTS,
     "homing_contradicted",
     "encoder_frozen",
-    "estimate_inconsistent",
     "recording_failed",
     "plant_diverged",
     "nodes_missing",
@@ -34,10 +43,6 @@ FINAL_FAULTS = (
     "command_timeout",
 )
 """Faults of other nodes that only a new run clears, since the robot's posture is no longer known or a node is lost."""
-
-
-ESTIMATE_FAULTS = ("estimate_ambiguous", "estimate_lost", "estimate_inconsistent")
-"""Those that an estimator clears which has found the robot again."""
 
 
 class Decision(NamedTuple):

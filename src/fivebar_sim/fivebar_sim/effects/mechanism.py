@@ -10,7 +10,7 @@ import numpy as np
 from fivebar_description.parameters import FiveBar, LegParameters, scaled
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.encoders import EncoderDisc
+from fivebar_sim.effects.encoders import EncoderDisc, disc_of
 from fivebar_sim.effects.friction import FrictionCurve, curve_of
 from fivebar_sim.effects.links import with_links
 from fivebar_sim.effects.loads import Push, weight_of
@@ -28,8 +28,8 @@ Classical Runge-Kutta of fourth order is stable up to 2.83 on the imaginary axis
 oscillation by a ratio of (w h)^5 / 144: at 0.5 that is 2e-4, a hundredth of what robots have.
 """
 
-STREAM = 2
-"""Of the random numbers that are the phases of ripple, cogging and eccentricity."""
+STREAM, LINE_STREAM = 2, 6
+"""Of the random numbers that are the phases of ripple, cogging and eccentricity, and of interpolation."""
 
 
 class LegNumbers(NamedTuple):
@@ -116,11 +116,21 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
     _check(settings)
     actual = actual_robot(robot, settings)
     phases = np.random.default_rng([settings.seed, STREAM]).uniform(0.0, 2.0 * math.pi, (2, 3)).tolist()
-    motors, encoders, joint = settings.motors, settings.encoders, settings.platform_joint
-    errors = (motors.constant_1, encoders.zero_1), (motors.constant_2, encoders.zero_2)
+    line_phases = np.random.default_rng([settings.seed, LINE_STREAM]).uniform(0.0, 2.0 * math.pi, 2).tolist()
+    motors, joint = settings.motors, settings.platform_joint
     leg1, leg2 = (
-        _leg(settings, leg, 0.5 * actual.mass, *error, *phase)
-        for leg, error, phase in zip(actual[:2], errors, phases, strict=True)
+        _leg(
+            settings,
+            leg,
+            0.5 * actual.mass,
+            motors.constant_1 if motor == 1 else motors.constant_2,
+            phases[motor - 1][0],
+            phases[motor - 1][1],
+            disc_of(
+                settings.encoders, motor, settings.encoder_counts or 0, phases[motor - 1][2], line_phases[motor - 1]
+            ),
+        )
+        for motor, leg in enumerate(actual[:2], start=1)
     )
     passive = settings.friction.passive
     weight = weight_of(settings.tilt)
@@ -168,10 +178,9 @@ def _leg(
     leg: LegParameters,
     tip_mass: float,
     constant_error: float,
-    zero: float,
     ripple_phase: float,
     cogging_phase: float,
-    disc_phase: float,
+    disc: EncoderDisc,
 ) -> LegNumbers:
     transmission, friction = settings.transmission, settings.friction
     share = transmission.rotor_share if transmission.frequency > 0.0 else 0.0
@@ -192,7 +201,7 @@ def _leg(
         motor=motor_of(settings.motors, constant_error, ripple_phase, cogging_phase),
         motor_friction=curve_of(friction, float(leg.coulomb), float(leg.offset), float(leg.width), friction.viscous),
         elbow_friction=curve_of(friction, friction.passive, 0.0, float(leg.width), 0.0),
-        disc=EncoderDisc(zero, settings.encoders.eccentricity, disc_phase),
+        disc=disc,
     )
     if numbers.distal_inertia <= 0.0 or numbers.inertia * numbers.distal_inertia <= numbers.coupling**2:
         raise InputError(

@@ -37,7 +37,8 @@ class MechanismState(NamedTuple):
         bristles: their deflections.
         current1, current2: currents, as torques (Nm), at the last sample or change of torque.
         wanted1, wanted2: torques (Nm) that the drives are set to.
-        read_at, read_rate: angles and rates when the encoders were read last.
+        read_at, read_rate: angles and rates when the encoders were read last, those of the rotors as the motors'
+            encoders saw them.
     """
 
     at: PerBody

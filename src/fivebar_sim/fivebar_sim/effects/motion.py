@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from fivebar_sim.effects.body_dynamics import LegDynamics, accelerations, chain, closing_force
-from fivebar_sim.effects.encoders import angle_seen_as
+from fivebar_sim.effects.encoders import EncoderReading, angle_seen_as, read_at
 from fivebar_sim.effects.friction import bristle_after
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.mechanism_state import ZERO, Bristles, MechanismState, Moved, PerBody
@@ -142,7 +142,7 @@ def advanced(mechanism: Mechanism, state: MechanismState, number: int, wanted1: 
         if reached == obeyed:
             state = _driven(state, state.current1, state.current2, wanted1, wanted2)
         if reached == read:
-            state = _read(state)
+            state = _read(mechanism, state, (number + 1) * mechanism.period)
         if part == 3 or reached == mechanism.period:
             break
         end = mechanism.period
@@ -156,10 +156,21 @@ def advanced(mechanism: Mechanism, state: MechanismState, number: int, wanted1: 
     return Moved(state, widest)
 
 
-def _read(state: MechanismState) -> MechanismState:
-    current1, current2, wanted1, wanted2 = state.current1, state.current2, state.wanted1, state.wanted2
+def _read(mechanism: Mechanism, state: MechanismState, time: float) -> MechanismState:
+    """Return the state whose encoders have just been read for the sample at a time (s)."""
+    at, rate, before, speed = state.at, state.rate, state.read_at, state.read_rate
+    one = read_at(mechanism.leg1.disc, at.rotor1, rate.rotor1, time, EncoderReading(before.rotor1, speed.rotor1))
+    two = read_at(mechanism.leg2.disc, at.rotor2, rate.rotor2, time, EncoderReading(before.rotor2, speed.rotor2))
     return MechanismState(
-        state.at, state.rate, state.bristles, current1, current2, wanted1, wanted2, state.at, state.rate
+        at,
+        rate,
+        state.bristles,
+        state.current1,
+        state.current2,
+        state.wanted1,
+        state.wanted2,
+        PerBody(at.link1, at.distal1, at.link2, at.distal2, one.angle, two.angle),
+        PerBody(rate.link1, rate.distal1, rate.link2, rate.distal2, one.speed, two.speed),
     )
 
 
@@ -236,5 +247,4 @@ def started(mechanism: Mechanism, q11: float, q12: float, q21: float, q22: float
         d1 = -(gap_x * c2 + gap_y * s2) / (leg1.distal * sine)
         d2 = -(gap_x * c1 + gap_y * s1) / (leg2.distal * sine)
         at = PerBody(one, at.distal1 + d1, two, at.distal2 + d2, one, two)
-    state = resting(one, at.distal1 - one, two, at.distal2 - two)
-    return Moved(state, gap)
+    return Moved(_read(mechanism, resting(one, at.distal1 - one, two, at.distal2 - two), -1.0), gap)

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_sim.effects.body_dynamics import accelerations, chain
-from fivebar_sim.effects.encoders import EncoderReading, seen
+from fivebar_sim.effects.encoders import EncoderReading
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.mechanism_state import MechanismState, PerBody
 
@@ -42,19 +42,16 @@ def _joints(at: PerBody, rate: PerBody) -> JointMotion:
     )
 
 
-def motor_seen(mechanism: Mechanism, state: MechanismState) -> tuple[EncoderReading, EncoderReading]:
+def motor_seen(state: MechanismState) -> tuple[EncoderReading, EncoderReading]:
     """Return what the motors' encoders saw when they were read, on the rotors' side, before they count."""
     at, rate = state.read_at, state.read_rate
-    return (
-        seen(mechanism.leg1.disc, at.rotor1, rate.rotor1),
-        seen(mechanism.leg2.disc, at.rotor2, rate.rotor2),
-    )
+    return EncoderReading(at.rotor1, rate.rotor1), EncoderReading(at.rotor2, rate.rotor2)
 
 
-def joints_seen(mechanism: Mechanism, state: MechanismState) -> JointMotion:
+def joints_seen(state: MechanismState) -> JointMotion:
     """Return what encoders on all four joints saw: the motors' through their transmissions and errors."""
     exact = _joints(state.read_at, state.read_rate)
-    one, two = motor_seen(mechanism, state)
+    one, two = motor_seen(state)
     return JointMotion(one.angle, exact.q12, two.angle, exact.q22, one.speed, exact.dq12, two.speed, exact.dq22)
 
 

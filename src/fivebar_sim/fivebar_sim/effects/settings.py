@@ -10,6 +10,7 @@ from fivebar_description.transmission import Transmission
 from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
+from fivebar_sim.effects.gyroscope import GyroscopeFaults
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import Push, Tilt
 from fivebar_sim.effects.motors import MotorEffects
@@ -56,6 +57,7 @@ class PlantSettings(NamedTuple):
     transmission: Section[Transmission] = Transmission()
     platform_joint: Section[PlatformJoint] = PlatformJoint()
     encoders: Section[EncoderErrors] = EncoderErrors()
+    gyroscope: Section[GyroscopeFaults] = GyroscopeFaults()
     tilt: Section[Tilt] = Tilt()
     push: Section[Push] = Push()
     bus: Section[BusEffects] = BusEffects()

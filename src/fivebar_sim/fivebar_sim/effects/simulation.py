@@ -68,7 +68,7 @@ class EffectsMotion:
     @property
     def seen(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """The same as encoders see them."""
-        values = joints_seen(self.mechanism, self._state)
+        values = joints_seen(self._state)
         return values[:4], values[4:]
 
     def advance(self, applied: tuple[float, float]) -> float:

@@ -57,7 +57,7 @@ class EmulatedRobot(GraphNode):
         """Boot the drives and serve them in a thread."""
         super().__init__("emulated_robot")
         settings = self.declare_settings(EmulatedRobotSettings)
-        file = FileParameters(self, SimulatedRobot, ("rate_hz", "imu", "sensors", "plant.seed")).file
+        file = FileParameters(self, SimulatedRobot, ("rate_hz", "imu", "sensors", "plant.seed", "plant.gyroscope")).file
         self._rate_hz = file.rate_hz
         self._run = RunAgreement(self, self._rate_hz, {})
         self._samples = settings.samples
@@ -75,8 +75,8 @@ class EmulatedRobot(GraphNode):
         self._made = self._heard = time.monotonic()
         self._began: float | None = None
         self._truth = self.advertise(GROUND_TRUTH)
-        self._imu, self._seed = file.imu, file.plant.seed
-        self._late = LateSensors(self, self._run, self._rate_hz, self._imu, file.passive, self._seed)
+        self._imu, self._seed, self._gyro_faults = file.imu, file.plant.seed, file.plant.gyroscope
+        self._late = LateSensors(self, self._run, self._rate_hz, self._imu, file.passive, self._seed, self._gyro_faults)
         self._begin_run()
         self._faults = self.advertise(FAULTS)
         self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)
@@ -94,7 +94,7 @@ class EmulatedRobot(GraphNode):
     def _begin_run(self) -> None:
         """Count samples and make the late sensors' readings from sample 0 on."""
         self._sample, self._commanded, self._last_reading = 0, -1, -1
-        self._gyroscope = Gyroscope(self._imu, self._rate_hz, self._seed)
+        self._gyroscope = Gyroscope(self._imu, self._rate_hz, self._seed, self._gyro_faults)
         self._late.restart()
 
     def stop(self) -> None:
@@ -159,7 +159,7 @@ class EmulatedRobot(GraphNode):
         # -1 means that there is no such measurement (sensor_msgs/Imu)
         message.linear_acceleration_covariance[0] = -1.0
         vector = message.angular_velocity
-        vector.x, vector.y, vector.z = (axis * rate for axis in self._imu.rotation()[2])
+        vector.x, vector.y, vector.z = self._imu.gyro_axes(rate)
         return message
 
     def _sync_of(self, sample: int, q11: float, q21: float) -> MeasuredRecord | None:

@@ -134,7 +134,9 @@ class PlantNode(GraphNode):
         self._held = False
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if file.has_ground_truth else None
-        self._late = LateSensors(self, self._run, self._rate_hz, file.imu, file.passive, file.plant.seed)
+        self._late = LateSensors(
+            self, self._run, self._rate_hz, file.imu, file.passive, file.plant.seed, file.plant.gyroscope
+        )
         self._released: Sender | None = None
         self._state = self.advertise(DRIVES_STATE)
         self._progress = RunProgress(self, settings.samples or 0, settings.wait_for_nodes)

@@ -13,6 +13,7 @@ from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.ros.messages import to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock, missing_samples
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading
 from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue
 
@@ -28,13 +29,21 @@ class LateSensors:
     """Makes the readings, keeps them until they are due, and publishes them."""
 
     def __init__(
-        self, node: GraphNode, run: RunAgreement, rate_hz: int, imu: ImuSettings, passive: PassiveEncoder, seed: int
+        self,
+        node: GraphNode,
+        run: RunAgreement,
+        rate_hz: int,
+        imu: ImuSettings,
+        passive: PassiveEncoder,
+        seed: int,
+        faults: GyroscopeFaults,
     ) -> None:
-        """Advertise the topics on behalf of a node; the seed is that of losses and of the encoder's phase."""
+        """Advertise the topics on behalf of a node; the seed is that of losses, jitter and of the encoder's phase."""
         self._run = run
         self._imu_frame = node.frame(IMU_FRAME)
         self._rate_hz = rate_hz
-        self._settings = imu
+        self._settings, self._faults = imu, faults
+        self._clock = ImuClock(imu, faults, rate_hz, seed)
         self.passive = passive
         self._seed = seed
         self._encoder = passive_numbers(passive, seed)
@@ -44,14 +53,15 @@ class LateSensors:
 
     def restart(self) -> None:
         """Begin again with sample 0."""
-        self._readings: ReadingQueue[Imu] = ReadingQueue(self._settings, self._rate_hz, self._seed)
+        missing = missing_samples(self._faults, self._rate_hz)
+        self._readings: ReadingQueue[Imu] = ReadingQueue(self._settings, self._rate_hz, self._seed, missing=missing)
         self._angles: ReadingQueue[JointSample] = ReadingQueue(self.passive, self._rate_hz, self._seed, PASSIVE_LOSSES)
 
     def imu_message(self, sample: int) -> Imu:
         """Return an empty message of the IMU for a reading that is made at a sample, stamped by the IMU's clock."""
         message = Imu()
         message.header.stamp = to_stamp(
-            late_stamp_ns(sample, self._rate_hz, self._settings.clock_offset, self._run.epoch_ns)
+            late_stamp_ns(sample, self._rate_hz, self._clock.offset(sample), self._run.epoch_ns)
         )
         message.header.frame_id = self._imu_frame
         # -1 means that there is no orientation (sensor_msgs/Imu)

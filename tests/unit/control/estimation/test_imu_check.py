@@ -10,7 +10,7 @@ import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
 
-from fivebar_control.estimation.imu_check import SATURATION_MARGIN, ImuCheck, noise_floor
+from fivebar_control.estimation.imu_check import SATURATION, ImuCheck, noise_floor
 from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
 from fivebar_control.model.state import Platform, State
 from fivebar_description.closed_loop import ClosedLoop
@@ -71,7 +71,7 @@ def test_saturation_is_noticed_on_any_axis(dextar: FiveBar) -> None:
     check = ImuCheck(dextar, 1, -1, 500, ImuSettings(range=20.0))
     assert check.saturated((20.0, 0.0, 9.8))
     assert check.saturated((0.0, -20.0, 9.8))
-    assert check.saturated((0.0, 0.0, SATURATION_MARGIN * 20.0))
+    assert check.saturated((0.0, 0.0, SATURATION * 20.0))
     assert not check.saturated((19.9, -19.9, 9.8))
 
 

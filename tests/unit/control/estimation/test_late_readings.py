@@ -75,7 +75,7 @@ def estimated(
     elbows: Rates | None = None,
 ) -> Belief:
     """Return the belief after the last sample, with the gyroscope's readings that arrive at each."""
-    drives, settings = Drives(encoder_counts=counts), EkfSettings(gyro=True, gyro_clock=clock)
+    drives, settings = Drives(encoder_counts=counts), EkfSettings(gyro=True, gyro_clock=clock, gyro_timeout=math.inf)
     encoder, sensors = PassiveEncoder(2 if elbows else 0, None), KnownSensors(imu_clock=known)
     estimator = StateEstimator(load_robot(), HOME, RATE_HZ, drives, settings, TOLERANCES, encoder, sensors)
     missing = set(left_out)
@@ -236,7 +236,8 @@ def test_every_late_reading_counts_for_whether_they_agree(exact: Readings) -> No
     """All wrong by 0.3 rad/s, and all with the last sample: one of them could be chance."""
 
     def after(readings: int) -> StateEstimator:
-        estimator = StateEstimator(load_robot(), HOME, RATE_HZ, Drives(), EkfSettings(gyro=True), TOLERANCES)
+        settings = EkfSettings(gyro=True, gyro_timeout=math.inf)
+        estimator = StateEstimator(load_robot(), HOME, RATE_HZ, Drives(), settings, TOLERANCES)
         for sample in range(SAMPLES):
             made = range(SAMPLES - readings, SAMPLES) if sample == LAST else ()
             rates = [(number, exact.rates[number] + 0.3 * (-1) ** number) for number in made]

@@ -71,5 +71,7 @@ def test_a_reading_of_before_the_second_sample_is_left_out(add: object) -> None:
     model = model_of()
     memory = started(model)
     before = memory.history.inputs.copy()
-    assert add(model, memory, -0.5, 0.3) == (memory, memory.newest)  # type: ignore[operator]
+    placed = add(model, memory, -0.5, 0.3)  # type: ignore[operator]
+    assert placed.start == memory.newest
+    assert placed.memory.belief is memory.belief
     np.testing.assert_array_equal(memory.history.inputs, before)

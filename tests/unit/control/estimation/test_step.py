@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from estimator_at_rest import ANGLES, HOME, MODES, RATE_HZ, ROBOT, TIGHT, model_of, started
 
+from fivebar_control.estimation.causes import causes_of, inconsistency_reason
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import Belief, advanced, as_vector, guessed, predicted
 from fivebar_control.estimation.encoder import Angle
@@ -16,9 +17,11 @@ from fivebar_control.estimation.history import (
     keep_belief,
 )
 from fivebar_control.estimation.measurements import corrected, motor_speeds, seen_at, turn_rate
-from fivebar_control.estimation.readings import Misfit, with_elbow, with_motors, with_rate, with_seen
-from fivebar_control.estimation.step import Mean, first_update, inconsistency_reason, mean_of, next_update, prediction
+from fivebar_control.estimation.readings import Misfit, Pattern, Trend, with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.step import Mean, first_update, mean_of, next_update, prediction
+from fivebar_control.estimation.trips import ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.safety.stages import NO_FAULT
 
 
 def test_a_mean_of_nothing_is_not_known() -> None:
@@ -144,7 +147,7 @@ def test_a_prediction_takes_the_commands_that_do_not_act_yet() -> None:
     expected = advanced(model.filter, memory.belief.estimate, 0.5, -1.0)
     assert found.estimate == advanced(model.filter, expected, 1.0, -0.25)
     assert not found.lost
-    assert not found.inconsistent
+    assert found.trip == NO_FAULT
 
 
 @pytest.mark.parametrize("sensor", range(3))
@@ -154,7 +157,7 @@ def test_one_sensor_beyond_the_limit_is_enough(sensor: int) -> None:
         means = [1.0, 1.0, 1.0]
         means[sensor] = misfit
         memory = started(model)._replace(misfit=Misfit(*means))
-        assert prediction(model, memory, [], 0).inconsistent == inconsistent
+        assert prediction(model, memory, [], 0).trip == (ESTIMATE_INCONSISTENT if inconsistent else NO_FAULT)
 
 
 def test_a_place_out_of_reach_is_lost() -> None:
@@ -163,16 +166,58 @@ def test_a_place_out_of_reach_is_lost() -> None:
     found = prediction(model, memory._replace(belief=far, near=7), [], 0)
     assert found.lost
     assert (found.memory.near, found.ambiguity) == (7, (7, math.inf, False))
-    assert not found.inconsistent
+    assert found.trip == ESTIMATE_LOST
+
+
+def trend(sign: float, size: float) -> Trend:
+    return Trend(sign * size, size)
+
+
+def pattern_of(encoders: float = 0.0, gyro: float = 0.0, size: float = 6.0, jump: float = 0.0) -> Pattern:
+    """Return a pattern whose innovations have one sign so far (-1 to 1)."""
+    return Pattern(trend(encoders, size), trend(encoders, 0.5 * size), trend(gyro, size), jump, 2)
 
 
 def test_the_reason_names_every_sensor_that_is_far_off_the_furthest_first() -> None:
     model = model_of(TIGHT._replace(misfit_limit=36.0))
-    reason = inconsistency_reason(model, Misfit(100.0, 9.1, 9.0))
+    reason = inconsistency_reason(model, Misfit(100.0, 9.1, 9.0), pattern_of())
     assert reason.startswith(
         "the motor encoders differ from the predictions by 10.0 standard deviations, the gyroscope differs by 3.0,"
-        " limit 6.0: check"
+        " limit 6.0; most likely first: "
     )
-    assert inconsistency_reason(model, Misfit(1.0, 9.1, 49.0)).startswith(
+    assert inconsistency_reason(model, Misfit(1.0, 9.1, 49.0), pattern_of()).startswith(
         "the passive joint's encoder differs from the predictions by 7.0 standard deviations, the gyroscope differs"
     )
+
+
+@pytest.mark.parametrize(
+    ("misfit", "pattern", "first"),
+    [
+        (Misfit(50.0, 1.0, 0.0), pattern_of(0.1, 0.1), "elasticity or play of the transmissions"),
+        (Misfit(50.0, 1.0, 0.0), pattern_of(1.0, 0.0), "lengths or zeros beyond"),
+        (Misfit(50.0, 1.0, 0.0), pattern_of(1.0, 0.0, jump=30.0), "the encoder of q21, which slips"),
+        (Misfit(1.0, 50.0, 0.0), pattern_of(0.0, -1.0), "the gyroscope's bias"),
+        (Misfit(1.0, 1.0, 60.0), pattern_of(), "the passive joint's encoder"),
+    ],
+)
+def test_how_the_innovations_came_tells_the_likeliest_cause(misfit: Misfit, pattern: Pattern, first: str) -> None:
+    causes = causes_of(model_of(), misfit, pattern)
+    assert causes[0].words.startswith(first)
+    assert len(causes) == 5
+    assert any("fivebar identify --resonance" in cause.words for cause in causes)
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ({"jump_limit": 9.0}, "the encoder of q21 jumped by 10.0 standard deviations from its prediction, limit 9.0;"),
+        ({"offset_limit": 2.0}, "the gyroscope differs from its predictions to one side by 3.0 standard deviations"),
+        ({"jump_limit": 11.0, "offset_limit": 4.0}, ""),
+    ],
+)
+def test_a_jump_and_an_offset_have_limits_of_their_own(limits: dict[str, float], words: str) -> None:
+    model = model_of(TIGHT._replace(**limits))
+    memory = started(model)._replace(pattern=pattern_of(0.1, 1.0, 3.0, 10.0))
+    assert (prediction(model, memory, [], 0).trip == ESTIMATE_INCONSISTENT) is (words != "")
+    if words:
+        assert inconsistency_reason(model, memory.misfit, memory.pattern).startswith(words)

@@ -27,7 +27,7 @@ def estimator_us(scenario: Scenario) -> float:
     for sample in simulate(scenario).samples:
         assert sample.estimated is not None
         (q11, q21), (tau1, tau2) = sample.estimated.motors
-        rates = [(one.made, scenario.imu.turn_rate(one.reading.angular_velocity)) for one in sample.imu]
+        rates = [(one.made, scenario.imu.usable_rate(one.reading.angular_velocity)) for one in sample.imu]
         began = perf_counter()
         estimator.take(sample.number, q11, q21, tau1, tau2, rates if scenario.gyro else ())
         taken.append(perf_counter() - began)

@@ -121,7 +121,7 @@ def _estimate(
         if before in record.commands:
             estimator.commanded(before, *record.commands[before])
     (q11, q21), (tau1, tau2) = record.angles[row].tolist(), record.torques[row].tolist()
-    rates = [(made, scenario.imu.turn_rate(one)) for made, one in record.gyroscope[row]] if scenario.gyro else []
+    rates = [(made, scenario.imu.usable_rate(one)) for made, one in record.gyroscope[row]] if scenario.gyro else []
     seen = record.seen[row] if scenario.sees else []
     try:
         return estimator.take(sample, q11, q21, tau1, tau2, rates, record.elbows[row], seen)

@@ -1,0 +1,118 @@
+"""Limits of the estimator's watch that follow from what is declared of a robot: what sound robots reach, and beyond.
+
+Robots are drawn within the declared tolerances and loads, and make the motion without any limit of the watch. Their
+largest innovations have a tail that is exponential or lighter: the mean excess over a high threshold gives its rate
+(the peaks-over-threshold method with shape 0). The limit is where it leaves one false alarm in `ALARMS` crossings, at
+the upper end of the rate's interval.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from fivebar_bringup.odds.drawn_robots import with_drawn_robot
+from fivebar_bringup.odds.robot_errors import RobotErrors
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_control.safety.stages import NO_FAULT
+
+ALARMS = 10_000
+"""Crossings in which one false alarm is expected at most, over all limits together."""
+
+TAIL = 0.1
+"""Share of the runs, the highest ones, to which the tail is fitted."""
+
+FEWEST = 20
+"""Runs in the tail, at least."""
+
+CONFIDENCE = 1.96
+"""Standard deviations of the upper end of an interval for 95 %."""
+
+
+class MisfitLimits(NamedTuple):
+    """Limits of the watch, by their names among the settings of the estimator."""
+
+    misfit_limit: float
+    offset_limit: float
+    jump_limit: float
+
+
+NO_LIMITS = MisfitLimits(1e9, math.inf, math.inf)
+
+
+class FittedLimit(NamedTuple):
+    """A limit with what it was fitted to.
+
+    Attributes:
+        limit: the upper end of the interval of the quantile.
+        quantile: that leaves as many false alarms as are allowed, by the fit.
+        largest: of all runs.
+        runs: to which it was fitted.
+    """
+
+    limit: float
+    quantile: float
+    largest: float
+    runs: int
+
+
+def fitted_limit(maxima: Sequence[float], alarms: float = len(MisfitLimits._fields) * ALARMS) -> FittedLimit:
+    """Return the limit that a run's maximum exceeds once in so many runs, of the maxima of at least `FEWEST` runs.
+
+    Raises:
+        ValueError: there are fewer runs.
+    """
+    runs = len(maxima)
+    if runs < FEWEST:
+        raise ValueError(f"{runs} runs: expected at least {FEWEST}")
+    values = sorted(maxima)
+    number = min(runs - 1, max(FEWEST, round(TAIL * runs)))
+    threshold = values[-number - 1]
+    excess = sum(one - threshold for one in values[-number:]) / number
+    beyond = math.log(alarms * number / runs)
+    upper = excess * (1.0 + CONFIDENCE / math.sqrt(number))
+    return FittedLimit(max(threshold + upper * beyond, values[-1]), threshold + excess * beyond, values[-1], runs)
+
+
+def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> list[MisfitLimits]:
+    """Return the largest of what the watch limits, on each drawn robot that makes the motion without another fault.
+
+    Args:
+        scenario: with the motion, and an estimator.
+        errors: within which the robots are drawn.
+        seed: of the draws.
+        robots: their numbers.
+
+    Raises:
+        PlanRefused: the motion cannot be made.
+    """
+    plan = scenario.plan()
+    samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
+    times = [one.time for one in plan.crossings] or [0.5 * plan.path.duration]
+    unlimited = scenario.model_copy(update={"ekf": scenario.ekf._replace(**NO_LIMITS._asdict())})
+    found = []
+    for number in robots:
+        drawn = with_drawn_robot(unlimited, errors, seed, number, times[number % len(times)])
+        outcome = crossing(case_of(drawn, stop_at_fault=True), samples)
+        if outcome.fault == NO_FAULT and outcome.mode_changes == len(plan.crossings) and outcome.left_sample < 0:
+            found.append(MisfitLimits(outcome.misfit, outcome.misfit_offset, outcome.misfit_jump))
+    return found
+
+
+def fitted_limits(maxima: Sequence[MisfitLimits]) -> dict[str, FittedLimit]:
+    """Return the limits by their names; raises as `fitted_limit`."""
+    return {name: fitted_limit([one[place] for one in maxima]) for place, name in enumerate(MisfitLimits._fields)}
+
+
+def as_settings(limits: dict[str, FittedLimit]) -> dict[str, float]:
+    """Return limits as keys of the section `ekf`, rounded up to two digits."""
+    return {name: rounded_up(one.limit) for name, one in limits.items()}
+
+
+def rounded_up(value: float) -> float:
+    """Return a positive number rounded up to two digits."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.ceil(value / step - 1e-9) * step:.2g}")

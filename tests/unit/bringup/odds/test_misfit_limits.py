@@ -1,0 +1,46 @@
+"""Limits of the estimator's watch follow from what sound robots reach, with an honest distance from it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fivebar_bringup.odds.misfit_limits import (
+    FEWEST,
+    MisfitLimits,
+    as_settings,
+    fitted_limit,
+    fitted_limits,
+    rounded_up,
+)
+
+ALARMS = 1000.0
+
+
+def test_a_limit_is_exceeded_as_seldom_as_it_promises() -> None:
+    """Over many samples of maxima with an exponential tail: the limit's own rate of alarms."""
+    random, rates = np.random.default_rng(39), []
+    for _ in range(200):
+        maxima = (3.0 + 0.2 * random.exponential(1.0, 400)).tolist()
+        fit = fitted_limit(maxima, ALARMS)
+        assert fit.limit >= max(fit.largest, fit.quantile)
+        rates.append(float(np.exp(-(fit.limit - 3.0) / 0.2)))
+    # the upper end of the interval is on the safe side in nearly all of them
+    assert np.mean(np.array(rates) < 1.0 / ALARMS) > 0.93
+    # and no farther away than its interval: a limit without power would be as safe
+    assert np.median(rates) > 1e-3 / ALARMS
+
+
+def test_too_few_runs_are_refused_and_equal_ones_bear_a_limit() -> None:
+    with pytest.raises(ValueError, match=f"{FEWEST - 1} runs: expected at least {FEWEST}"):
+        fitted_limit([1.0] * (FEWEST - 1))
+    assert fitted_limit([2.0] * FEWEST).limit == pytest.approx(2.0)
+
+
+def test_each_limit_is_fitted_to_its_own_maxima_and_rounded_up() -> None:
+    maxima = [MisfitLimits(10.0, 2.0, 5.0 + 0.01 * number) for number in range(50)]
+    found = fitted_limits(maxima)
+    assert found["misfit_limit"].limit == pytest.approx(10.0)
+    assert found["jump_limit"].largest == pytest.approx(5.49)
+    assert as_settings(found)["offset_limit"] == pytest.approx(2.0)
+    assert [rounded_up(one) for one in (12.01, 0.4501, 99.5)] == [13.0, 0.46, 100.0]
