@@ -1,9 +1,9 @@
 """Limits of the estimator's watch that follow from what is declared of a robot: what sound robots reach, and beyond.
 
 Robots are drawn within the declared tolerances and loads, and make the motion without any limit of the watch. Their
-largest innovations have a tail that is exponential or lighter: the mean excess over a high threshold gives its rate
-(the peaks-over-threshold method with shape 0). The limit is where it leaves one false alarm in `ALARMS` crossings, at
-the upper end of the rate's interval.
+largest innovations have a tail to which a generalised Pareto distribution is fitted by moments, taken as exponential
+where it seems lighter (peaks over a threshold). The limit is where it leaves one false alarm in `ALARMS` crossings, at
+the upper end of the interval that drawing the runs again gives.
 """
 
 from __future__ import annotations
@@ -11,6 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fivebar_bringup.odds.drawn_robots import with_drawn_robot
 from fivebar_bringup.odds.robot_errors import RobotErrors
@@ -28,8 +31,8 @@ TAIL = 0.1
 FEWEST = 20
 """Runs in the tail, at least."""
 
-CONFIDENCE = 1.96
-"""Standard deviations of the upper end of an interval for 95 %."""
+REDRAWS, UPPER, SEED = 200, 0.975, 39
+"""How often the runs are drawn again for the interval, its upper end, and the seed of the draws."""
 
 
 class MisfitLimits(NamedTuple):
@@ -68,13 +71,27 @@ def fitted_limit(maxima: Sequence[float], alarms: float = len(MisfitLimits._fiel
     runs = len(maxima)
     if runs < FEWEST:
         raise ValueError(f"{runs} runs: expected at least {FEWEST}")
-    values = sorted(maxima)
+    values = np.array(maxima, dtype=np.float64)
+    random = np.random.default_rng(SEED)
+    redrawn = [_quantile(random.choice(values, runs), alarms) for _ in range(REDRAWS)]
+    largest = float(values.max())
+    return FittedLimit(max(float(np.quantile(redrawn, UPPER)), largest), _quantile(values, alarms), largest, runs)
+
+
+def _quantile(values: NDArray[np.float64], alarms: float) -> float:
+    """Return what one in so many exceeds, by the tail of values."""
+    runs = len(values)
+    ordered = np.sort(values)
     number = min(runs - 1, max(FEWEST, round(TAIL * runs)))
-    threshold = values[-number - 1]
-    excess = sum(one - threshold for one in values[-number:]) / number
-    beyond = math.log(alarms * number / runs)
-    upper = excess * (1.0 + CONFIDENCE / math.sqrt(number))
-    return FittedLimit(max(threshold + upper * beyond, values[-1]), threshold + excess * beyond, values[-1], runs)
+    threshold = float(ordered[-number - 1])
+    excess = ordered[-number:] - threshold
+    mean, variance = float(excess.mean()), float(excess.var())
+    wanted = alarms * number / runs
+    if variance <= mean * mean or mean == 0.0:
+        return threshold + mean * math.log(wanted)
+    ratio = mean * mean / variance
+    shape, scale = 0.5 * (1.0 - ratio), 0.5 * mean * (1.0 + ratio)
+    return threshold + scale / shape * (wanted**shape - 1.0)
 
 
 def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> list[MisfitLimits]:
