@@ -91,7 +91,7 @@ def _quantile(values: NDArray[np.float64], alarms: float) -> float:
         return threshold + mean * math.log(wanted)
     ratio = mean * mean / variance
     shape, scale = 0.5 * (1.0 - ratio), 0.5 * mean * (1.0 + ratio)
-    return threshold + scale / shape * (wanted**shape - 1.0)
+    return threshold + scale / shape * (math.exp(shape * math.log(wanted)) - 1.0)
 
 
 def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> list[MisfitLimits]:

@@ -137,7 +137,7 @@ def run_release(
     motor_speed, link_rate, platform_speed, serial = 0.0, 0.0, 0.0, 1.0
     left, diverged = afterwards, False
     for number in range(errors.shape[0]):
-        exact, seen = joints_of(state), joints_seen(bench.mechanism, state)
+        exact, seen = joints_of(state), joints_seen(state)
         there = state_from_joints(
             bench.actual, exact.q11, exact.q12, exact.q21, exact.q22, exact.dq11, exact.dq12, exact.dq21, exact.dq22
         )
@@ -248,7 +248,7 @@ def released(rest: DrawnRest) -> ReleaseRun | str | None:
     scenario, rate_hz = rest.scenario, rest.scenario.rate_hz
     bench = bench_of(scenario)
     state = _settled()(bench, resting(*rest.joints), round(SETTLING * rate_hz))
-    exact, seen = joints_of(state), joints_seen(bench.mechanism, state)
+    exact, seen = joints_of(state), joints_seen(state)
     there = state_from_joints(bench.actual, *exact[:4], 0.0, 0.0, 0.0, 0.0)
     if max(map(abs, exact[4:])) > MOVING or type1_margin(there) < TYPE_1_MARGIN:
         return None
