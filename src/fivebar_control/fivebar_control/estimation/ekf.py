@@ -221,8 +221,9 @@ class EkfSettings(NamedTuple):
     offset_limit: Annotated[
         float,
         Setting(
-            "Mean of one sensor's innovations with their signs, in standard deviations, beyond which the estimate is"
+            "Mean of one sensor's innovations with their signs, beyond which the estimate is"
             " inconsistent, no limit where null.",
+            "standard deviations",
             above=0.0,
             unlimited=True,
         ),
@@ -230,8 +231,9 @@ class EkfSettings(NamedTuple):
     jump_limit: Annotated[
         float,
         Setting(
-            "Innovation of a motor encoder in a single sample, in standard deviations, beyond which the estimate is"
+            "Innovation of a motor encoder in a single sample, beyond which the estimate is"
             " inconsistent, no limit where null.",
+            "standard deviations",
             above=0.0,
             unlimited=True,
         ),
