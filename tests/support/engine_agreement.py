@@ -22,7 +22,7 @@ POSITION = 1e-9
 
 JOINTS = TraceRow._fields[:4]
 
-SELDOM_COMPILED = ("ctc", "multi_cartesian", "multi_joint", "multi_model_ctc")
+SELDOM_COMPILED = ("ctc", "multi_cartesian", "multi_joint", "multi_model_ctc", "path")
 """Controllers without compiled runs in `make test`: each has a loop of its own, which takes 30 s to compile."""
 
 COMPILED_ANYWAY = "unified"

@@ -17,6 +17,7 @@ from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.singularity import FOLDED, DistalLinks
+from fivebar_control.trajectory.path_distance import path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
 from fivebar_description.interface import FAULTS
@@ -105,6 +106,7 @@ class Summary:
             words.
         fault_details: the faults' full texts.
         tracking_error_peak_m: largest distance from the reference (m).
+        path_error_peak_m: largest distance from the path, whatever the time (m).
         dropped_messages: messages that the recorder is known to have missed.
         error_tolerance_m: the scenario's tolerance (m).
         within_tolerance: whether the platform is known to have stayed within it throughout, in real time at all samples
@@ -157,6 +159,7 @@ class Summary:
     not_judged: list[str]
     planned_crossings: list[PlannedCrossing]
     odds: dict[str, Any] | None
+    path_error_peak_m: float | None
 
     @property
     def completed(self) -> bool:
@@ -252,6 +255,7 @@ def summarize(
         not_judged=_not_judged(recording, scenario, bridged),
         planned_crossings=planned_crossings(plan, scenario.elbows_pass() if plan.crossings else UNKNOWN),
         odds=odds,
+        path_error_peak_m=peak(path_distances(series.reference, series.platform)),
     )
 
 

@@ -14,6 +14,7 @@ from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.supervisor import time_weight
+from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.desired import desired_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
@@ -290,3 +291,9 @@ def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> 
     by_motors = any(isinstance(segment, JointSegment) for segment in plan.path.segments)
     references = desired_along(robot, plan, moments) if by_motors else np.zeros((0, REFERENCE_VALUES))
     return Sampled(np.array(rows, dtype=np.float64), references)
+
+
+def platforms_of(plan: Sampled) -> list[Platform]:
+    """Return the references of all samples of a plan, for a law that needs them all."""
+    places: list[list[float]] = plan.rows[:, X : AY + 1].tolist()
+    return [Platform(*place) for place in places]

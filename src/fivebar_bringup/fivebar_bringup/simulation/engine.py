@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled
+from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled, platforms_of
 from fivebar_bringup.simulation.engine_estimator import EngineKnown, estimated, unestimated
 from fivebar_bringup.simulation.engine_robot import (
     Robot,
@@ -128,4 +128,6 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     refuse_uncompiled(case.controller)
     loop = _loop(case.numbers.mechanism is not None, **law_functions(case.controller))
-    return run_with(loop, first_memory(case.controller, case.numbers.control, list), case, plan, trace)
+    return run_with(
+        loop, first_memory(case.controller, case.numbers.control, lambda: platforms_of(plan)), case, plan, trace
+    )

@@ -21,6 +21,7 @@ from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import type1_distance
 from fivebar_control.model.state import State
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_control.trajectory.path_distance import path_place
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.sensors import encoder_resolution
 
@@ -33,12 +34,14 @@ class EngineLog(NamedTuple):
         side: last det A beside the locus.
         places: float64[lead + 1, 2], estimated platform (m) of the last samples; changed in place.
         state_is_exact: whether what is measured is the actual robot.
+        line: of the path to which the platform was nearest.
     """
 
     outcome: Outcome
     side: float
     places: FloatArray
     state_is_exact: bool
+    line: int
 
 
 def unmeasured(run: EngineRun) -> EngineLog:
@@ -60,6 +63,7 @@ def unmeasured(run: EngineRun) -> EngineLog:
         error_peak=0.0,
         error_final=0.0,
         left_sample=-1,
+        path_error=0.0,
         constraint_error=0.0,
         requested1=0.0,
         requested2=0.0,
@@ -76,7 +80,7 @@ def unmeasured(run: EngineRun) -> EngineLog:
         misfit_jump=0.0,
         loop_gap=0.0,
     )
-    return EngineLog(outcome, 0.0, np.zeros((lead_of(run) + 1, 2)), state_is_exact)
+    return EngineLog(outcome, 0.0, np.zeros((lead_of(run) + 1, 2)), state_is_exact, 0)
 
 
 def lead_of(run: EngineRun) -> int:
@@ -100,6 +104,7 @@ def recorded(
     truth = state if log.state_is_exact and known.present else state_of(case.actual, robot.exact)
     off_x, off_y = truth.x - plan[number, X], truth.y - plan[number, Y]
     distance = math.sqrt(off_x * off_x + off_y * off_y)
+    nearest = path_place(plan, log.line, number, truth.x, truth.y)
     left_sample = number if before.left_sample < 0 and not distance <= LEFT else before.left_sample
     determinant = det_a(truth)
     mode_changes = before.mode_changes + (1 if determinant * log.side < 0.0 else 0)
@@ -127,6 +132,7 @@ def recorded(
         error_peak=max(before.error_peak, distance),
         error_final=distance,
         left_sample=left_sample,
+        path_error=largest(before.path_error, nearest.distance),
         constraint_error=largest(before.constraint_error, off_path),
         requested1=largest(before.requested1, requested.tau1),
         requested2=largest(before.requested2, requested.tau2),
@@ -145,7 +151,7 @@ def recorded(
     )
     if run.trace.shape[0] > 0:
         fill_trace(run.trace, number, robot, known, cycle, requested)
-    return EngineLog(outcome, side, log.places, log.state_is_exact)
+    return EngineLog(outcome, side, log.places, log.state_is_exact, nearest.line)
 
 
 def error_of_estimate(places: FloatArray, missing: BoolArray, number: int, truth: State, estimated: State) -> float:
@@ -214,6 +220,7 @@ def concluded(run: EngineRun, log: EngineLog, robot: Robot, fault: int, fault_sa
         error_peak=one.error_peak,
         error_final=one.error_final,
         left_sample=one.left_sample,
+        path_error=one.path_error,
         constraint_error=one.constraint_error,
         requested1=one.requested1,
         requested2=one.requested2,

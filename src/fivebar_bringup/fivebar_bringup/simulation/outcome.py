@@ -27,6 +27,7 @@ class Outcome(NamedTuple):
         error_x, error_y, error_peak: largest tracking error along x, along y, and distance (m).
         error_final: distance (m) from the reference at the last sample.
         left_sample: the first one with more than `LEFT` (m) to the reference, -1 without one.
+        path_error: largest distance (m) from the path, whatever the time.
         constraint_error: largest distance (m) from the current path segment while sigma > 0, 0 where that never was.
         requested1, requested2: largest torque requested of each motor, before all limits (Nm).
         applied1, applied2: largest torque applied (Nm).
@@ -53,6 +54,7 @@ class Outcome(NamedTuple):
     error_peak: float
     error_final: float
     left_sample: int
+    path_error: float
     constraint_error: float
     requested1: float
     requested2: float

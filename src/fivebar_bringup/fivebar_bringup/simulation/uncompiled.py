@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 from typing import Any, TypeVar
 
 import numpy as np
 
 from fivebar_bringup.simulation import engine
-from fivebar_bringup.simulation.case import AY, Case, EngineRun, FloatArray, Sampled, X
+from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled, platforms_of
 from fivebar_bringup.simulation.engine_estimator import EngineKnown, unestimated
 from fivebar_bringup.simulation.engine_robot import Robot, moved, started
 from fivebar_bringup.simulation.measures import EngineLog, unmeasured
@@ -29,7 +29,6 @@ from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.closed_loop import run_loop
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.loop.setup import first_memory, law_functions
-from fivebar_control.model.state import Platform
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
 
@@ -92,7 +91,7 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
         **of_run,
         **_compiled_robot(case.numbers.mechanism is not None),
     )
-    memory = first_memory(controller, control, lambda: _platforms(plan, range(len(plan.rows))))
+    memory = first_memory(controller, control, lambda: platforms_of(plan))
     return engine.run_with(loop, memory, case, plan, trace)
 
 
@@ -101,12 +100,8 @@ def planned_with_ahead(count: int, run: EngineRun, moment: int) -> PlanSample:
     # after the end the platform rests at the last waypoint
     last = len(run.plan.rows) - 1
     numbers = [min(moment + later, last) for later in range(1, count + 1)]
-    return planned_at(run, moment)._replace(ahead=tuple(_platforms(run.plan, numbers)))
-
-
-def _platforms(sampled: Sampled, numbers: Sequence[int]) -> list[Platform]:
-    places: list[list[float]] = sampled.rows[numbers, X : AY + 1].tolist()
-    return [Platform(*place) for place in places]
+    platforms = platforms_of(Sampled(run.plan.rows[numbers], run.plan.references))
+    return planned_at(run, moment)._replace(ahead=tuple(platforms))
 
 
 @cache

@@ -124,6 +124,8 @@ class Law(NamedTuple):
         torque_rate_limit: likewise the limit of the torque's change (Nm/s); None in it stands for that of the last
             node.
         feedback: from its settings, how it answers a displacement; the screen judges crossings by it.
+        like_unified: whether what its settings share with those of `unified` is by default that of section `unified`.
+        timed: whether it follows the plan in time; studies that run all laws run others where they are asked to.
         warm_up: loads what the first step needs beyond its module, such as a solver: a node does so before it is ready,
             since a first sample that takes seconds looks like a node that does not answer.
     """
@@ -146,6 +148,8 @@ class Law(NamedTuple):
     torque_limit: str = "torque_limit"
     torque_rate_limit: str = "torque_rate_limit"
     feedback: Callable[[Any], Feedback] = feedback_by_name
+    like_unified: bool = False
+    timed: bool = True
     warm_up: Callable[[], None] = nothing_to_load
 
     @property

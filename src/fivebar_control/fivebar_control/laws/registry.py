@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from functools import cache
 from typing import Any, NamedTuple
 
-from fivebar_control.laws import ctc, lqr, mpc, multi_model, unified, vhc_cartesian, vhc_joint
+from fivebar_control.laws import ctc, lqr, mpc, multi_model, path, unified, vhc_cartesian, vhc_joint
 from fivebar_control.laws.law import Instant, Law, TunedLaw, check_law
 from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.laws.torque import Torque
@@ -120,9 +120,13 @@ CONTROLLERS = {
         Controller("unified", unified.LAW),
         Controller("mpc", mpc.LAW),
         Controller("lqr", lqr.LAW),
+        Controller("path", path.LAW),
     )
 }
 """The controllers of this package."""
+
+TIMED_CONTROLLERS = tuple(name for name, one in CONTROLLERS.items() if all(law.timed for law in one.laws))
+"""Names of those that follow the plan in time, which studies run unless they are told others."""
 
 GOAL_CONTROLLERS = tuple(one.name for one in CONTROLLERS.values() if one.takes_goals)
 """Names of the controllers that follow motions that are planned during a run."""

@@ -106,4 +106,4 @@ def law_sizes(file: RobotFile) -> dict[str, dict[str, float]]:
             "observer_rate": usual.observer_rate * bandwidth**2 / usual.kp,
         }
     fallback = {f"fallback_{name}": unified[name] for name in ("kp", "kd", "weight") if name in unified}
-    return {"unified": unified, "mpc": {**fallback, **mpc}, "lqr": {**fallback, **lqr}}
+    return {"unified": unified, "path": unified, "mpc": {**fallback, **mpc}, "lqr": {**fallback, **lqr}}

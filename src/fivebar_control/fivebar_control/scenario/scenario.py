@@ -435,6 +435,9 @@ class ControlScenario(StrictModel):
             settings = SECTIONS[law.name](self)
         else:
             sized = sizes_of_law(law.name, read_robot(self.robot))
+            if law.like_unified:
+                own = self.unified._asdict()
+                sized |= {name: own[name] for name in law.settings._fields if name in own}  # type: ignore[attr-defined]
             settings = read_settings({**sized, **self.law}, law.settings, "law")
         return TunedLaw(law, settings).within(self.plant.torque_limit, self.safety.torque_rate_limit)
 

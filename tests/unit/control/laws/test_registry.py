@@ -28,6 +28,7 @@ OURS = {
     "unified": ["unified"],
     "mpc": ["mpc"],
     "lqr": ["lqr"],
+    "path": ["path"],
 }
 """Controllers of the thesis and regular laws, with the names of their laws; others may come."""
 
@@ -47,10 +48,10 @@ def test_what_a_controller_can_do_follows_from_its_laws() -> None:
     assert {name for name, one in ours.items() if one.blended} == {"multi_joint", "multi_cartesian", "multi_model_ctc"}
     assert {name for name, one in ours.items() if not one.crosses} == {"ctc"}
     for wanted, able in (
-        ("needs_no_zones", {"unified", "mpc", "lqr"}),
+        ("needs_no_zones", {"unified", "mpc", "lqr", "path"}),
         ("takes_goals", {"unified", "mpc"}),
         ("meets_type_1", {"unified"}),
-        ("observes_disturbance", {"unified"}),
+        ("observes_disturbance", {"unified", "path"}),
         ("compiles", set(OURS) - {"mpc", "lqr"}),
     ):
         assert {name for name, one in ours.items() if getattr(one, wanted)} == able, wanted

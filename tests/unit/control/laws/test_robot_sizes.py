@@ -22,7 +22,7 @@ def robot(crossing_torque: float | None = None, bandwidth: float | None = None) 
 
 
 def test_a_robot_that_says_nothing_has_the_defaults() -> None:
-    assert law_sizes(robot()) == {"unified": {}, "mpc": {}, "lqr": {}}
+    assert law_sizes(robot()) == {"unified": {}, "path": {}, "mpc": {}, "lqr": {}}
     assert default_tuning(CONTROLLERS["unified"], robot()).nominal.settings == USUAL
 
 

@@ -9,7 +9,7 @@ from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCros
 from fivebar_bringup.studies.benchmark.scoring import Result
 from fivebar_bringup.studies.engine.study import StudySettings
 from fivebar_bringup.studies.sweep.screening import planned
-from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.laws.registry import TIMED_CONTROLLERS
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import InputError
 
@@ -30,7 +30,7 @@ class BenchmarkSettings(StudySettings):
     """
 
     rigs: tuple[str, ...] = ("ideal",)
-    controllers: tuple[str, ...] = tuple(CONTROLLERS)
+    controllers: tuple[str, ...] = TIMED_CONTROLLERS
     cases: int = CROSSINGS
 
 

@@ -17,7 +17,7 @@ from fivebar_bringup.studies.compare.verdicts import Requirement, findings
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.laws.registry import TIMED_CONTROLLERS
 
 TITLE = "Controllers side by side"
 
@@ -35,7 +35,7 @@ class ComparisonSettings(StudySettings):
     """
 
     scenarios: tuple[str, ...] = ("middle", "multiple")
-    controllers: tuple[str, ...] = tuple(CONTROLLERS)
+    controllers: tuple[str, ...] = TIMED_CONTROLLERS
     durations: tuple[float, ...] = (0.5, 1.0, 2.0, 3.0)
     rigs: tuple[str, ...] | None = None
 

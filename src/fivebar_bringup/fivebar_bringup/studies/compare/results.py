@@ -47,6 +47,7 @@ class ComparisonResult(NamedTuple):
         net_work: their net work (J), all of it lost to friction where the robot ends at rest.
         durations: of the segments (s).
         outcome: what became of the run.
+        path_error: largest distance from the path, whatever the time (m).
     """
 
     case: ComparisonCase
@@ -67,6 +68,7 @@ class ComparisonResult(NamedTuple):
     net_work: float | None = None
     durations: tuple[float, ...] = ()
     outcome: RunOutcome = RunOutcome.REFUSED
+    path_error: float | None = None
 
     @property
     def margin(self) -> float | None:
@@ -102,6 +104,7 @@ class ComparisonRow(NamedTuple):
         margin_nm, margin_share: how far the largest applied torque stayed below the limit, and as a share of it.
         energy_j, net_work_j: spent by the motors, and their net work.
         segments_s: durations of the segments, separated by blanks.
+        path_error_peak_m: distance from the path, whatever the time.
     """
 
     case: int
@@ -129,6 +132,7 @@ class ComparisonRow(NamedTuple):
     energy_j: float | None
     net_work_j: float | None
     segments_s: str
+    path_error_peak_m: float | None
 
 
 def row_of(number: int, result: ComparisonResult) -> ComparisonRow:
@@ -160,6 +164,7 @@ def row_of(number: int, result: ComparisonResult) -> ComparisonRow:
         result.energy,
         result.net_work,
         " ".join(map(repr, result.durations)),
+        result.path_error,
     )
 
 
@@ -184,6 +189,7 @@ def result_of(case: ComparisonCase, row: ComparisonRow) -> ComparisonResult:
         row.net_work_j,
         tuple(map(float, row.segments_s.split())),
         RunOutcome(row.outcome),
+        row.path_error_peak_m,
     )
 
 
@@ -251,6 +257,7 @@ def run_case(case: ComparisonCase) -> ComparisonResult:
         net_work=work.net,
         durations=scenario.durations(),
         outcome=summary.outcome,
+        path_error=summary.path_error_peak_m,
     )
 
 

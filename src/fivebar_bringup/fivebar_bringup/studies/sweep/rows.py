@@ -43,6 +43,7 @@ class SweepRow(NamedTuple):
         fault, fault_time: name, and when (s); "" for none.
         mode_changes: of the assembly mode.
         error_peak, error_final: distance of the actual platform from the reference (m).
+        path_error: largest distance of the actual platform from the path, whatever the time (m).
         requested, applied: larger of both motors' peaks (Nm).
         saturated: samples, of `samples`, that requested more than the limit.
         left_time: when the robot was first more than 5 mm from its reference (s).
@@ -102,6 +103,7 @@ class SweepRow(NamedTuple):
     distal_links: str = ""
     likely_robots: int | None = None
     drawn_robots: int | None = None
+    path_error: float | None = None
 
     @property
     def silent(self) -> bool:

@@ -21,7 +21,7 @@ from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.strict_yaml import InputError
 
-SWEPT = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.compiles)
+SWEPT = tuple(name for name in registry.TIMED_CONTROLLERS if registry.CONTROLLERS[name].compiles)
 """The controllers of a sweep, unless others are asked for: those that the engine takes."""
 
 
@@ -109,6 +109,7 @@ def _row(found: TimedCase, controller: str) -> SweepRow:
         distal_links=" and ".join(sorted({crossing.distal_links for crossing in plan.crossings}, reverse=True)),
         likely_robots=odds.successes if odds is not None and odds.robots else None,
         drawn_robots=odds.robots if odds is not None and odds.robots else None,
+        path_error=outcome.path_error,
     )
 
 

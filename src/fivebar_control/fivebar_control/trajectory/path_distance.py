@@ -1,0 +1,84 @@
+"""Distance of the platform from the path, whatever the time: the references of all samples are joined by lines.
+
+Scalar functions, so that the compiled loop and a recorded run are measured by the same code.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class PathPlace(NamedTuple):
+    """The nearest place of the path: its distance (m), and the number of the line on which it is."""
+
+    distance: float
+    line: int
+
+
+def path_place(places: FloatArray, last: int, planned: int, x: float, y: float) -> PathPlace:
+    """Return the nearest place of the path to (x, y) m.
+
+    The search goes along the path while it comes nearer, from two lines: the last one, so that a robot that is late is
+    measured where it is, and the planned one, so that no corner holds the search.
+
+    Args:
+        places: float64[n, 2 or more], x and y (m) of at least two samples; a line joins each to the next.
+        last: the line on which the place before was.
+        planned: the line on which the reference is.
+        x, y: of the platform (m).
+    """
+    one, two = _nearer(places, last, x, y), _nearer(places, min(planned, places.shape[0] - 2), x, y)
+    return one if one.distance <= two.distance else two
+
+
+def _nearer(places: FloatArray, line: int, x: float, y: float) -> PathPlace:
+    """Return the place that is found from a line on, forward first: a path may turn back over itself."""
+    best = line_distance(places, line, x, y)
+    while line + 2 < places.shape[0]:
+        further = line_distance(places, line + 1, x, y)
+        if not further <= best:
+            break
+        best, line = further, line + 1
+    while line > 0:
+        before = line_distance(places, line - 1, x, y)
+        if not before < best:
+            break
+        best, line = before, line - 1
+    return PathPlace(best, line)
+
+
+def line_distance(places: FloatArray, line: int, x: float, y: float) -> float:
+    """Return the distance (m) of (x, y) from the line between a sample's place and the next one's."""
+    x1, y1 = places[line, 0], places[line, 1]
+    along_x, along_y = places[line + 1, 0] - x1, places[line + 1, 1] - y1
+    squared = along_x * along_x + along_y * along_y
+    share = 0.0
+    if squared > 0.0:
+        share = min(max(((x - x1) * along_x + (y - y1) * along_y) / squared, 0.0), 1.0)
+    off_x, off_y = x - x1 - share * along_x, y - y1 - share * along_y
+    return math.sqrt(off_x * off_x + off_y * off_y)
+
+
+def path_distances(places: FloatArray, platform: FloatArray) -> FloatArray:
+    """Return the distance (m) of each platform position from the path, [n]; NaN where either is not known.
+
+    Args:
+        places: float64[n, 2 or more], of the reference; samples without one are left out.
+        platform: float64[n, 2 or more], x and y (m).
+    """
+    there = ~np.isnan(places[:, :2]).any(axis=1)
+    known, numbers = places[there], np.maximum(np.cumsum(there) - 1, 0).tolist()
+    found = np.full(len(platform), math.nan)
+    if len(known) < 2:
+        return found
+    line = 0
+    for number, (x, y) in enumerate(platform[:, :2].tolist()):
+        if math.isfinite(x + y):
+            found[number], line = path_place(known, line, numbers[number], x, y)
+    return found

@@ -1,0 +1,163 @@
+"""The path law: what it does not do along the path, how a late robot goes on, and what the torque limit leaves."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from fivebar_control.laws.law import Instant
+from fivebar_control.laws.path import (
+    FASTEST_CHANGE,
+    LAW,
+    NO_PLAN,
+    PathMemory,
+    PathSettings,
+    nearest_clock,
+    pace_change,
+    path_memory,
+    plan_at,
+)
+from fivebar_control.laws.reference import Reference, reference_from_platform
+from fivebar_control.laws.torque import ZERO, Torque
+from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
+from fivebar_control.laws.unified import UnifiedSettings, input_map, normal_matrix, unified_law_step
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.line import Line
+from fivebar_control.model.state import Platform, State
+from fivebar_control.planning.predicted_run import advanced
+from fivebar_control.trajectory.path import Path
+from fivebar_control.trajectory.path_distance import path_distances
+from fivebar_description.parameters import FiveBar
+from fivebar_description.settings import as_numbers
+
+RATE, PERIOD, MODE = 500, 1.0 / 500, (1, -1)
+PATH = Path.through([(0.0, 0.15), (0.015, 0.03)], [1.0])
+"""A crossing that is not square to the locus."""
+
+SAMPLES = PATH.samples(RATE)
+REFERENCES = [PATH.at(number / RATE) for number in range(SAMPLES + 1)]
+
+
+def settings(**changes: float) -> PathSettings:
+    return as_numbers(PathSettings(torque_limit=10.0)._replace(**changes))
+
+
+def memory_of(robot: FiveBar, one: PathSettings) -> PathMemory:
+    return path_memory(robot, *MODE, REFERENCES, PERIOD, one)
+
+
+def reference(robot: FiveBar, sample: int) -> Reference:
+    return reference_from_platform(robot, *MODE, PATH.at(sample / RATE))
+
+
+def instant(state: State, given: Reference) -> Instant:
+    line = Line(given.state.x, given.state.y, math.nan, math.nan)
+    return Instant(state, given, line, *MODE, 0.0, PERIOD, None)
+
+
+def on_plan(robot: FiveBar, sample: float, pace: float = 1.0, off: float = 0.0) -> State:
+    x, y, vx, vy, *_ = PATH.at(sample / RATE)
+    return state_from_platform(robot, *MODE, x + off, y, pace * vx, pace * vy)
+
+
+def torque_of(robot: FiveBar, state: State, sample: int, clock: float, one: PathSettings) -> Torque:
+    memory = memory_of(robot, one)
+    kept = PathMemory(memory.plan, max(sample - 1, 0), clock, memory.unified)
+    torque, _ = LAW.step(robot, instant(state, reference(robot, sample)), kept, one)
+    return torque
+
+
+def test_a_robot_on_its_plan_gets_the_torque_of_the_unified_law(dextar: FiveBar) -> None:
+    for sample, off in ((0, 0.0), (120, 0.0), (250, 2e-4), (400, -1e-4)):
+        state = on_plan(dextar, sample)._replace() if off == 0.0 else on_plan(dextar, sample, 1.0, off)
+        given = reference(dextar, sample)
+        wanted, _ = unified_law_step(
+            dextar, instant(state, given), NOTHING_OBSERVED, as_numbers(UnifiedSettings(torque_limit=10.0))
+        )
+        found = torque_of(dextar, state, sample, float(sample), settings())
+        # beside the path the nearest place is a little further along a slanted path
+        assert tuple(found) == pytest.approx(tuple(wanted), abs=1e-9 if off == 0.0 else 0.05)
+
+
+def test_no_force_pulls_a_late_robot_along_the_path_and_all_of_it_across(dextar: FiveBar) -> None:
+    """50 samples late it goes on from where it is: unified would accelerate it by metres per second squared."""
+    late, sample = 200, 250
+    state = on_plan(dextar, late)
+    free = settings(catch_up=0.0)
+    found = torque_of(dextar, state, sample, float(late), free)
+    there = torque_of(dextar, state, late, float(late), free)
+    assert tuple(found) == pytest.approx(tuple(there), abs=1e-6)
+    pulled, _ = unified_law_step(
+        dextar,
+        instant(state, reference(dextar, sample)),
+        NOTHING_OBSERVED,
+        as_numbers(UnifiedSettings(torque_limit=10.0)),
+    )
+    assert max(abs(pulled.tau1 - found.tau1), abs(pulled.tau2 - found.tau2)) > 5.0
+    beside = torque_of(dextar, on_plan(dextar, late, 1.0, 1e-3), sample, float(late), free)
+    assert max(abs(beside.tau1 - found.tau1), abs(beside.tau2 - found.tau2)) > 0.5
+
+
+def test_the_clock_is_that_of_the_nearest_place_and_follows_the_plan_where_that_is_slow(dextar: FiveBar) -> None:
+    plan = np.array(REFERENCES)
+    for moment in (150.3, 250.7, 333.25):
+        state = on_plan(dextar, moment)
+        assert nearest_clock(plan, moment - 4.0, state, PERIOD, 1e-4) == pytest.approx(moment, abs=1e-3)
+        x, y, vx, vy, ax, ay = PATH.at(moment / RATE)
+        assert tuple(plan_at(plan, moment, PERIOD)) == pytest.approx((x, y, vx, vy, ax, ay), abs=3e-4)
+        assert plan_at(plan, moment, PERIOD)[:2] == pytest.approx((x, y), abs=1e-9)
+    still = on_plan(dextar, 0)
+    assert nearest_clock(plan, 2.0, still, PERIOD, 0.03) == pytest.approx(2.0, abs=0.1)
+
+
+def test_the_change_of_the_pace_is_what_the_torque_limit_leaves(dextar: FiveBar) -> None:
+    state, desired = on_plan(dextar, 150, 0.8), PATH.at(150 / RATE)
+    wide, narrow = settings(), settings(torque_limit=0.2)
+    assert pace_change(dextar, state, desired, 0.8, 15.0, ZERO, wide) == 15.0
+    assert pace_change(dextar, state, desired, 0.8, 99.0, ZERO, wide) == FASTEST_CHANGE
+    found = pace_change(dextar, state, desired, 0.8, 15.0, ZERO, narrow)
+    assert 0.0 < found < 15.0
+    mapped = input_map(dextar, state)
+    assert mapped is not None
+    h = normal_matrix(mapped, narrow.weight)
+    matrix = np.array([[h[0], h[1]], [h[1], h[2]]])
+    gain = np.array([[mapped.g_x1, mapped.g_x2], [mapped.g_y1, mapped.g_y2]])
+    error = narrow.kd * (0.8 * np.array(desired[2:4]) - [state.vx, state.vy])
+    error += narrow.kp * (np.array(desired[:2]) - [state.x, state.y])
+    wanted = 0.64 * np.array(desired[4:]) + found * np.array(desired[2:4]) + error - [mapped.a0_x, mapped.a0_y]
+    assert np.abs(np.linalg.solve(matrix, gain.T @ wanted)).max() == pytest.approx(0.2, rel=1e-9)
+
+
+@pytest.mark.parametrize("held", [0, 60])
+def test_a_robot_that_was_held_up_crosses_on_its_path_and_rests_at_the_goal(dextar: FiveBar, held: int) -> None:
+    """It stands still at a quarter of the way for some samples; unified would have been pulled off its timing."""
+    one = settings()
+    memory, state = memory_of(dextar, one), on_plan(dextar, 0)
+    begun, places, clocks = det_a(state), [], []
+    for sample in range(SAMPLES + 101):
+        torque, memory = LAW.step(dextar, instant(state, reference(dextar, sample)), memory, one)
+        places.append((state.x, state.y))
+        clocks.append(sample - memory.clock)
+        if 200 <= sample < 200 + held:
+            state = state_from_platform(dextar, *MODE, state.x, state.y, 0.5 * state.vx, 0.5 * state.vy)
+        else:
+            state = advanced(dextar, *MODE, state, torque, 1e-3, 2)
+    assert path_distances(np.array(REFERENCES), np.array(places[: SAMPLES + 1])).max() < 5e-4
+    assert math.dist(places[SAMPLES], PATH.at(1.0)[:2]) < 1e-3
+    assert math.dist(places[-1], PATH.at(1.0)[:2]) < 1e-4
+    assert math.hypot(state.vx, state.vy) < 0.01
+    assert det_a(state) * begun < 0.0
+    assert max(clocks) > 0.8 * held
+
+
+def test_without_a_plan_and_for_a_reference_outside_of_it_it_is_the_unified_law(dextar: FiveBar) -> None:
+    state, one = on_plan(dextar, 200), settings()
+    held = reference_from_platform(dextar, *MODE, Platform(0.01, 0.1, 0.0, 0.0, 0.0, 0.0))
+    wanted, _ = unified_law_step(
+        dextar, instant(state, held), NOTHING_OBSERVED, as_numbers(UnifiedSettings(torque_limit=10.0))
+    )
+    for memory in (memory_of(dextar, one), NO_PLAN):
+        found, _ = LAW.step(dextar, instant(state, held), memory, one)
+        assert found == wanted
