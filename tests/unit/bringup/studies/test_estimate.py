@@ -42,14 +42,20 @@ from fivebar_description.parameters import laden
 from fivebar_description.strict_yaml import InputError
 
 
-def recorded(path: Path) -> RunDirectory:
+def recorded(path: Path, faults: dict[str, float] | None = None) -> RunDirectory:
     """A crossing with a late gyroscope and a sample of delay."""
     content = load_scenario("gyro_middle").model_dump(mode="json")
+    content["plant"]["gyroscope"] |= faults or {}
     content |= {"waypoints": [[0.0, 0.15], [0.0, 0.02]], "segment_duration": 0.5, "rate_hz": 250}
     scenario = Scenario.model_validate(content)
     run = new_run_directory(path, scenario)
     write_bag(simulate(scenario), scenario, run.bag)
     return run
+
+
+def recorded_with_odd_clock(path: Path) -> RunDirectory:
+    """The same with a clock that drifts, and jitters by more than a sample."""
+    return recorded(path, {"clock_drift": 2e-3, "clock_jitter": 5e-3})
 
 
 def recorded_with_camera(path: Path) -> RunDirectory:
@@ -148,7 +154,9 @@ def record_again(
 
 
 @pytest.mark.parametrize(
-    ("record", "sensor"), [(recorded, IMU_DATA), (recorded_with_camera, VISION_PLATFORM)], ids=["gyroscope", "camera"]
+    ("record", "sensor"),
+    [(recorded, IMU_DATA), (recorded_with_odd_clock, IMU_DATA), (recorded_with_camera, VISION_PLATFORM)],
+    ids=["gyroscope", "odd clock", "camera"],
 )
 def test_in_lockstep_a_sample_has_its_readings_whenever_they_were_recorded(
     record: Callable[[Path], RunDirectory], sensor: Topic, tmp_path: Path

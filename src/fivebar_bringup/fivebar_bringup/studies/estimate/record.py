@@ -31,14 +31,20 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
     Topic,
+    late_stamp_ns,
     moment_of_stamp,
 )
+from fivebar_sim.effects.gyroscope import ImuClock
 from fivebar_sim.vision.frames import frame_of
 
 T = TypeVar("T")
 
 Arrival = Callable[[float], int | None]
 """By when a reading was made (samples), the sample with which it came; None where it cannot have come."""
+
+
+STAMP_DIGITS = 6
+"""Digits by which the moments of two stamps differ (samples)."""
 
 
 class EstimatorRecord(NamedTuple):
@@ -146,8 +152,24 @@ def _gyroscope(
         return [[] for _ in samples]
     vectors = recording.field(IMU_DATA, "angular_velocity").tolist()
     values = [(x, y, z) if all(map(math.isfinite, (x, y, z))) else None for x, y, z in vectors]
-    arrival = _later_by(scenario.imu.schedule(scenario.rate_hz).latency) if lockstep else None
-    return _came(recording, IMU_DATA, values, scenario, samples, arrival, scenario.imu.clock_offset)
+    if not lockstep:
+        return _came(recording, IMU_DATA, values, scenario, samples, None, scenario.imu.clock_offset)
+    return _came(recording, IMU_DATA, values, scenario, samples, _by_its_clock(scenario, int(samples[-1])))
+
+
+def _by_its_clock(scenario: Scenario, last: int) -> Arrival:
+    """Return with which sample a reading of the simulated gyroscope arrives, by the moment of its stamp."""
+    rate_hz, imu = scenario.rate_hz, scenario.imu
+    clock = ImuClock(imu, scenario.plant.gyroscope, rate_hz, scenario.plant.seed)
+    late = imu.schedule(rate_hz).latency
+    stamps = {late_stamp_ns(sample, rate_hz, clock.offset(sample)): sample for sample in range(last + 1)}
+    made = {round(moment_of_stamp(stamp, rate_hz), STAMP_DIGITS): sample for stamp, sample in stamps.items()}
+
+    def arrival(moment: float) -> int | None:
+        # a stamp that this clock does not give is that of another one with the same offset
+        return made.get(round(moment, STAMP_DIGITS), round(moment - imu.clock_offset * rate_hz)) + late
+
+    return arrival
 
 
 def _elbows(
