@@ -123,6 +123,15 @@ def test_a_sweep_draws_a_robot_as_its_file_declares() -> None:
     assert robots_drawn("motkin") == {"robot": "motkin"}
 
 
+def test_a_motion_with_missing_runs_is_made_again() -> None:
+    settings = AssessSettings(robot=BELT, robots=2)
+    whole = [row for variant in ("", *variants_of(BELT)) for row in runs(3, "yn", 1e-3, variant)]
+    assert ASSESSMENT.complete(settings, whole) and not ASSESSMENT.complete(settings, whole[:-1])
+    typical = [row._replace(motion="typical") for _ in range(12) for row in runs(0, "yn", 1e-3)]
+    assert ASSESSMENT.complete(settings, typical) and not ASSESSMENT.complete(settings, typical[:-1])
+    assert ASSESSMENT.complete(settings, [AssessRow(4, RANDOM, REFUSED, "out of reach")])
+
+
 def runs(case: int, made: str, error: float, variant: str = "", status: str = ACCEPTED) -> list[AssessRow]:
     """A row for each letter: y for a success, n for none."""
     return [

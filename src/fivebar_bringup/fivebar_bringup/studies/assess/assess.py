@@ -10,7 +10,7 @@ from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.studies.assess.reach import RobotReach, reach_of
 from fivebar_bringup.studies.assess.rows import ACCEPTED, OUT_OF_REACH, RANDOM, REFUSED, ROWS, UNLIKELY, AssessRow
-from fivebar_bringup.studies.assess.running import AssessSettings, run_numbered
+from fivebar_bringup.studies.assess.running import AssessSettings, is_complete, run_numbered
 from fivebar_bringup.studies.assess.statistics import (
     Change,
     best_tuning,
@@ -213,6 +213,7 @@ ASSESSMENT = Study(
         (),
         settings.controllers,
     ),
+    complete=is_complete,
     wanted=lambda settings: settings.cases,
     counts=_run,
 )

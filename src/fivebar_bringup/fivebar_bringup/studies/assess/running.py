@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
 
 from fivebar_bringup.motions.likely import plan_likely
 from fivebar_bringup.odds.robot_errors import RobotErrors
@@ -63,6 +64,17 @@ def run_numbered(settings: AssessSettings, number: int) -> list[AssessRow]:
     return _random(settings, number)
 
 
+def is_complete(settings: AssessSettings, rows: Sequence[AssessRow]) -> bool:
+    """Return whether these are all rows of a motion."""
+    if rows[0].robot is None:
+        return True
+    controllers = len(settings.controllers)
+    if rows[0].motion != RANDOM:
+        return len(rows) == controllers * TYPICAL_ROBOTS
+    return len(rows) == (controllers + len(variants_of(settings.robot))) * settings.robots
+
+
+@lru_cache(maxsize=4)
 def variants_of(robot: str) -> list[str]:
     """Return the variants of a robot that differ from it as it is declared."""
     declared = _plain(find_rig(f"{OF_ROBOT}{robot}"))
