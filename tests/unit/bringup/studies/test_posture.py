@@ -21,6 +21,7 @@ from fivebar_description.parameters import FiveBar
         (("1.2", "1.9", "--rate", "nan"), "--rate: nan: expected a finite number"),
         (("--after", "run", "--robot", "motkin"), "--robot: expected without --after: the robot is that of the run"),
         (("1.2",), "Q11 Q21 and --after: expected one of them"),
+        (("1.2", "1.9", "--platform", "0", "0.1"), "--platform: 0.0 0.1: expected two finite numbers with --release"),
     ],
 )
 def test_what_cannot_be_is_said_in_one_line(arguments: tuple[str, ...], expected: str) -> None:
@@ -38,3 +39,25 @@ def test_text_and_json_tell_the_way_out_only_near_the_locus(dextar: FiveBar, y: 
     assert (len(content["way_out"]) > 0) == near
     assert ("the way out:" in text) == near
     assert [line.strip() for line in text.splitlines() if line.startswith("  ")] == content["way_out"]
+
+
+def test_a_release_is_planned_for_both_modes_or_refused_with_the_reason(dextar: FiveBar) -> None:
+    angles = inverse_geometry(dextar, 1, -1, 0.0, 0.0845)
+    asked = ["posture", f"{angles.q11:.6f}", f"{angles.q21:.6f}", "--release"]
+    planned = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)["release"]
+    assert planned["falls_to"] == [1, -1]
+    (_, above), (_, below) = planned["ends_m"]
+    assert below < 0.0845 < above
+    assert planned["turn_rad"][0] == pytest.approx(-planned["turn_rad"][1], rel=1e-3)
+    text = CliRunner().invoke(app, asked).stdout
+    assert f"with {planned['torque_at_most_nm'][0]:.3f} and" in text
+    # both elbows in one place: only with the platform's place
+    together = ["posture", "0.855878", "2.285714", "--release"]
+    refused = CliRunner().invoke(app, together)
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert "the platform may be anywhere on a circle about them" in refused.stderr
+    opened = json.loads(CliRunner().invoke(app, [*together, "--platform", "0.083", "0.103", "--json"]).stdout)
+    assert opened["release"]["falls_to"] == [1]
+    away = CliRunner().invoke(app, ["posture", "1.2", "1.9", "--release"])
+    assert away.exit_code == 2
+    assert away.stderr.startswith("fivebar: not near the Type 2 locus: the platform is ")

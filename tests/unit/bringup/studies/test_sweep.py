@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.odds.success import shortcomings
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_bringup.simulation.outcome import ESTIMATE_AMBIGUOUS, Outcome
+from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.studies.engine import running as engine
 from fivebar_bringup.studies.engine.directory import StudyFiles
 from fivebar_bringup.studies.engine.directory import opened as opened_study
@@ -39,6 +39,7 @@ from fivebar_bringup.studies.sweep.statistics import (
     refusals_table,
 )
 from fivebar_bringup.studies.sweep.sweep import DECIDING, SWEEP, SweepSettings
+from fivebar_control.estimation.trips import ESTIMATE_AMBIGUOUS
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.planning.figures import Figure
