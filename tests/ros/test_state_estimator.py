@@ -32,6 +32,7 @@ from fivebar_description.interface import (
     Topic,
     sample_stamp_ns,
 )
+from fivebar_description.readings import LARGEST_OFFSET
 from fivebar_description.ros.messages import joint_state, to_stamp
 
 DRIVES: dict[str, Any] = {"estimator": "ekf", "plant.encoder_counts": 20000, "plant.delay_samples": 1}
@@ -369,8 +370,9 @@ def test_an_answer_waits_for_the_announced_readings_and_takes_no_others(
             for topic, message in readings(sample):
                 probe.publish(topic, message)
         expect(probe, sample)
-    # too old to be used by any sample
-    probe.publish(IMU_DATA, reading(1, (0.1, 0.2, 0.3)))
+    # so old that it is of another run
+    oldest = samples[-1].number - math.ceil(LARGEST_OFFSET * RATE_HZ)
+    probe.publish(IMU_DATA, reading(oldest - 1, (0.1, 0.2, 0.3)))
     probe.wait_for_dropped("/state_estimator", 1)
 
 
