@@ -18,6 +18,7 @@ ELSEWHERE = {
     "unit/description/test_robot_description.py": ("fivebar_description.mass_split",),
     "unit/description/test_robot_file.py": ("fivebar_description.physical_bounds",),
     "ros/test_one_publisher.py": ("fivebar_description.ros.endpoints", "fivebar_description.ros.publisher_watch"),
+    "unit/sim/test_effects.py": ("fivebar_description.transmission",),
     "unit/sim/test_payload_of_plants.py": ("fivebar_sim.moved_robot",),
     "system/test_own_drives.py": ("fivebar_control.nodes.drive_bridge",),
     "unit/description/test_watches.py": (
