@@ -345,7 +345,7 @@ class Keys:
         keys = core_schema.typed_dict_schema(
             fields, extra_behavior="ignore" if self.others else "forbid", config=STRICT
         )
-        plain = partial(_plain, without=self.without)
+        plain = partial(plain_keys, without=self.without)
         return core_schema.no_info_before_validator_function(
             partial(_mapping, plain=plain),
             core_schema.no_info_after_validator_function(lambda values: source(**values), keys),
@@ -361,13 +361,14 @@ def _mapping(content: Any, plain: Callable[[Any], dict[str, Any]]) -> Any:
     raise ValueError(f"expected keys with values, found {type(content).__name__}")
 
 
-def _plain(settings: tuple[Any, ...], without: Collection[str] = ()) -> dict[str, Any]:
+def plain_keys(settings: tuple[Any, ...], without: Collection[str] = ()) -> dict[str, Any]:
+    """Return settings as a section of a file has them: keys with values, no limit as None, sections within."""
     values = {
         one.name: None if (value := getattr(settings, one.name)) == math.inf else value
         for one in declared(type(settings))
         if one.name not in without
     }
-    return values | {name: _plain(getattr(settings, name)) for name in sections(type(settings))}
+    return values | {name: plain_keys(getattr(settings, name)) for name in sections(type(settings))}
 
 
 Section = Annotated[S, Keys()]

@@ -14,6 +14,7 @@ from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.robot_sizes import law_sizes, torque_ratio
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.scenario_file import named_robot, with_defaults, with_drives_of_robot
+from fivebar_description.settings import plain_keys
 from fivebar_description.transmission import RIGID
 
 
@@ -39,14 +40,14 @@ def declared_sensors(file: RobotFile) -> dict[str, dict[str, Any]]:
     """Return the sensors that a robot's file declares beside its motors' encoders, and that the estimator uses them."""
     found: dict[str, dict[str, Any]] = {"ekf": {}}
     if file.imu is not None:
-        found["imu"] = file.imu._asdict()
+        found["imu"] = plain_keys(file.imu)
         found["ekf"]["gyro"] = True
         if file.imu.gyro_noise > 0.0:
             found["ekf"]["gyro_noise"] = file.imu.gyro_noise
     if file.passive_encoder is not None:
-        found["sensors"] = {"passive_encoder": file.passive_encoder._asdict()}
+        found["sensors"] = {"passive_encoder": plain_keys(file.passive_encoder)}
     if file.camera is not None:
-        found["camera"] = {**file.camera._asdict(), "on": True}
+        found["camera"] = {**plain_keys(file.camera), "on": True}
         found["ekf"]["camera"] = True
     return found
 
@@ -60,7 +61,7 @@ def with_robot_defaults(content: Any) -> Any:
     if file is None:
         return filled
     if file.transmission != RIGID:
-        filled = with_defaults(filled, "plant", {"transmission": file.transmission._asdict()})
+        filled = with_defaults(filled, "plant", {"transmission": plain_keys(file.transmission)})
     found = [robot_defaults(file)]
     if filled.get("estimator") == "ekf":
         # last, because a noise in the robot's tuning comes before that of its sensor

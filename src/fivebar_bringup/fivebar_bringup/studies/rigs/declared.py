@@ -24,6 +24,7 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.robot_file import RobotFile, read_robot
+from fivebar_description.settings import plain_keys
 from fivebar_description.share import is_yaml_path
 from fivebar_description.strict_yaml import validate
 from fivebar_description.suggestion import expected_one_of
@@ -369,8 +370,8 @@ def _content(file: RobotFile, robot: str) -> dict[str, Any]:
             "plant": _plant(file, limit),
             **_sensors(file),
             **_settings(file),
-            "tolerances": tolerances_or_assumed(file)._asdict(),
-            "loads": loads_or_assumed(file)._asdict(),
+            "tolerances": plain_keys(tolerances_or_assumed(file)),
+            "loads": plain_keys(loads_or_assumed(file)),
         },
     }
 
@@ -390,7 +391,7 @@ def _plant(file: RobotFile, limit: float) -> dict[str, Any]:
         "timing": dict.fromkeys(("command_delay", "command_jitter", "reading_age", "reading_jitter"), 2.5e-4),
     }
     if file.transmission != RIGID:
-        plant["transmission"] = file.transmission._asdict()
+        plant["transmission"] = plain_keys(file.transmission)
         # drawn
         del plant["transmission"]["rotor_share"]
         plant["platform_joint"] = {"stiffness": 3e5, "clearance": 2e-5}
@@ -400,10 +401,10 @@ def _plant(file: RobotFile, limit: float) -> dict[str, Any]:
 def _sensors(file: RobotFile) -> dict[str, Any]:
     imu = file.imu or ImuSettings()
     return {
-        "imu": imu._replace(gyro_bias=0.0)._asdict(),
-        "sensors": {"passive_encoder": (file.passive_encoder or PassiveEncoder())._asdict()},
+        "imu": plain_keys(imu._replace(gyro_bias=0.0)),
+        "sensors": {"passive_encoder": plain_keys(file.passive_encoder or PassiveEncoder())},
         # the engine renders no pictures
-        "camera": {**(file.camera or CameraSettings())._asdict(), "on": file.camera is not None, "pictures": False},
+        "camera": {**plain_keys(file.camera or CameraSettings()), "on": file.camera is not None, "pictures": False},
     }
 
 
