@@ -15,8 +15,10 @@ from fivebar_bringup.cli.study_options import (
     SchedulerFileOption,
     SchedulerOption,
     StudyOutOption,
+    StudyRobotOption,
     chosen_controllers,
     controllers_option,
+    known_robot,
     print_table,
     run_command,
 )
@@ -34,10 +36,11 @@ def benchmark(
         str | None,
         typer.Option(
             "--rig",
-            help="Whose robots, separated by commas: some of {rigs}, of robot dextar, or paths of rig files"
-            " (docs/sweeps.md). [default: ideal]",
+            help="Whose robots, separated by commas: some of {rigs}, all of one robot, or paths of rig files"
+            " (docs/sweeps.md); ideal or encoders with --robot. [default: ideal]",
         ),
     ] = None,
+    robot: StudyRobotOption = None,
     out: StudyOutOption = None,
     score: Annotated[
         Path | None,
@@ -56,17 +59,17 @@ def benchmark(
 
     Example: `fivebar benchmark --score mine.csv`
     """
-    from fivebar_bringup.studies.benchmark.crossings import checked_rigs
-    from fivebar_bringup.studies.benchmark.scoring import RULES, read_results
+    from fivebar_bringup.studies.benchmark.scoring import read_results
     from fivebar_bringup.studies.benchmark.study import BENCHMARK
     from fivebar_bringup.studies.rigs.rig import named_rigs
     from fivebar_description.text_file import LARGEST_TABLE, read_text
 
     with input_errors(), keyboard_interrupts():
         given = {
-            "rigs": None if rig is None else checked_rigs(named_rigs("--rig", rig)),
+            "rigs": None if rig is None else named_rigs("--rig", rig),
             "controllers": chosen_controllers(controllers),
             "cases": cases,
+            "robot": known_robot(robot),
         }
         if score is not None:
             results = read_results(read_text(score, LARGEST_TABLE), str(score))
@@ -86,6 +89,6 @@ def benchmark(
         return
     printer = Printer()
     print_table(printer, shown, shown.columns)
-    printer.print(RULES)
+    printer.print(shown.note)
     if page is not None:
         printer.print(f"look at {page}", soft_wrap=True)

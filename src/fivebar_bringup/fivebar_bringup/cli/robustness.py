@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,9 +18,11 @@ from fivebar_bringup.cli.study_options import (
     SchedulerFileOption,
     SchedulerOption,
     StudyOutOption,
+    StudyRobotOption,
     chosen,
     chosen_controllers,
     controllers_option,
+    known_robot,
     print_table,
     run_command,
 )
@@ -35,6 +38,7 @@ def robustness(
         typer.Option("--effects", help="Some of the effects, such as lengths,zeros,elasticity [default: all]"),
     ] = None,
     controllers: Annotated[str | None, controllers_option("unified,multi_cartesian,multi_joint")] = None,
+    robot: StudyRobotOption = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only 1 s and two draws of each size.")] = False,
     losses: Annotated[
         bool,
@@ -62,7 +66,9 @@ def robustness(
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """
     if losses:
-        _losses(out, processes_of(jobs), as_json)
+        given: dict[str, object] = {"--effects": effects, "--controllers": controllers, "--robot": robot}
+        given |= {"--quick": quick or None, "--scheduler": scheduler, "--scheduler-file": scheduler_file}
+        _losses(given, out, processes_of(jobs), as_json)
         return
     machines = Machines(jobs, scheduler, scheduler_file)
     if sensors is not None:
@@ -72,12 +78,13 @@ def robustness(
     from fivebar_bringup.studies.robustness.robustness import QUICK, ROBUSTNESS
 
     with input_errors(), keyboard_interrupts():
-        given: dict[str, Any] = {
+        settings: dict[str, Any] = {
             "effects": None if effects is None else chosen("--effects", effects, EFFECTS),
             "controllers": chosen_controllers(controllers),
+            "robot": known_robot(robot),
             **(QUICK if quick else {}),
         }
-        made = run_command(ROBUSTNESS.place, given, out, machines, as_json)
+        made = run_command(ROBUSTNESS.place, settings, out, machines, as_json)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))
         return
@@ -104,11 +111,15 @@ def _sensors(given: dict[str, Any], out: Path | None, machines: Machines, as_jso
     printer.print(f"look at {made.page}", soft_wrap=True)
 
 
-def _losses(out: Path | None, processes: int, as_json: bool) -> None:
+def _losses(given: Mapping[str, object], out: Path | None, processes: int, as_json: bool) -> None:
+    """Run what `--losses` asks for, which has a robot and controllers of its own: other options are refused."""
     from fivebar_bringup.recorded.results import FIGURES
     from fivebar_bringup.studies.robustness.bursts import BURSTS, Lost, write_losses
 
     with input_errors(), keyboard_interrupts(), progress_bar("losses", as_json) as progress:
+        for name, value in given.items():
+            if value is not None:
+                raise InputError(f"--losses: has crossings of its own: expected no {name} with it")
         directory, made = write_losses(out, processes, progress)
     if as_json:
         print(json.dumps([one.as_json() for one in made], indent=2, allow_nan=False))

@@ -38,6 +38,16 @@ SchedulerFileOption = Annotated[
     Path | None, typer.Option("--scheduler-file", help="The same, by the file that the scheduler has written.")
 ]
 
+StudyRobotOption = Annotated[
+    str | None,
+    typer.Option(
+        "--robot",
+        metavar="ROBOT",
+        help="A shipped robot, or a robot file (.yaml): limits and tolerances go with its torque and size."
+        " [default: dextar, or that of the rig]",
+    ),
+]
+
 
 def controllers_option(default: str) -> Any:
     """Return the option `--controllers` of a study, with the words for those that it runs by default."""
@@ -89,6 +99,19 @@ def chosen_controllers(text: str | None) -> tuple[str, ...] | None:
         return None if text is None else tuple(dict.fromkeys(find_controller(name).name for name in _listed(text)))
     except InputError as error:
         raise InputError(f"--controllers: {str(error).removeprefix('controller: ')}") from error
+
+
+def known_robot(robot: str | None) -> str | None:
+    """Return a robot that is given by name or by the path of its file.
+
+    Raises:
+        InputError: there is none, or its file does not describe one.
+    """
+    from fivebar_description.robot_file import read_robot
+
+    if robot is not None:
+        read_robot(robot)
+    return robot
 
 
 def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:

@@ -15,7 +15,14 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.odds.intervals import Interval, clopper_pearson
-from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark, drawn_crossings
+from fivebar_bringup.studies.benchmark.crossings import (
+    CROSSINGS,
+    BenchmarkCrossing,
+    benchmark,
+    crossing_of,
+    drawn_crossings,
+    robot_of_all,
+)
 from fivebar_bringup.studies.benchmark.running import NOT_STARTED, BenchmarkSettings
 from fivebar_bringup.studies.benchmark.scoring import RESULTS, Result, read_results, scores, success
 from fivebar_bringup.studies.benchmark.study import BENCHMARK
@@ -57,6 +64,38 @@ def test_the_interval_is_that_of_clopper_and_pearson(successes: int, runs: int, 
 def test_every_rule_decides(change: dict[str, object]) -> None:
     assert success(GOOD, CROSSING)
     assert not success(GOOD._replace(**change), CROSSING)  # type: ignore[arg-type]
+
+
+def test_any_robot_makes_crossings_of_its_own_and_is_judged_by_its_size_and_torque() -> None:
+    settings = BenchmarkSettings(rigs=("ideal", "encoders"), controllers=("unified",), cases=2, robot="motkin")
+    crossings = [crossing_of(settings.make, number) for number in (0, 1)]
+    assert [one.crossing for one in crossings] == [0, 1]
+    assert crossings[0] == crossing_of("motkin", 0) != crossings[1]._replace(crossing=0)
+    assert settings.limits == pytest.approx((2e-3 * 8 / 9, 1e-3 * 8 / 9, 0.186))
+    found = [result for number in (0, 1) for result in BENCHMARK.run(settings, number)]
+    assert [(result.crossing, result.rig) for result in found] == [(n, rig) for n in (0, 1) for rig in settings.rigs]
+    assert [success(result, crossings[result.crossing], settings.limits) for result in found] == [True] * 4
+    # with encoders its body differs from the model, and the torque comes in steps
+    assert found[1].error_peak > 3.0 * found[0].error_peak
+    assert found[0].torque < 0.1
+    barely = found[0]._replace(error_peak=1.9e-3)
+    assert success(barely, crossings[0]) and not success(barely, crossings[0], settings.limits)
+
+
+def test_rigs_of_one_robot_share_its_crossings() -> None:
+    assert robot_of_all(["ideal", "good"]) == "dextar"
+    assert robot_of_all(["printed", "printed_calibrated"]) == "motkin"
+    for words, said in (
+        (["--rig", "good,printed"], "--rig: 'printed': has the robot motkin: expected rigs of dextar, as 'good' is"),
+        (
+            ["--rig", "good", "--robot", "motkin"],
+            "--rig: 'good': has the robot dextar: expected ideal or encoders with",
+        ),
+        (["--robot", "motkn"], "robot 'motkn'"),
+    ):
+        called = CliRunner().invoke(app, ["benchmark", *words])
+        assert (called.exit_code, called.stderr.count("\n")) == (2, 1), called.output
+        assert said in called.stderr
 
 
 def test_a_crossing_without_a_line_is_a_failure() -> None:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from fivebar_bringup.odds.success import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.simulation.uncompiled import crossing as run_crossing
-from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, benchmark
-from fivebar_bringup.studies.benchmark.scoring import Result
+from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, crossing_of, robot_of_all
+from fivebar_bringup.studies.benchmark.scoring import Result, SuccessLimits
 from fivebar_bringup.studies.engine.study import StudySettings
+from fivebar_bringup.studies.sweep.drawing import torque_limit_of
 from fivebar_bringup.studies.sweep.screening import planned
 from fivebar_control.laws.registry import TIMED_CONTROLLERS
+from fivebar_control.laws.robot_sizes import size_ratio
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
 NOT_STARTED = "not_started"
@@ -27,22 +31,37 @@ class BenchmarkSettings(StudySettings):
         rigs: whose robots make the crossings.
         controllers: by what.
         cases: the first so many crossings.
+        robot: that makes crossings of its own, by the name of its file; "" for that of the rigs.
     """
 
     rigs: tuple[str, ...] = ("ideal",)
     controllers: tuple[str, ...] = TIMED_CONTROLLERS
     cases: int = CROSSINGS
+    robot: str = ""
+
+    @property
+    def make(self) -> str:
+        """The robot whose crossings are made, by the name of its file."""
+        return robot_of_all(self.rigs, self.robot)
+
+    @property
+    def limits(self) -> SuccessLimits:
+        """What a success keeps; distances go with the size of a robot that is not that of the rigs."""
+        size = size_ratio(load_robot(self.robot)) if self.robot else 1.0
+        return SuccessLimits(size * PEAK_LIMIT, size * FINAL_LIMIT, torque_limit_of(self.make))
 
 
 def run_numbered(settings: BenchmarkSettings, number: int) -> list[Result]:
     """Return the results of a crossing, rig after rig."""
-    crossing = benchmark()[number]
-    return [result for rig in settings.rigs for result in results_on(rig, crossing, settings.controllers)]
+    crossing = crossing_of(settings.make, number)
+    return [
+        result for rig in settings.rigs for result in results_on(rig, crossing, settings.controllers, settings.robot)
+    ]
 
 
-def results_on(rig: str, crossing: BenchmarkCrossing, controllers: tuple[str, ...]) -> list[Result]:
+def results_on(rig: str, crossing: BenchmarkCrossing, controllers: tuple[str, ...], robot: str = "") -> list[Result]:
     """Return the results of a crossing on the robot that a rig has for it, one for each controller."""
-    case, number = crossing.on(rig), crossing.crossing
+    case, number = crossing.on(rig, robot), crossing.crossing
     try:
         plan = planned(case)
     except InputError:

@@ -17,14 +17,32 @@ from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT
 from fivebar_description.strict_yaml import InputError
 
-RULES = (
-    "A crossing is a success if the robot is never stopped, changes its assembly mode as often as the crossing does,"
-    f" and its platform is always less than {1e3 * PEAK_LIMIT:g} mm from the reference and less than"
-    f" {1e3 * FINAL_LIMIT:g} mm at the end, with torques of at most {TORQUE_LIMIT:g} Nm. The reference is the straight"
-    " segment by the fifth-order polynomial. The errors are those of the actual platform at the same instant, not of"
-    " the measured one. A crossing without a line is a failure."
-)
-"""The rules of success, in words."""
+
+class SuccessLimits(NamedTuple):
+    """What a success keeps.
+
+    Attributes:
+        peak, final: distance of the actual platform from the reference (m), always and at the end.
+        torque: of either drive (Nm).
+    """
+
+    peak: float = PEAK_LIMIT
+    final: float = FINAL_LIMIT
+    torque: float = TORQUE_LIMIT
+
+    @property
+    def rules(self) -> str:
+        """The rules of success, in words."""
+        return (
+            "A crossing is a success if the robot is never stopped, changes its assembly mode as often as the crossing"
+            f" does, and its platform is always less than {1e3 * self.peak:.3g} mm from the reference and less than"
+            f" {1e3 * self.final:.3g} mm at the end, with torques of at most {self.torque:g} Nm. The reference is the"
+            " straight segment by the fifth-order polynomial. The errors are those of the actual platform at the same"
+            " instant, not of the measured one. A crossing without a line is a failure."
+        )
+
+
+DEXTAR_LIMITS = SuccessLimits()
 
 
 class Result(NamedTuple):
@@ -103,31 +121,35 @@ class Score(NamedTuple):
     stopped: int
 
 
-def success(result: Result, crossing: BenchmarkCrossing) -> bool:
-    """Return whether a result meets `RULES`."""
+def success(result: Result, crossing: BenchmarkCrossing, limits: SuccessLimits = DEXTAR_LIMITS) -> bool:
+    """Return whether a result meets the rules of limits."""
     return (
         not result.fault
         and result.mode_changes == crossing.mode_changes
-        and result.error_peak < PEAK_LIMIT
-        and result.error_final < FINAL_LIMIT
-        and result.torque <= TORQUE_LIMIT + 1e-9
+        and result.error_peak < limits.peak
+        and result.error_final < limits.final
+        and result.torque <= limits.torque + 1e-9
     )
 
 
-def scores(results: Sequence[Result], crossings: Sequence[BenchmarkCrossing]) -> list[Score]:
+def scores(
+    results: Sequence[Result], crossings: Sequence[BenchmarkCrossing], limits: SuccessLimits = DEXTAR_LIMITS
+) -> list[Score]:
     """Return the score of every controller and rig in the results, on these crossings."""
     groups: dict[tuple[str, str], dict[int, Result]] = {}
     for result in results:
         if result.crossing < len(crossings):
             groups.setdefault((result.rig, result.controller), {})[result.crossing] = result
     return [
-        _score(rig, controller, list(found.values()), crossings)
+        _score(rig, controller, list(found.values()), crossings, limits)
         for (rig, controller), found in sorted(groups.items(), key=lambda group: group[0])
     ]
 
 
-def _score(rig: str, controller: str, results: Sequence[Result], crossings: Sequence[BenchmarkCrossing]) -> Score:
-    good = sum(success(result, crossings[result.crossing]) for result in results)
+def _score(
+    rig: str, controller: str, results: Sequence[Result], crossings: Sequence[BenchmarkCrossing], limits: SuccessLimits
+) -> Score:
+    good = sum(success(result, crossings[result.crossing], limits) for result in results)
     # an error that is not known is the largest
     errors = [math.inf if math.isnan(result.error_peak) else result.error_peak for result in results]
     torques = [result.torque for result in results]

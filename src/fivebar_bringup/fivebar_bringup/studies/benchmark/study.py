@@ -6,17 +6,17 @@ from collections.abc import Sequence
 
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.studies.benchmark.crossings import benchmark
+from fivebar_bringup.studies.benchmark.crossings import crossing_of
 from fivebar_bringup.studies.benchmark.running import BenchmarkSettings, run_numbered
-from fivebar_bringup.studies.benchmark.scoring import RESULTS, RULES, Result, Score, scores
+from fivebar_bringup.studies.benchmark.scoring import RESULTS, Result, Score, scores
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport
 from fivebar_bringup.studies.sweep.sweep import DECIDING
 from fivebar_description.rounding import in_millimetres
 
 
-def scores_table(found: Sequence[Score]) -> Table:
-    """Return the scores, those of a rig and a controller a row."""
+def scores_table(found: Sequence[Score], rules: str) -> Table:
+    """Return the scores by rules, those of a rig and a controller a row."""
     rows = []
     for one in found:
         low, high = 100.0 * one.interval.low, 100.0 * one.interval.high
@@ -32,15 +32,16 @@ def scores_table(found: Sequence[Score]) -> Table:
             )
         )
     columns = ("rig", "controller", "success", "95 %", "error, mm", "error of 95 %, mm", "Nm", "stopped")
-    return Table("scores", "Scores", RULES, columns, tuple(rows))
+    return Table("scores", "Scores", rules, columns, tuple(rows))
 
 
 def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> StudyReport:
     """Return the scores of results, and their page."""
-    found = scores(results, benchmark()[: settings.cases])
-    table = scores_table(found)
+    crossings = [crossing_of(settings.make, number) for number in range(settings.cases)]
+    limits = settings.limits
+    found = scores(results, crossings, limits)
+    table = scores_table(found, limits.rules)
     lines = [one._asdict() | {"interval": one.interval._asdict()} for one in found]
-    rigs, controllers = ",".join(settings.rigs), ",".join(settings.controllers)
     page = render(
         "study.html",
         title="Benchmark",
@@ -49,9 +50,18 @@ def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> 
         tables=[table],
         details=[],
         pictures=[],
-        command=f"fivebar benchmark --rig {rigs} --controllers {controllers} --cases {settings.cases}",
+        command=command_of(settings),
     )
-    return StudyReport(page, {"rules": RULES, "scores": lines}, [], table)
+    return StudyReport(page, {"rules": limits.rules, "scores": lines}, [], table)
+
+
+def command_of(settings: BenchmarkSettings) -> str:
+    """Return the command that repeats a benchmark."""
+    words = [f"fivebar benchmark --rig {','.join(settings.rigs)}"]
+    if settings.controllers != BenchmarkSettings().controllers:
+        words.append(f"--controllers {','.join(settings.controllers)}")
+    words += [f"--robot {settings.robot}"] if settings.robot else []
+    return " ".join([*words, f"--cases {settings.cases}"])
 
 
 BENCHMARK = Study(
@@ -64,8 +74,9 @@ BENCHMARK = Study(
     chunk=2,
     report=benchmark_report,
     program=lambda settings: program_digest(
-        (*DECIDING, "studies/benchmark/*.py"), (), settings.rigs, settings.controllers
+        (*DECIDING, "studies/benchmark/*.py"), (settings.make,), settings.rigs, settings.controllers
     ),
+    command=command_of,
     complete=lambda settings, rows: len(rows) == len(settings.rigs) * len(settings.controllers),
 )
 """The study of fixed crossings."""

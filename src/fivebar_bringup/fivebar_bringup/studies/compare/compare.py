@@ -79,7 +79,7 @@ def comparison_report(settings: ComparisonSettings, rows: Sequence[ComparisonRow
     results, tight = everything[: len(asked)], everything[len(asked) :]
     verdicts, overview = findings(results, tight), overview_table(results)
     tables = [overview, tight_table(tight), rigs_table(extent), *run_tables(results)]
-    command = _command(settings)
+    command = command_of(settings)
     content = {
         "command": command,
         "verdicts": [finding.as_json() for finding in verdicts],
@@ -107,7 +107,7 @@ def html_page(
     )
 
 
-def _command(settings: ComparisonSettings) -> str:
+def command_of(settings: ComparisonSettings) -> str:
     """Return the command that repeats a comparison, with all options that affect its results."""
     parts = ["fivebar", "compare", *settings.scenarios, "--controllers", ",".join(settings.controllers)]
     parts += ["--durations", ",".join(f"{duration:g}" for duration in settings.durations)]
@@ -137,5 +137,6 @@ COMPARISON = Study(
     chunk=1,
     report=comparison_report,
     program=_program,
+    command=command_of,
 )
 """The study of the same motions with every controller."""

@@ -48,6 +48,7 @@ class Study(Generic[Settings, Row]):
         chunk: cases that a process does at one go, in a few seconds.
         report: makes page and results of all rows.
         program: returns a digest of what decides the rows of settings: code, robots, laws from elsewhere.
+        command: returns the command that repeats a study.
         complete: whether these are all rows of a case.
         wanted: how much has to come of the cases until the study is done.
         counts: how much of that rows are.
@@ -62,6 +63,7 @@ class Study(Generic[Settings, Row]):
     chunk: int
     report: Callable[[Settings, Sequence[Row]], StudyReport]
     program: Callable[[Settings], str]
+    command: Callable[[Settings], str]
     complete: Callable[[Settings, Sequence[Row]], bool] = lambda settings, rows: True
     wanted: Callable[[Settings], int] | None = None
     counts: Callable[[Settings, Sequence[Row]], int] = field(default=lambda settings, rows: len(case_numbers(rows)))

@@ -73,8 +73,13 @@ def reproduction_report(settings: ReproductionSettings, rows: Sequence[Reproduct
         "tables": [table.as_json() for table in shown],
         "runs": [_run(results, case) for case in sorted(results)],
     }
-    page = html_page(made, shown, len(results), "fivebar reproduce" + (" --quick" if settings.quick else ""))
+    page = html_page(made, shown, len(results), command_of(settings))
     return StudyReport(page, content, [picture for row in made for picture in row.pictures], made)
+
+
+def command_of(settings: ReproductionSettings) -> str:
+    """Return the command that repeats a reproduction."""
+    return "fivebar reproduce" + (" --quick" if settings.quick else "")
 
 
 def html_page(rows: Sequence[ClaimRow], tables: Sequence[Table], runs: int, command: str) -> str:
@@ -149,5 +154,6 @@ REPRODUCTION = Study(
     chunk=1,
     report=reproduction_report,
     program=lambda settings: program_digest(DECIDING, ("dextar",)),
+    command=command_of,
 )
 """The study of the thesis' figures and claims."""

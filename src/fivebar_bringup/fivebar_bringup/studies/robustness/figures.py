@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, INK, VERMILION, ZONE, house_style, new_figure, png
@@ -19,6 +20,8 @@ SHARES = LinearSegmentedColormap.from_list("shares", ["#eef1f5", ZONE, VERMILION
 
 PANELS = 4
 """At most, side by side."""
+
+CAPTION = "Share of the runs that fail at each size. Empty rows: the robot has no gyroscope."
 
 
 def share_figures(climbs: Sequence[Climb]) -> list[Picture]:
@@ -32,11 +35,12 @@ def share_figures(climbs: Sequence[Climb]) -> list[Picture]:
             used = [equipment_named(name) for name in dict.fromkeys(climb.equipment for climb in climbs)]
             shown = [one.name for one in used if (one.controller == "unified") == unified][:PANELS]
             if shown:
-                pictures.append(_shares(name, title, shown, climbs))
+                pictures.append(Picture(name, CAPTION, png(share_figure(shown, climbs, title))))
     return pictures
 
 
-def _shares(name: str, title: str, shown: Sequence[str], climbs: Sequence[Climb]) -> Picture:
+def share_figure(shown: Sequence[str], climbs: Sequence[Climb], title: str) -> Figure:
+    """Return a figure with a panel for each equipment that is shown, and a row for each effect."""
     effects = [EFFECTS[effect] for effect in dict.fromkeys(climb.effect for climb in climbs)]
     of = {(climb.effect, climb.equipment): climb for climb in climbs}
     steps = max(len(effect.sizes) for effect in effects)
@@ -76,8 +80,7 @@ def _shares(name: str, title: str, shown: Sequence[str], climbs: Sequence[Climb]
     figure.colorbar(
         colours, ax=list(panels), orientation="horizontal", fraction=0.03, aspect=50, label="runs that fail, %"
     )
-    caption = "Share of the runs that fail at each size. Empty rows: the robot has no gyroscope."
-    return Picture(name, caption, png(figure))
+    return figure
 
 
 def _mark(axes: Axes, row: int, effect: Effect) -> None:

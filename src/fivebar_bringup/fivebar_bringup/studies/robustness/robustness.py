@@ -12,11 +12,11 @@ from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.robustness.effects import EFFECTS
 from fivebar_bringup.studies.robustness.running import (
     ENCODERS,
-    FAILURE_RULE,
     Climb,
     RobustnessRow,
     RobustnessSettings,
     climbs_of,
+    failure_rule,
     failures_without,
     run_numbered,
     steps_of,
@@ -32,8 +32,9 @@ RIGS = ENCODERS, "good", "middling"
 
 WORDS = (
     "One effect at a time grows on a simulated robot that is otherwise exact, with motor encoders of 20 000 counts,"
-    " torque in steps of 2 mNm, a sample of delay and drives of 2 Nm. It makes one motion, the middle crossing. A real"
-    " robot has all effects at once, so it needs a distance from these figures."
+    " torque in small steps, a sample of delay and its own drives. It makes one motion, the middle crossing, in"
+    " proportion to its size. A real robot has all effects at once, so it needs a distance from these figures. Good and"
+    " middling robots are those of the rigs of DexTAR."
 )
 
 
@@ -43,13 +44,13 @@ def robustness_report(settings: RobustnessSettings, rows: Sequence[RobustnessRow
     from fivebar_bringup.studies.robustness.figures import share_figures
 
     climbs, baseline = climbs_of(settings, rows), failures_without(rows)
-    first = first_failures(climbs)
-    command = _command(settings)
+    first = first_failures(climbs, settings.robot)
+    command = command_of(settings)
     content = {
         "command": command,
         "durations_s": settings.durations,
         "draws": settings.draws,
-        "fails": FAILURE_RULE,
+        "fails": failure_rule(settings.robot),
         "failures_without_effects": baseline,
         "first": first.as_json()["rows"],
         "climbs": [_as_json(climb) for climb in climbs],
@@ -59,7 +60,7 @@ def robustness_report(settings: RobustnessSettings, rows: Sequence[RobustnessRow
     page = render(
         "study.html",
         title="What must a robot be like?",
-        setting=f"middle crossing in {durations} s · {settings.draws} draws each · simulated by the compiled engine",
+        setting=f"{settings.robot} · middle crossing in {durations} s · {settings.draws} draws each · compiled engine",
         words=WORDS,
         tables=[first, equipment_table(baseline)],
         details=[causes_table(climbs)],
@@ -69,9 +70,10 @@ def robustness_report(settings: RobustnessSettings, rows: Sequence[RobustnessRow
     return StudyReport(page, content, pictures, first)
 
 
-def _command(settings: RobustnessSettings) -> str:
+def command_of(settings: RobustnessSettings) -> str:
     """Return the command that repeats the study."""
     usual, words = RobustnessSettings(), ["fivebar robustness"]
+    words += [f"--robot {settings.robot}"] if settings.robot != usual.robot else []
     words += ["--quick"] if settings.draws == QUICK["draws"] else []
     for name in ("effects", "controllers"):
         if getattr(settings, name) != getattr(usual, name):
@@ -104,9 +106,10 @@ ROBUSTNESS = Study(
     report=robustness_report,
     program=lambda settings: program_digest(
         (*DECIDING, *(f"studies/robustness/{module}.py" for module in ("effects", "running"))),
-        (),
+        (settings.robot,),
         RIGS,
         settings.controllers,
     ),
+    command=command_of,
 )
 """The study of effects that grow."""

@@ -15,20 +15,19 @@ from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.study import StudySettings
 from fivebar_bringup.studies.rigs.rig import find_rig, merged
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, FaultyRobot
-from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, TORQUE_LIMIT, UNIFIED_WEIGHT
+from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, UNIFIED_WEIGHT, in_proportion, torque_limit_of
+from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 
 LIMIT = 2e-3
-"""A run fails that leaves its reference by this distance (m)."""
-
-FAILURE_RULE = "a fault, another assembly mode than planned, or 2 mm and more from the reference at any time"
-"""The definition of a failure, in words."""
+"""A run of DexTAR fails that leaves its reference by this distance (m)."""
 
 DURATIONS = (0.5, 1.0, 2.0)
 """s."""
 
-WRONG_MODE, FAR, REFUSED = "wrong assembly mode", "2 mm off", "impossible robot"
+WRONG_MODE, FAR, REFUSED = "wrong assembly mode", "off the reference", "impossible robot"
 """Failures besides the faults' names."""
 
 
@@ -100,12 +99,14 @@ class RobustnessSettings(StudySettings):
         controllers: each from encoders alone and with a gyroscope, `unified` also as for elastic transmissions.
         draws: of signs, directions and noise, of each size.
         durations: of the crossing (s).
+        robot: that makes it, by the name of its file.
     """
 
     effects: tuple[str, ...] = tuple(EFFECTS)
     controllers: tuple[str, ...] = ("unified", "multi_cartesian", "multi_joint")
     draws: int = DRAWS
     durations: tuple[float, ...] = DURATIONS
+    robot: str = ROBOT
 
 
 class EffectRun(NamedTuple):
@@ -168,7 +169,7 @@ def run_numbered(settings: RobustnessSettings, number: int) -> list[RobustnessRo
     """Return the row of a run."""
     step = steps_of(settings)[number]
     effect = EFFECTS[step.effect] if step.effect else None
-    cause = failure_of(step.equipment, effect, step.size, step.duration, step.draw)
+    cause = failure_of(step.equipment, effect, step.size, step.duration, step.draw, settings.robot)
     return [RobustnessRow(number, *step, cause or "")]
 
 
@@ -228,7 +229,9 @@ def failures_without(rows: Sequence[RobustnessRow]) -> dict[str, int]:
     return failed
 
 
-def failure_of(equipment: str, effect: Effect | None, size: float, duration: float, draw: int) -> str | None:
+def failure_of(
+    equipment: str, effect: Effect | None, size: float, duration: float, draw: int, robot: str = ROBOT
+) -> str | None:
     """Run a crossing and return why it fails, None if it does not.
 
     Args:
@@ -237,33 +240,48 @@ def failure_of(equipment: str, effect: Effect | None, size: float, duration: flo
         size: in the effect's unit.
         duration: of the crossing (s).
         draw: number, from 0.
+        robot: by the name of its file.
     """
-    given, samples = prepared(equipment, duration)
+    given, samples = prepared(equipment, duration, robot)
     plan = given.plan()
     at = Condition(draw, plan.crossings[0].time)
     # the offset of a gyroscope is never zero
-    robot = FaultyRobot(
+    faulty = FaultyRobot(
         given.plant._replace(seed=draw), given.imu._replace(gyro_bias=at.sign * _gyro_bias()), given.tolerances
     )
     if effect is not None:
-        robot = effect.on(robot, size, at)
-    known = robot.tolerances if equipment_named(equipment).gyro else given.tolerances
-    scenario = given.model_copy(update={"plant": robot.plant, "imu": robot.imu, "tolerances": known})
+        faulty = effect.on(faulty, size, at)
+    known = faulty.tolerances if equipment_named(equipment).gyro else given.tolerances
+    scenario = given.model_copy(update={"plant": faulty.plant, "imu": faulty.imu, "tolerances": known})
     try:
         case = case_of(scenario, stop_at_fault=True)
     except InputError:
         return REFUSED
-    return cause_of(crossing(case, samples), len(plan.crossings))
+    return cause_of(crossing(case, samples), len(plan.crossings), limit_of(robot))
 
 
-def cause_of(outcome: Outcome, crossings: int) -> str | None:
+def failure_rule(robot: str) -> str:
+    """Return the definition of a failure in words."""
+    return (
+        f"a fault, another assembly mode than planned, or {1e3 * limit_of(robot):.3g} mm and more from the reference at"
+        " any time"
+    )
+
+
+def cause_of(outcome: Outcome, crossings: int, limit: float = LIMIT) -> str | None:
     """Return why a run fails, given the planned number of changes of the assembly mode; None if it does not."""
     if outcome.fault != NO_FAULT:
         return FAULT_NAMES[outcome.fault]
     if outcome.mode_changes != crossings:
         return WRONG_MODE
     # a NaN is a failure
-    return None if outcome.error_peak < LIMIT else FAR
+    return None if outcome.error_peak < limit else FAR
+
+
+@cache
+def limit_of(robot: str) -> float:
+    """Return the distance from the reference (m) at which a run fails: in proportion to the size of the robot."""
+    return LIMIT * size_ratio(load_robot(robot))
 
 
 def _gyro_bias() -> float:
@@ -271,20 +289,48 @@ def _gyro_bias() -> float:
     return find_rig("good").errors.gyro_bias
 
 
+def scaled_sections(sections: Mapping[str, Any], robot: str) -> dict[str, Any]:
+    """Return sections of a rig of DexTAR's, with torques and forces in proportion to those of another robot."""
+    torque = torque_ratio(read_robot(robot))
+    force = torque / size_ratio(load_robot(robot))
+    scales = {
+        "ekf": {"disturbance_rate": torque, "disturbance_initial": torque, "force_deviation": force},
+        "loads": {"push": force, "passive": torque},
+    }
+    return merged(
+        sections,
+        {
+            name: {key: sections[name][key] * scale for key, scale in keys.items() if key in sections[name]}
+            for name, keys in scales.items()
+            if name in sections
+        },
+    )
+
+
 @cache
-def prepared(name: str, duration: float) -> tuple[Scenario, Sampled]:
-    """Return the scenario of an equipment on an exact robot, and its sampled plan."""
-    equipment = equipment_named(name)
-    start, end, *_ = MIDDLE
+def prepared(name: str, duration: float, robot: str = ROBOT) -> tuple[Scenario, Sampled]:
+    """Return the scenario of an equipment on an exact robot, and its sampled plan.
+
+    The motion of another robot than DexTAR is that of DexTAR in proportion to its size.
+
+    Raises:
+        InputError: the planner refuses it.
+    """
+    equipment, size = equipment_named(name), size_ratio(load_robot(robot))
+    waypoints = [(size * x, size * y) for x, y in MIDDLE[:2]]
     common = {
         "name": "robustness",
-        "robot": ROBOT,
+        "robot": robot,
         "rate_hz": RATE_HZ,
-        "waypoints": (start, end),
+        "waypoints": waypoints,
         "segment_duration": duration,
-        "plant": {"torque_limit": TORQUE_LIMIT},
+        "plant": {"torque_limit": torque_limit_of(robot)},
         "unified": {"weight": UNIFIED_WEIGHT},
     }
     content = find_rig(ENCODERS).content(validate(common, Scenario, "robustness"), equipment.controller)
-    scenario = validate(merged(content, equipment.sections), Scenario, "robustness")
+    if robot == ROBOT:
+        content = merged(content, equipment.sections)
+    else:
+        content = in_proportion(merged(content, scaled_sections(equipment.sections, robot)), robot)
+    scenario = validate(content, Scenario, "robustness")
     return scenario, sampled(scenario.five_bar(), scenario.plan(), RATE_HZ, scenario.lead_samples)

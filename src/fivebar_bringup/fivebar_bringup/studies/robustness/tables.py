@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.studies.robustness.effects import EFFECTS, Effect
-from fivebar_bringup.studies.robustness.running import FAILURE_RULE, Climb, equipment_named
+from fivebar_bringup.studies.robustness.running import Climb, equipment_named, failure_rule
+from fivebar_bringup.studies.sweep.drawing import ROBOT
 
 
-def first_failures(climbs: Sequence[Climb]) -> Table:
+def first_failures(climbs: Sequence[Climb], robot: str = ROBOT) -> Table:
     """Return the size at which each equipment first fails, an effect a row.
 
     An entry is good where even a middling robot has less of the effect, bad where a good one has as much.
@@ -28,9 +29,9 @@ def first_failures(climbs: Sequence[Climb]) -> Table:
     return Table(
         "first",
         "Where each controller first fails",
-        f"Smallest size at which one of the runs fails: {FAILURE_RULE}. A dash: at no size, up to the one behind it."
-        " Green: even a middling robot has less; red: a good robot has as much. Each effect alone, on a robot that is"
-        " otherwise exact.",
+        f"Smallest size at which one of the runs fails: {failure_rule(robot)}. A dash: at no size, up to the one behind"
+        " it. Green: even a middling robot has less; red: a good robot has as much. Each effect alone, on a robot that"
+        " is otherwise exact.",
         ("effect", "good robot", "middling robot", *used),
         tuple(rows),
     )

@@ -48,6 +48,9 @@ DELAYS = (0, 1)
 VARIED = ""
 """In place of a rig: robots that differ in mass, inertia and friction only, with any of the encoders and delays."""
 
+BASES = "ideal", "encoders"
+"""Rigs whose settings the cases without a rig have."""
+
 PLANNED_FOR = "unified"
 """For whose law the planner plans and times a crossing; all controllers make the same motion. It needs neither a
 direction across the path nor rests outside of blending zones: what others need besides, their screens ask for."""
@@ -183,19 +186,14 @@ class Draw(NamedTuple):
 
     def _varied(self, controller: str) -> dict[str, Any]:
         """Return the content of a scenario with a robot whose encoders and delay vary."""
-        base = find_rig("ideal" if self.encoder_counts is None else "encoders")
+        base = find_rig(BASES[self.encoder_counts is not None])
         content = base.content(_given(self.robot_name), controller, {})
         content["plant"] |= {
             **self._scales()._asdict(),
             "encoder_counts": self.encoder_counts,
             "delay_samples": self.delay_samples,
         }
-        if self.robot:
-            weight, gains = _own_law(self.robot)
-            lower = {name: min(value, content["unified"][name]) for name, value in gains.items()}
-            content["unified"] |= {**lower, "weight": weight}
-            content["plant"]["torque_quantum"] = torque_step_of(self.robot) if base.estimated else 0.0
-        return content
+        return in_proportion(content, self.robot) if self.robot else content
 
     def _on_its_rig(self, controller: str, effects: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of a scenario with a robot of the case's rig."""
@@ -285,6 +283,16 @@ def _effects(case: Draw) -> Mapping[str, Any]:
     if errors == NO_ERRORS:
         return {}
     return drawn_effects(errors, case.seed, case.number, plan_of(case).crossings[0].time)
+
+
+def in_proportion(content: dict[str, Any], robot: str) -> dict[str, Any]:
+    """Return the content of a scenario on a rig of DexTAR's for another robot: steps of torque and law of its own."""
+    weight, gains = _own_law(robot)
+    lower = {name: min(value, content["unified"][name]) for name, value in gains.items()}
+    content["unified"] = {**content["unified"], **lower, "weight": weight}
+    if content["plant"].get("torque_quantum"):
+        content["plant"] = {**content["plant"], "torque_quantum": torque_step_of(robot)}
+    return content
 
 
 @cache

@@ -53,11 +53,11 @@ def overview_table(rows: Sequence[SweepRow], required: float) -> Table:
                 Cell(controller, controller),
                 Cell(str(all_feasible), all_feasible),
                 Cell(str(good), good),
-                _share(good, all_feasible, met),
-                _interval(good, all_feasible),
+                share_of(good, all_feasible, met),
+                interval_of(good, all_feasible),
                 Cell(str(all_planned), all_planned),
                 Cell(str(made), made),
-                _share(made, all_planned),
+                share_of(made, all_planned),
             )
         )
     columns = (
@@ -96,12 +96,12 @@ def branch_table(rows: Sequence[SweepRow]) -> Table:
                     Cell(branch, branch),
                     Cell(str(feasible), feasible),
                     Cell(str(good), good),
-                    _share(good, feasible),
-                    _interval(good, feasible),
+                    share_of(good, feasible),
+                    interval_of(good, feasible),
                     Cell(str(count), count),
                     Cell(str(made), made),
-                    _share(made, count),
-                    _interval(made, count),
+                    share_of(made, count),
+                    interval_of(made, count),
                 )
             )
     return Table(
@@ -156,8 +156,8 @@ def _odds_line(words: str, rows: Sequence[SweepRow]) -> tuple[Cell, ...]:
         Cell(str(count), count),
         Cell(f"{100.0 * predicted:.1f} %", predicted),
         Cell(str(good), good),
-        _share(good, count),
-        _interval(good, count),
+        share_of(good, count),
+        interval_of(good, count),
     )
 
 
@@ -167,7 +167,7 @@ def _strict(rows: Sequence[SweepRow]) -> str:
     good = sum(row.success is True for row in judged if row.status == FEASIBLE)
     if not judged:
         return "not known"
-    return f"{good} of {len(judged)}, {_share(good, len(judged)).text} ({_interval(good, len(judged)).text})"
+    return f"{good} of {len(judged)}, {share_of(good, len(judged)).text} ({interval_of(good, len(judged)).text})"
 
 
 def within_table(rows: Sequence[SweepRow]) -> Table:
@@ -183,8 +183,8 @@ def within_table(rows: Sequence[SweepRow]) -> Table:
                     _figure(limit, "m"),
                     Cell(str(len(runs)), len(runs)),
                     Cell(str(near), near),
-                    _share(near, len(runs)),
-                    _interval(near, len(runs)),
+                    share_of(near, len(runs)),
+                    interval_of(near, len(runs)),
                 )
             )
     return Table(
@@ -212,8 +212,8 @@ def silence_table(rows: Sequence[SweepRow]) -> Table:
                     Cell(str(len(runs)), len(runs)),
                     Cell(str(lost), lost),
                     Cell(str(silent), silent),
-                    _share(silent, len(runs)),
-                    _interval(silent, len(runs)),
+                    share_of(silent, len(runs)),
+                    interval_of(silent, len(runs)),
                 )
             )
     return Table(
@@ -351,14 +351,16 @@ def explanations_table(explanations: Sequence[Explanation], command: Callable[[i
     )
 
 
-def _share(good: int, everything: int, met: bool | None = None) -> Cell:
+def share_of(good: int, everything: int, met: bool | None = None) -> Cell:
+    """Return a share, rounded down; a dash for none."""
     if not everything:
         return Cell("–", None)
     # rounded down: 99.996 % are not 100 %
     return Cell(f"{np.floor(1e4 * good / everything) / 100.0:.2f} %", good / everything, met)
 
 
-def _interval(some: int, everything: int) -> Cell:
+def interval_of(some: int, everything: int) -> Cell:
+    """Return the interval of a share for 95 %, rounded outwards; a dash for none."""
     if not everything:
         return Cell("–", None)
     low, high = clopper_pearson(some, everything)

@@ -13,7 +13,7 @@ from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_bringup.studies.rigs.rig import OF_ROBOT, REQUIRED, find_rig
 from fivebar_bringup.studies.sweep import drawing
-from fivebar_bringup.studies.sweep.drawing import VARIED
+from fivebar_bringup.studies.sweep.drawing import BASES, VARIED
 from fivebar_bringup.studies.sweep.explanations import explained
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, ROWS, SweepRow
 from fivebar_bringup.studies.sweep.running import SWEPT, counted, run_case
@@ -79,10 +79,6 @@ def run_numbered(settings: SweepSettings, number: int) -> list[SweepRow]:
     return run_case(settings.seed, number, settings.rig, settings.controllers, settings.robot)
 
 
-BASES = "ideal", "encoders"
-"""Rigs whose settings the cases without a rig have."""
-
-
 def _program(settings: SweepSettings) -> str:
     rigs = (settings.rig,) if settings.rig else BASES
     return program_digest(DECIDING, (settings.robot,) if settings.robot else (), rigs, settings.controllers)
@@ -96,7 +92,12 @@ def _feasible(settings: SweepSettings, rows: Sequence[SweepRow]) -> int:
     return len(runs_of(rows, counted(settings.controllers), FEASIBLE))
 
 
-def _command(settings: SweepSettings) -> str:
+def command_of(settings: SweepSettings) -> str:
+    """Return the command that repeats a sweep."""
+    return f"{_of_cases(settings)} --cases {settings.cases}"
+
+
+def _of_cases(settings: SweepSettings) -> str:
     """Return the command of a sweep, without the number of its cases."""
     words = [f"fivebar sweep --seed {settings.seed}"]
     declared = settings.rig.removeprefix(OF_ROBOT) if settings.rig.startswith(OF_ROBOT) else ""
@@ -124,9 +125,9 @@ def sweep_report(settings: SweepSettings, rows: Sequence[SweepRow]) -> StudyRepo
         equipment_table(rows),
     ]
     of_rig = f"rig {settings.rig} · " if settings.rig else ""
-    command = _command(settings)
+    of_cases = _of_cases(settings)
     details = [
-        explanations_table(explanations, lambda number: f"{command} --case {number}"),
+        explanations_table(explanations, lambda number: f"{of_cases} --case {number}"),
         failures_table(rows),
         refusals_table(rows),
     ]
@@ -152,7 +153,7 @@ def sweep_report(settings: SweepSettings, rows: Sequence[SweepRow]) -> StudyRepo
         tables=tables,
         pictures=pictures,
         details=details,
-        command=f"{command} --cases {settings.cases}",
+        command=command_of(settings),
     )
     return StudyReport(page, content, pictures, overview)
 
@@ -204,6 +205,7 @@ SWEEP = Study(
     chunk=10,
     report=sweep_report,
     program=_program,
+    command=command_of,
     complete=_is_complete,
     wanted=lambda settings: settings.cases,
     counts=_feasible,
