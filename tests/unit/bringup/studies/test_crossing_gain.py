@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import math
 
-from fivebar_bringup.studies.single.crossing_gain import joined_pairs, reach
+from fivebar_bringup.studies.single.crossing_gain import (
+    CROSSING_GAIN,
+    MODE,
+    PAIR,
+    ROBOT,
+    GainSettings,
+    joined_pairs,
+    reach,
+)
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.postures import place_at
 from fivebar_control.planning.roadmap import SPACING, roadmap
@@ -35,3 +43,15 @@ def test_pairs_are_counted_that_one_part_at_least_holds() -> None:
     # of 16 ordered pairs: each place with itself, a with b and b with c, either way round
     assert joined_pairs(parts) == 8 / 16
     assert math.isclose(reach(parts[0]).pairs, 5 / 9)
+
+
+def test_a_case_is_a_working_mode_a_robot_or_a_pair() -> None:
+    settings = GainSettings(robots=("motkin", "dextar"), pairs=2)
+    assert CROSSING_GAIN.cases(settings) == 2 * (4 + 1 + 2)
+    mode, whole, pair = (CROSSING_GAIN.run(settings, number)[0] for number in (7, 11, 13))
+    assert [(row.robot, row.kind) for row in (mode, whole, pair)] == [
+        ("dextar", MODE), ("dextar", ROBOT), ("dextar", PAIR),
+    ]  # fmt: skip
+    assert (mode.joined_across, mode.largest) == (1.0, 270.0)
+    assert whole.joined is not None and mode.joined is not None and mode.joined < whole.joined < 1.0
+    assert pair.time_with is not None and (pair.time_without is None or pair.time_with <= pair.time_without)

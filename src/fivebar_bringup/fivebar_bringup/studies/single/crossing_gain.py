@@ -1,16 +1,19 @@
-"""What crossing the Type 2 locus buys: area, pairs of places, cycle time and energy, with crossings and without.
-
-`python -m fivebar_bringup.studies.single.crossing_gain` prints the tables of docs/crossing_buys.md.
-"""
+"""What crossing the Type 2 locus buys: area, pairs of places, cycle time and energy, with crossings and without."""
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from fivebar_bringup.motions.request import within_drives
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.rendering import render
+from fivebar_bringup.studies.engine.program import program_digest
+from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
+from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.postures import mode_name
@@ -50,7 +53,7 @@ def reach(regions: list[frozenset[Point]]) -> Reach:
     """Return what the parts of a working mode come to, every pair of its rests counted."""
     sizes = np.array([len(region) for region in regions], dtype=np.float64)
     cell = 1e4 * SPACING * SPACING
-    return Reach(cell * sizes.sum(), cell * sizes.max(), float(((sizes / sizes.sum()) ** 2).sum()))
+    return Reach(float(cell * sizes.sum()), float(cell * sizes.max()), float(((sizes / sizes.sum()) ** 2).sum()))
 
 
 def joined_pairs(parts: list[list[frozenset[Point]]]) -> float:
@@ -95,70 +98,142 @@ def trips(name: str, start: Point, goal: Point) -> list[Trip]:
     return found
 
 
-def report(name: str, count: int, seed: int) -> None:
-    """Print what crossing buys a robot."""
-    file = read_robot(name)
-    limits = motion_limits_of(default_tuning(CONTROLLERS["unified"], file), *within_drives(name, None, None))
-    robot = file.five_bar()
-    charts = {mode: roadmap(robot, mode, limits.serial_margin, limits.rest, file.elbows_pass) for mode in MODES}
-    parts = {crossing: [charts[mode].regions(crossing) for mode in MODES] for crossing in (False, True)}
-    print(f"\n{name}: area in cm^2 (all rests, largest part without and with crossing), pairs without and with")
-    for mode, without, across in zip(MODES, parts[False], parts[True], strict=True):
-        one, other = reach(without), reach(across)
-        print(
-            f"{mode_name(mode)} | {one.area:.0f} | {one.largest:.0f} | {other.largest:.0f} | {one.pairs:.1%} |"
-            f" {other.pairs:.1%}",
-            flush=True,
-        )
-    print(
-        f"whichever working mode | pairs {joined_pairs(parts[False]):.1%} | {joined_pairs(parts[True]):.1%}", flush=True
+class GainSettings(StudySettings):
+    """The settings that determine the rows of the study.
+
+    Attributes:
+        robots: by the names of their files.
+        pairs: of places, for each robot.
+        seed: of the pairs.
+    """
+
+    robots: tuple[str, ...] = ("dextar", "motkin")
+    pairs: int = 200
+    seed: int = 7177
+
+
+MODE, ROBOT, PAIR = "working mode", "all working modes", "pair"
+"""Kinds of rows."""
+
+
+class GainRow(NamedTuple):
+    """A line of crossing_gain.csv: what a working mode or a robot reaches, or the motions between a pair of places.
+
+    Attributes:
+        case: number.
+        robot: by the name of its file.
+        kind: "working mode", "all working modes" or "pair".
+        mode: the working mode.
+        area: of all rests (cm^2).
+        largest: area of the largest part that is joined without crossing (cm^2).
+        joined: share of all pairs of rests that a motion without crossing joins; with crossing it is `joined_across`.
+        joined_across: the same of motions that may cross.
+        time_without, time_with: quickest motion of a pair with no crossing, and of all motions (s).
+        work_without, work_with: positive work of the motors in these (J).
+    """
+
+    case: int
+    robot: str
+    kind: str
+    mode: str = ""
+    area: float | None = None
+    largest: float | None = None
+    joined: float | None = None
+    joined_across: float | None = None
+    time_without: float | None = None
+    time_with: float | None = None
+    work_without: float | None = None
+    work_with: float | None = None
+
+
+def cases_of_robot(settings: GainSettings) -> int:
+    """Return how many cases a robot has: its working modes, all of them together, and the pairs."""
+    return len(MODES) + 1 + settings.pairs
+
+
+def run_numbered(settings: GainSettings, number: int) -> list[GainRow]:
+    """Return the row of a case."""
+    index, within = divmod(number, cases_of_robot(settings))
+    robot = settings.robots[index]
+    if within < len(MODES):
+        mode = MODES[within]
+        apart, together = parts_of(robot, mode)
+        one, across = reach(apart), reach(together)
+        return [GainRow(number, robot, MODE, mode_name(mode), one.area, one.largest, one.pairs, across.pairs)]
+    apart_and_together = zip(*(parts_of(robot, mode) for mode in MODES), strict=True)
+    if within == len(MODES):
+        joined, across_all = (joined_pairs([*parts]) for parts in apart_and_together)
+        return [GainRow(number, robot, ROBOT, joined=joined, joined_across=across_all)]
+    random = np.random.default_rng((settings.seed, within))
+    places = places_of(robot)
+    start, goal = (places[place] for place in random.choice(len(places), 2, replace=False))
+    return [_pair(number, robot, trips(robot, start, goal))]
+
+
+def _pair(number: int, robot: str, made: list[Trip]) -> GainRow:
+    row, direct = GainRow(number, robot, PAIR), [trip for trip in made if trip.crossings == 0]
+    if made:
+        row = row._replace(time_with=min(made).time, work_with=min(made).energy)
+    return row._replace(time_without=min(direct).time, work_without=min(direct).energy) if direct else row
+
+
+Parts = list[frozenset[Point]]
+
+
+@cache
+def parts_of(robot: str, mode: tuple[int, int]) -> tuple[Parts, Parts]:
+    """Return the parts of a working mode that are joined without crossing, and with."""
+    file = read_robot(robot)
+    limits = motion_limits_of(default_tuning(CONTROLLERS["unified"], file), *within_drives(robot, None, None))
+    chart = roadmap(file.five_bar(), mode, limits.serial_margin, limits.rest, file.elbows_pass)
+    return chart.regions(False), chart.regions(True)
+
+
+@cache
+def places_of(robot: str) -> list[Point]:
+    """Return all places where a robot can rest in one working mode at least."""
+    return sorted({point for mode in MODES for region in parts_of(robot, mode)[1] for point in region})
+
+
+def command_of(settings: GainSettings) -> str:
+    """Return the command that makes the rows."""
+    quick = " --quick" if settings.pairs < GainSettings().pairs else ""
+    return f"fivebar results --only {CROSSING_GAIN.name}{quick}"
+
+
+def _entry(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.3g}"
+    return "" if value is None else f"{value}"
+
+
+def gain_report(settings: GainSettings, rows: Sequence[GainRow]) -> StudyReport:
+    """Return the page with all rows."""
+    lines = tuple(tuple(Cell(_entry(value), value) for value in row) for row in rows)
+    table = Table("rows", "Rows", "", tuple(CROSSING_GAIN.table.columns), lines)
+    page = render(
+        "study.html",
+        title="What crossing buys",
+        setting=f"{', '.join(settings.robots)} · {settings.pairs} pairs of places each",
+        words="",
+        tables=[table],
+        details=[],
+        pictures=[],
+        command=command_of(settings),
     )
-    places = sorted({point for regions in parts[True] for region in regions for point in region})
-    random = np.random.default_rng(seed)
-    gains, works, only, none, used = [], [], 0, 0, 0
-    for _ in range(count):
-        start, goal = (places[index] for index in random.choice(len(places), 2, replace=False))
-        made = trips(name, start, goal)
-        direct = [trip for trip in made if trip.crossings == 0]
-        if not made:
-            none += 1
-            continue
-        best = min(made)
-        if not direct:
-            only += 1
-            continue
-        plain = min(direct)
-        used += best.crossings > 0
-        gains.append((plain.time, best.time))
-        works.append((plain.energy, best.energy))
-    print(
-        f"{count} pairs: {none} in no working mode, {only} only by crossing, {len(gains)} without too; quicker: {used}"
-    )
-    for title, rows, unit in (("time", gains, "s"), ("work", works, "J")):
-        if rows:
-            middle = np.median(np.array(rows), axis=0)
-            mean = np.mean(np.array(rows), axis=0)
-            print(
-                f"{title} in {unit}: median {middle[0]:.3f} without, {middle[1]:.3f} with; mean {mean[0]:.3f},"
-                f" {mean[1]:.3f}",
-                flush=True,
-            )
-    quicker = [(without, best) for without, best in gains if best < without]
-    if quicker:
-        shares = [best / without for without, best in quicker]
-        print(f"where crossing is quicker: {np.median(shares):.2f} of the time (median), least {min(shares):.2f}")
+    return StudyReport(page, {}, [])
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--pairs", type=int, default=40, help="random pairs of places that are planned")
-    parser.add_argument("--seed", type=int, default=2030)
-    parser.add_argument("robots", nargs="*", default=["dextar", "motkin"], help="by name, or by path of their files")
-    given = parser.parse_args()
-    for name in given.robots:
-        report(name, given.pairs, given.seed)
-
-
-if __name__ == "__main__":
-    main()
+CROSSING_GAIN = Study(
+    name="crossing_gain",
+    place=f"{__name__}:CROSSING_GAIN",
+    settings=GainSettings,
+    table=RowTable(GainRow),
+    run=run_numbered,
+    cases=lambda settings: len(settings.robots) * cases_of_robot(settings),
+    chunk=4,
+    report=gain_report,
+    program=lambda settings: program_digest(("studies/single/crossing_gain.py", "motions/*.py"), settings.robots),
+    command=command_of,
+)
+"""The study of reach, time and work with crossings and without."""
