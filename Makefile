@@ -72,6 +72,10 @@ docs: setup ## build the documentation site into site/; a broken link is an erro
 	PYTHONPATH=.docs NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --clean
 	echo "docs: look at site/index.html; its search needs a server: python3 -m http.server --bind 127.0.0.1 --directory site"
 
+.PHONY: results
+results: setup ## make the pages in docs/results again, in some hours: make results OPTIONS="--only robustness" are some
+	@$(BIN)/fivebar results --out docs/results $(OPTIONS)
+
 .PHONY: play
 play: setup ## write docs/play.html again, the page with the model in JavaScript
 	@$(BIN)/fivebar play --no-open --out docs/play.html

@@ -17,7 +17,7 @@ MODULES = (
     *("running", "goto", "program", "viewing", "status", "play"),
     *("studies", "robot", "assess", "calibrate", "identify", "estimate"),
     *("odds", "commission", "posture", "guide", "camera"),
-    *("compare", "sweep", "robustness", "benchmark", "lecture"),
+    *("compare", "sweep", "robustness", "benchmark", "results", "lecture"),
     *("settings", "urdf"),
 )
 """Modules that declare commands, in the order in which the help lists these within their groups."""

@@ -6,6 +6,7 @@ import io
 from collections.abc import Sequence
 from typing import Any
 
+import matplotlib
 import matplotlib.style
 import numpy as np
 from matplotlib.artist import Artist
@@ -106,6 +107,14 @@ def png(figure: Figure) -> bytes:
     buffer = io.BytesIO()
     # what saves a figure of any format draws it twice
     FigureCanvasAgg(figure).print_png(buffer, metadata={"Software": None})  # type: ignore[no-untyped-call]
+    return buffer.getvalue()
+
+
+def svg(figure: Figure) -> bytes:
+    """Return the figure as an SVG, the same bytes whenever it is drawn."""
+    buffer = io.BytesIO()
+    with matplotlib.rc_context({"svg.hashsalt": "fivebar", "svg.fonttype": "none"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None})
     return buffer.getvalue()
 
 

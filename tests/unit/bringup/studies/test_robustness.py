@@ -25,6 +25,8 @@ from fivebar_bringup.studies.robustness.running import (
     climbs_of,
     failure_of,
     failures_without,
+    limit_of,
+    prepared,
 )
 from fivebar_bringup.studies.robustness.tables import first_failures
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
@@ -34,7 +36,7 @@ from fivebar_description.tolerances import EXACT
 from fivebar_sim.effects.mechanism import mechanism_of
 from fivebar_sim.effects.settings import PlantSettings
 
-DOCUMENT = Path(__file__).parents[4] / "docs/robustness.md"
+DOCUMENT = Path(__file__).parents[4] / "docs/results/faults.md"
 EXACT_ROBOT = FaultyRobot(PlantSettings(), ImuSettings(), EXACT)
 OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
 
@@ -64,6 +66,28 @@ def test_the_rule_of_failure() -> None:
     assert cause_of(OUTCOME._replace(error_peak=2e-3), 1) == FAR
     assert cause_of(OUTCOME._replace(error_peak=math.nan), 1) == FAR
     assert cause_of(OUTCOME._replace(fault=TRACKING_LOST, mode_changes=3), 1) == "tracking_lost"
+
+
+def test_any_robot_is_judged_by_its_size_and_has_settings_in_proportion() -> None:
+    settings = RobustnessSettings(effects=("lengths",), controllers=("unified",), durations=(1.0,), robot="motkin")
+    assert limit_of("dextar") == 2e-3
+    assert limit_of("motkin") == pytest.approx(2e-3 * 8 / 9)
+    between = OUTCOME._replace(error_peak=1.9e-3)
+    assert (cause_of(between, 1), cause_of(between, 1, limit_of("motkin"))) == (None, FAR)
+    scenario = prepared("unified, gyro", 1.0, "motkin")[0]
+    assert scenario.plant.torque_limit == 0.186
+    of_dextar = prepared("unified, gyro", 1.0)[0]
+    # its crossing takes 0.035 Nm where that of DexTAR takes 0.55
+    for section, name in (("ekf", "disturbance_rate"), ("loads", "passive"), ("plant", "torque_quantum")):
+        own, usual = (getattr(getattr(one, section), name) for one in (scenario, of_dextar))
+        assert own == pytest.approx(usual * 0.035 / 0.55)
+    assert ROBUSTNESS.command(settings).startswith("fivebar robustness --robot motkin --effects lengths")
+
+
+def test_losses_refuse_the_options_of_the_other_study() -> None:
+    called = CliRunner().invoke(app, ["robustness", "--losses", "--robot", "motkin"])
+    said = "fivebar: --losses: has crossings of its own: expected no --robot with it\n"
+    assert (called.exit_code, called.stderr) == (2, said)
 
 
 def test_the_first_failure_counts_though_larger_sizes_succeed() -> None:

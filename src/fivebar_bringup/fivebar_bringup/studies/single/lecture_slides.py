@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import matplotlib
 from matplotlib.figure import Figure
 
-from fivebar_bringup.pages.style import house_style
+from fivebar_bringup.pages.style import house_style, svg
 from fivebar_bringup.recorded.results import write_errors, write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.analysis import RunAnalysis
@@ -51,13 +49,10 @@ def draw_slides(folder: Path, progress: Callable[[int, int], None]) -> list[Path
     with write_errors(folder):
         folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    # the same file whenever it is drawn
-    with house_style(), matplotlib.rc_context({"svg.hashsalt": "fivebar", "svg.fonttype": "none"}):
+    with house_style():
         for name, figure in zip(SLIDES, _figures(), strict=True):
-            slide, content = f"{name}.svg", io.BytesIO()
-            figure.savefig(content, format="svg", metadata={"Date": None})
-            write_results(folder, {slide: content.getvalue()})
-            paths.append(folder / slide)
+            write_results(folder, {f"{name}.svg": svg(figure)})
+            paths.append(folder / f"{name}.svg")
             progress(len(paths), len(SLIDES))
     return paths
 

@@ -1,0 +1,1 @@
+"""The pages of results in docs/results: which studies are run for them, and their data, tables and figures."""

@@ -1,0 +1,24 @@
+"""All pages of results, and the studies that are run for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fivebar_bringup.studies.results import comparison, crossing, exact, faults, laws, odds, rigs, thesis
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+
+RUNS: dict[str, StudyRun] = {
+    run.name: run for module in (rigs, laws, exact, faults, comparison, crossing, thesis) for run in module.RUNS
+}
+"""The runs by name, in the order in which they are made."""
+
+PAGES: tuple[ResultPage[Any], ...] = (
+    rigs.RIGS,
+    odds.ODDS,
+    laws.LAWS,
+    exact.EXACT,
+    faults.FAULTS,
+    comparison.COMPARISON,
+    crossing.CROSSING,
+    thesis.THESIS,
+)

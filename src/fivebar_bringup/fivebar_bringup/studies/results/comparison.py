@@ -1,0 +1,164 @@
+"""The page of all laws on the same two motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.style import legend_below
+from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.studies.compare.figures import look_of
+from fivebar_bringup.studies.compare.results import ComparisonRow
+from fivebar_bringup.studies.engine.running import FinishedStudy
+from fivebar_bringup.studies.engine.table import RowTable
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+from fivebar_bringup.units import plain
+from fivebar_description.rounding import in_millimetres
+
+QUICK = {"scenarios": ("middle",), "durations": (1.0,), "rigs": ("ideal", "realistic")}
+RUNS = (StudyRun("compare", "fivebar_bringup.studies.compare.compare:COMPARISON", {}, QUICK),)
+
+
+class MotionRow(NamedTuple):
+    """A line of comparison.csv: a motion made by a law on a rig.
+
+    Attributes:
+        run: that made it.
+        motion, rig, controller: what was run.
+        segment_duration: of each segment (s); nothing for the quickest that the screen allows.
+        torque_limit: of the drives (Nm).
+        outcome: what became of it.
+        error_peak: largest distance from the reference (m).
+        torque_peak: largest torque applied (Nm).
+        torque_requested: largest torque requested (Nm).
+        energy: spent by the motors (J).
+    """
+
+    run: str
+    motion: str
+    rig: str
+    controller: str
+    segment_duration: float | None
+    torque_limit: float | None
+    outcome: str
+    error_peak: float | None
+    torque_peak: float | None
+    torque_requested: float | None
+    energy: float | None
+
+
+def motion_rows(run: str, finished: FinishedStudy) -> list[MotionRow]:
+    """Return the rows of a comparison."""
+    rows: Sequence[ComparisonRow] = finished.rows
+    return [
+        MotionRow(
+            run,
+            row.motion,
+            row.rig,
+            row.controller,
+            row.segment_duration_s,
+            row.torque_limit_nm,
+            row.outcome,
+            row.tracking_error_peak_m,
+            row.torque_peak_nm,
+            row.torque_requested_peak_nm,
+            row.energy_j,
+        )
+        for row in rows
+    ]
+
+
+Pair = tuple[str, str]
+
+
+def _untightened(rows: Sequence[MotionRow]) -> dict[Pair, list[MotionRow]]:
+    """Return the runs of each rig and law, without those under the tight limit of torque."""
+    usual = max((row.torque_limit or 0.0 for row in rows), default=0.0)
+    found: dict[Pair, list[MotionRow]] = {}
+    for row in rows:
+        if row.torque_limit is None or row.torque_limit == usual:
+            found.setdefault((row.rig, row.controller), []).append(row)
+    return found
+
+
+def _made(rows: Sequence[MotionRow]) -> int:
+    return sum(row.outcome == RunOutcome.SUCCEEDED for row in rows)
+
+
+def _largest(rows: Sequence[MotionRow], name: str) -> float | None:
+    return max((value for row in rows if (value := getattr(row, name)) is not None), default=None)
+
+
+def comparison_table(rows: Sequence[MotionRow]) -> Table:
+    """Return the worst of each law on each rig."""
+    lines = []
+    for (rig, controller), runs in _untightened(rows).items():
+        texts = (
+            rig,
+            f"`{controller}`",
+            f"{_made(runs)} of {len(runs)}",
+            in_millimetres(_largest(runs, "error_peak"), 3),
+            plain(_largest(runs, "torque_peak"), "Nm"),
+            plain(_largest(runs, "torque_requested"), "Nm"),
+            plain(_largest(runs, "energy"), "J"),
+        )
+        lines.append(tuple(Cell(text, None) for text in texts))
+    columns = ("rig", "law", "succeeded", "largest error", "torque applied", "torque requested", "energy")
+    return Table("comparison", "The worst of each law on each rig", "", columns, tuple(lines))
+
+
+def _answer(rows: Sequence[MotionRow]) -> str:
+    by_law: dict[str, list[MotionRow]] = {}
+    for (_, controller), runs in _untightened(rows).items():
+        by_law.setdefault(controller, []).extend(runs)
+    made = [f"`{controller}` in {_made(runs)} of {len(runs)} runs" for controller, runs in by_law.items()]
+    return f"The whole motion is made by {', '.join(made)}."
+
+
+def _figure(rows: Sequence[MotionRow]) -> Figure:
+    groups = _untightened(rows)
+    rigs = list(dict.fromkeys(rig for rig, _ in groups))
+    laws = list(dict.fromkeys(controller for _, controller in groups))
+    figure = Figure(figsize=(9.0, 3.8), layout="constrained")
+    axes = figure.subplots()
+    for place, controller in enumerate(laws):
+        colour, marker = look_of(controller)
+        for column, rig in enumerate(rigs):
+            runs = groups.get((rig, controller), [])
+            x = column + 0.09 * (place - 0.5 * (len(laws) - 1))
+            errors = [1e3 * row.error_peak for row in runs if row.error_peak and row.outcome == RunOutcome.SUCCEEDED]
+            lost = [1e3 * row.error_peak for row in runs if row.error_peak and row.outcome != RunOutcome.SUCCEEDED]
+            label = None if column else controller
+            axes.plot([x] * len(errors), errors, marker, color=colour, markersize=5, linestyle="none", label=label)
+            axes.plot([x] * len(lost), lost, "x", color=colour, markersize=6, linestyle="none")
+    axes.set_yscale("log")
+    axes.set_ylabel("largest error, mm")
+    axes.set_xticks(range(len(rigs)), rigs)
+    axes.grid(axis="x", visible=False)
+    legend_below(figure, axes.get_legend_handles_labels()[0], len(laws))
+    return figure
+
+
+COMPARISON = ResultPage(
+    name="comparison",
+    title="All laws on the same motions",
+    question="what do error, torque and energy of each law come to on the thesis' motions?",
+    runs=("compare",),
+    table=RowTable(MotionRow),
+    rows=motion_rows,
+    answer=_answer,
+    shown=comparison_table,
+    figure=_figure,
+    caption="Largest error of every run; crosses: the run did not succeed.",
+    words="The entries are the worst over the motions `middle` and `multiple` and all durations of a segment. The"
+    " [rigs](../sweeps.md#rigs) are without drawn errors. The CSV also has the runs with 0.6 Nm per motor, at the"
+    " pace asked for and at the quickest that the screen allows. `fivebar compare SCENARIO` does the same for your"
+    " motion.",
+    limits=(
+        "Robots drawn at random, which are on [the page of all laws](laws.md).",
+        "A real robot.",
+    ),
+)

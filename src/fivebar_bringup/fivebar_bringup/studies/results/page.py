@@ -1,0 +1,126 @@
+"""A page of results: a question, a figure, one table and limits, all of it made from the rows of a CSV file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple
+
+from matplotlib.figure import Figure
+
+from fivebar_bringup.pages.content import Table
+from fivebar_bringup.studies.engine.running import FinishedStudy
+from fivebar_bringup.studies.engine.table import Row, RowTable
+
+
+class StudyRun(NamedTuple):
+    """A study that is run for the pages.
+
+    Attributes:
+        name: a word; the first column of the rows that are made of it.
+        study: where the study is defined, `MODULE:NAME`.
+        whole: its settings.
+        quick: settings of `--quick`, in place of these.
+    """
+
+    name: str
+    study: str
+    whole: Mapping[str, Any]
+    quick: Mapping[str, Any]
+
+    def given(self, quick: bool) -> dict[str, Any]:
+        """Return the settings that are given to the study."""
+        return {**self.whole, **(self.quick if quick else {})}
+
+
+class MadeRun(NamedTuple):
+    """A line of made.csv: when and how the rows of a run were made.
+
+    Attributes:
+        run: name.
+        sample: number of cases, of a sweep that of accepted crossings.
+        made: date.
+        version: of the project.
+        program: digest of the code that decides the rows; nothing where it was not kept.
+        command: that makes the same rows.
+    """
+
+    run: str
+    sample: int
+    made: str
+    version: str
+    program: str
+    command: str
+
+
+MADE = RowTable(MadeRun)
+"""The table of made.csv."""
+
+
+@dataclass(frozen=True)
+class ResultPage(Generic[Row]):
+    """A page and its data. Table, figure and answer are functions of the rows in its CSV file alone.
+
+    Attributes:
+        name: stem of its files.
+        title, question: in words.
+        runs: names of the runs that its rows are made of.
+        table: of its rows, whose first column is the name of their run.
+        rows: makes rows of a finished run, given its name.
+        answer: sentences with the figures that matter.
+        shown: the one table.
+        figure: the one figure.
+        caption: below the figure.
+        words: on how to read both, as Markdown.
+        limits: what the results do not show.
+    """
+
+    name: str
+    title: str
+    question: str
+    runs: tuple[str, ...]
+    table: RowTable[Row]
+    rows: Callable[[str, FinishedStudy], Sequence[Row]]
+    answer: Callable[[Sequence[Row]], str]
+    shown: Callable[[Sequence[Row]], Table]
+    figure: Callable[[Sequence[Row]], Figure]
+    caption: str
+    words: str
+    limits: tuple[str, ...]
+
+    def markdown(self, rows: Sequence[Row], made: Sequence[MadeRun]) -> str:
+        """Return the page of rows, and of what is known of the runs that they come from."""
+        limits = "\n".join(f"* {limit}" for limit in self.limits)
+        runs = [(one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version) for one in made]
+        data = markdown_table(("run", "sample", "command", "made", "version"), runs)
+        shown = self.shown(rows)
+        table = markdown_table(shown.columns, [[cell.text for cell in row] for row in shown.rows])
+        return f"""# {self.title}
+
+**Question:** {self.question}
+
+{self.answer(rows)}
+
+![{self.caption}]({self.name}.svg)
+
+{self.caption}
+
+{table}
+{self.words}
+
+## What this does not show
+
+{limits}
+
+## Data
+
+[{self.name}.csv]({self.name}.csv) has the rows, [{self.name}.schema.json]({self.name}.schema.json) its columns.
+`fivebar results` makes this page, and [made.csv](made.csv) says when each run was made.
+
+{data}"""
+
+
+def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)

@@ -1,0 +1,299 @@
+"""The pages of results: they are what their data make of them, and what other pages say of the numbers is in these."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Sequence
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from typer.testing import CliRunner
+
+from fivebar_bringup.cli.main import app
+from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.studies.engine.chunks import defined
+from fivebar_bringup.studies.engine.executor import LocalProcesses
+from fivebar_bringup.studies.engine.running import FinishedStudy, silent
+from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
+from fivebar_bringup.studies.engine.table import RowTable
+from fivebar_bringup.studies.results import crossing, faults, laws, odds, rigs
+from fivebar_bringup.studies.results.catalogue import PAGES, RUNS
+from fivebar_bringup.studies.results.making import ResultFiles, make_results
+from fivebar_bringup.studies.results.page import MadeRun, ResultPage, StudyRun
+from fivebar_bringup.studies.robustness.effects import EFFECTS
+from fivebar_bringup.studies.single.crossing_gain import MODE, PAIR, ROBOT
+from fivebar_bringup.studies.sweep.drawing import draw
+from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SUCCESS_PROBABILITY, SweepRow
+from fivebar_description.rounding import in_millimetres
+from fivebar_description.strict_yaml import InputError
+
+HOME = Path(__file__).parents[4]
+RESULTS = HOME / "docs" / "results"
+
+
+@pytest.fixture(scope="module")
+def kept() -> ResultFiles:
+    return ResultFiles(RESULTS, PAGES)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_a_page_says_what_its_data_say(page: ResultPage[Any], kept: ResultFiles) -> None:
+    assert kept.rows[page.name], "expected data: fivebar results --out docs/results"
+    again = "expected what `fivebar results --draw --out docs/results` writes"
+    assert (RESULTS / f"{page.name}.md").read_text(encoding="utf-8") == kept.markdown(page), again
+    assert (RESULTS / f"{page.name}.svg").is_file()
+    assert {row[0] for row in kept.rows[page.name]} <= set(kept.made)
+
+
+def test_every_run_is_one_of_its_study_and_for_a_page() -> None:
+    for run in RUNS.values():
+        study = defined(run.study)
+        whole, quick = (study.settings_with(run.given(quick)) for quick in (False, True))
+        assert study.needed(quick) < study.needed(whole), run.name
+        assert re.match(rf"fivebar (results --only )?{study.name}\b", study.command(whole))
+    assert {run for page in PAGES for run in page.runs} == set(RUNS)
+
+
+IMU = {"noise": "gyro_noise", "offset": "gyro_bias"}
+"""Faults of the gyroscope that docs/imu.md lists, and their effects."""
+
+
+def test_pages_state_the_numbers_of_the_data(kept: ResultFiles) -> None:
+    of = {row.rig: row for row in kept.rows["rigs"]}
+    calibrated, middling = of["calibrated"], of["middling"]
+    within = {rig: f"{row.within_2_mm} of {row.accepted}" for rig, row in of.items()}
+    lost = "none lost silently" if calibrated.silent == middling.silent == 0 else "lost silently"
+    score = {(row.rig, row.controller): row for row in kept.rows["laws"]}
+    small = [score[rig, law] for rig in ("calibrated", "good") for law in ("unified", "mpc")]
+    shares = sorted(100 * row.successes / row.crossings for row in small)
+    gyro = {line[0].value: [cell.text for cell in line[4:6]] for line in faults.faults_table(kept.rows["faults"]).rows}
+    stated = {
+        "README.md": (f"{within['calibrated']} on a calibrated robot, {within['middling']} on a middling one, {lost}",),
+        "docs/faq.md": (
+            f"within {in_millimetres(calibrated.error_95)} of its reference in 95 %",
+            f"within {in_millimetres(middling.error_95)}",
+        ),
+        "docs/imu.md": (
+            f"{within['printed']} random crossings within 2 mm",
+            *(f"| {' | '.join((words, *gyro[EFFECTS[name].words]))} |" for words, name in IMU.items()),
+        ),
+        "docs/motkin.md": (f"{within['printed_calibrated']} stay within 2 mm, uncalibrated {within['printed']}",),
+        "docs/choose.md": (f"`unified` and `mpc` make {shares[0]:.0f} to {shares[-1]:.0f} %",),
+    }
+    texts = {name: " ".join((HOME / name).read_text(encoding="utf-8").split()) for name in stated}
+    assert not [(name, words) for name, said in stated.items() for words in said if words not in texts[name]]
+
+
+def swept(number: int, status: str, **others: Any) -> SweepRow:
+    case = draw(1, number, "middling")
+    given = {"success": True, "crossings": 1, "mode_changes": 1, "error_peak": 1e-3, "estimate_error": 1e-4}
+    row = SweepRow(number, "unified", status, "", True, "", *case[1:])
+    return row._replace(**{**given, "drawn_robots": 24, "likely_robots": 24, **others})
+
+
+SWEPT = [
+    swept(0, FEASIBLE),
+    swept(1, FEASIBLE, error_peak=3e-3, success=False),
+    swept(2, FEASIBLE, error_peak=9e-3, success=False, left_time=0.2, fault="tracking_lost", fault_time=0.21),
+    swept(3, FEASIBLE, mode_changes=0, success=False),
+    swept(4, SCREENED_OUT, reason="torque of the reference is 3, expected at most 2"),
+    swept(5, SCREENED_OUT, reason=f"{SUCCESS_PROBABILITY} is 0.5, expected at least 0.9", likely_robots=12),
+    swept(6, SCREENED_OUT, reason=f"{SUCCESS_PROBABILITY} is 0.5", likely_robots=12, success=False),
+]
+
+
+def finished(rows: Sequence[Any]) -> FinishedStudy:
+    return FinishedStudy(Path("page"), rows, {}, None)
+
+
+def test_a_sweep_is_counted() -> None:
+    (row,) = rigs.rig_rows("middling", finished(SWEPT))
+    assert (row.drawn, row.accepted, row.successes, row.within_2_mm, row.within_5_mm) == (7, 4, 1, 1, 2)
+    assert (row.stopped, row.faults, row.silent) == (1, "tracking_lost 1", 1)
+    assert (row.refused, row.refused_successes, row.unlikely, row.unlikely_successes) == (1, 1, 2, 1)
+    assert row.error_50 == pytest.approx(2e-3)
+    table = {line[0].text: line[1].text for line in rigs.rigs_table([row]).rows}
+    assert table["success, if these count as failures"].startswith("1, 16.66 %")
+
+
+def test_odds_are_counted_without_what_else_is_refused() -> None:
+    rows = odds.odds_rows("middling", finished(SWEPT))
+    assert [(row.likely_robots, row.crossings, row.successes) for row in rows] == [(12, 2, 1), (24, 4, 1)]
+    accepted = {line[0].text: line[1].text for line in odds.odds_table(rows).rows}
+    assert accepted["0.9, the default"] == "4"
+
+
+def test_laws_whose_intervals_meet_that_of_the_best_are_named_together() -> None:
+    def of(controller: str, successes: int) -> laws.LawRow:
+        return laws.LawRow("benchmark_good", "good", controller, 1000, successes, 1e-3, None, None, None)
+
+    rows = [of("unified", 937), of("mpc", 933), of("lqr", 842)]
+    assert laws.LAWS.answer(rows).endswith("`unified`, `mpc` on `good`.")
+    assert laws.laws_table(rows).rows[2][1].text == "842 of 1000, 1.00 mm"
+
+
+def test_the_first_failure_of_an_effect_is_shown(kept: ResultFiles) -> None:
+    rows = [row for row in kept.rows["faults"] if (row.effect, row.equipment) == ("lengths", "unified, gyro")]
+    failing = [row._replace(failed=int(row.size > 0.1)) for row in rows]
+    (line,) = faults.faults_table(failing).rows
+    first = next(row.size for row in rows if row.size > 0.1)
+    assert [cell.text for cell in line][1:] == ["0.02 mm", "0.2 mm", f"{first:.3g} mm"]
+    (none,) = faults.faults_table([row._replace(failed=0) for row in rows]).rows
+    assert none[-1].text == f"– ({rows[-1].size:.3g} mm)"
+
+
+def test_what_crossing_buys_is_counted() -> None:
+    def pair(without: float | None, across: float | None) -> crossing.CrossingRow:
+        times = without, across, without, across
+        return crossing.CrossingRow("crossing_gain", "dextar", PAIR, "", None, None, None, None, *times)
+
+    nothing = None, None, None, None
+    mode = crossing.CrossingRow("crossing_gain", "dextar", MODE, "(+1, +1)", 500.0, 250.0, 0.5, 1.0, *nothing)
+    whole = crossing.CrossingRow("crossing_gain", "dextar", ROBOT, "", None, None, 0.8, 1.0, *nothing)
+    rows = [mode, whole, pair(1.0, 1.0), pair(1.0, 0.5), pair(None, 2.0), pair(None, None)]
+    assert "crossing adds 100 to 100 %" in crossing.CROSSING.answer(rows)
+    assert "1 of 4 random pairs" in crossing.CROSSING.answer(rows)
+    table = [line[1].text for line in crossing.crossing_table(rows).rows]
+    assert table[:4] == ["500, 250 cm², 50.0 %", "80.0 %", "4, 1", "1"]
+    assert table[4:7] == ["2, 1", "0.50, 0.50", "1, 0.75 s"]
+
+
+class ToySettings(StudySettings):
+    """Cases, and what is in their rows."""
+
+    cases: int = 1
+    value: float = 1.0
+
+
+class ToyRow(NamedTuple):
+    """A row of the toy study, and of its page."""
+
+    run: str
+    value: float
+
+
+class ToyCase(NamedTuple):
+    """A case of the toy study."""
+
+    case: int
+    value: float
+
+
+TOY = Study(
+    name="toy",
+    place=f"{__name__}:TOY",
+    settings=ToySettings,
+    table=RowTable(ToyCase),
+    run=lambda settings, number: [ToyCase(number, settings.value)],
+    cases=lambda settings: settings.cases,
+    chunk=1,
+    report=lambda settings, rows: StudyReport("page", {}, []),
+    program=lambda settings: "0123",
+    command=lambda settings: f"toy --cases {settings.cases} --value {settings.value:g}",
+)
+
+
+def toy_page() -> ResultPage[ToyRow]:
+    # here, because figures take a second to load
+    from matplotlib.figure import Figure
+
+    return ResultPage(
+        name="toy",
+        title="Toy",
+        question="what?",
+        runs=("one", "two"),
+        table=RowTable(ToyRow),
+        rows=lambda run, done: [ToyRow(run, row.value) for row in done.rows],
+        answer=lambda rows: f"{len(rows)} rows.",
+        shown=lambda rows: Table("toy", "", "", ("run|s", "value"), tuple(_cells(row) for row in rows)),
+        figure=lambda rows: Figure(figsize=(1, 1)),
+        caption="A figure",
+        words="Words.",
+        limits=("All.",),
+    )
+
+
+def _cells(row: ToyRow) -> tuple[Cell, ...]:
+    return Cell(row.run, row.run), Cell(f"{row.value:g}", row.value)
+
+
+def made(folder: Path, value: float, quick: bool = False, runs: Sequence[str] = ("one", "two")) -> list[str]:
+    """Make the toy page, and return what is told."""
+    told: list[str] = []
+    files = ResultFiles(folder / "pages", (toy_page(),))
+    chosen = [StudyRun(run, TOY.place, {"cases": 3, "value": value}, {"cases": 2}) for run in runs]
+    make_results(
+        files,
+        chosen,
+        folder / f"studies-{value}",
+        quick,
+        LocalProcesses(1),
+        lambda name: nullcontext(silent),
+        told.append,
+    )
+    return told
+
+
+def test_a_run_replaces_its_rows_and_no_others(tmp_path: Path) -> None:
+    assert made(tmp_path, 1.0, quick=True) == []
+    made(tmp_path, 2.0, runs=("one",))
+    csv = (tmp_path / "pages/toy.csv").read_text(encoding="utf-8")
+    assert csv == "run,value\n" + 3 * "one,2.0\n" + 2 * "two,1.0\n"
+    page = (tmp_path / "pages/toy.md").read_text(encoding="utf-8")
+    assert "5 rows.\n" in page
+    assert "| run\\|s | value |" in page
+    assert re.search(r"^\| one \| 3 \| `toy --cases 3 --value 2` \| \d{4}-\d\d-\d\d \| \d", page, re.MULTILINE)
+
+
+def test_a_quick_run_leaves_larger_samples_as_they_are(tmp_path: Path) -> None:
+    made(tmp_path, 1.0)
+    before = (tmp_path / "pages/toy.csv").read_text(encoding="utf-8")
+    told = made(tmp_path, 2.0, quick=True)
+    assert [words.partition(":")[0] for words in told] == ["one", "two"]
+    assert "3 of " in told[0]
+    assert (tmp_path / "pages/toy.csv").read_text(encoding="utf-8") == before
+
+
+def test_the_same_run_again_keeps_its_date(tmp_path: Path) -> None:
+    made(tmp_path, 1.0)
+    files = ResultFiles(tmp_path / "pages", (toy_page(),))
+    old = files.made["one"]._replace(made="2001-02-03")
+    files.replace(old, {"toy": [ToyRow("one", 1.0)]})
+    made(tmp_path, 1.0)
+    again = ResultFiles(tmp_path / "pages", (toy_page(),)).made
+    assert again["one"] == old
+    assert again["two"].made > "2001-02-03"
+
+
+def test_data_that_are_none_are_refused_in_one_line(tmp_path: Path) -> None:
+    made(tmp_path, 1.0)
+    for name, content, said in (
+        ("toy.csv", "run,size\n", "toy.csv: line 1: expected run,value"),
+        ("toy.csv", "run,value\none,x\n", "toy.csv: line 2: "),
+        ("made.csv", "run\n", "made.csv: line 1: expected run,sample,made,version,program,command"),
+    ):
+        whole = (tmp_path / "pages" / name).read_bytes()
+        (tmp_path / "pages" / name).write_text(content, encoding="utf-8")
+        with pytest.raises(InputError, match=said):
+            ResultFiles(tmp_path / "pages", (toy_page(),))
+        (tmp_path / "pages" / name).write_bytes(whole)
+    assert MadeRun._fields[0] == "run"
+
+
+def test_the_command_draws_the_pages_again_from_their_data(tmp_path: Path) -> None:
+    shutil.copytree(RESULTS, tmp_path / "pages")
+    (tmp_path / "pages/odds.md").unlink()
+    called = CliRunner().invoke(app, ["results", "--draw", "--out", str(tmp_path / "pages")])
+    assert called.exit_code == 0, called.output
+    for path in RESULTS.glob("*.[cm]*"):
+        assert (tmp_path / "pages" / path.name).read_bytes() == path.read_bytes(), path.name
+
+
+def test_an_unknown_run_is_refused() -> None:
+    called = CliRunner().invoke(app, ["results", "--only", "calibratd"])
+    assert called.exit_code == 2
+    assert "--only: 'calibratd'" in called.stderr
+    assert "calibrated" in called.stderr
