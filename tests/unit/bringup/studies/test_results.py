@@ -257,6 +257,17 @@ def test_a_quick_run_leaves_larger_samples_as_they_are(tmp_path: Path) -> None:
     assert (tmp_path / "pages/toy.csv").read_text(encoding="utf-8") == before
 
 
+def test_two_commands_write_the_same_pages(tmp_path: Path) -> None:
+    """The one that ends last has read what the other has left meanwhile."""
+    made(tmp_path, 1.0, runs=("one",))
+    files = ResultFiles(tmp_path / "pages", (toy_page(),))
+    made(tmp_path, 2.0, runs=("two",))
+    files.replace(files.made["one"]._replace(sample=7), {"toy": [ToyRow("one", 3.0)]})
+    again = ResultFiles(tmp_path / "pages", (toy_page(),))
+    assert again.rows["toy"] == [ToyRow("one", 3.0), *[ToyRow("two", 2.0)] * 3]
+    assert (again.made["one"].sample, again.made["two"].sample) == (7, 3)
+
+
 def test_the_same_run_again_keeps_its_date(tmp_path: Path) -> None:
     made(tmp_path, 1.0)
     files = ResultFiles(tmp_path / "pages", (toy_page(),))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -10,8 +11,10 @@ from matplotlib.figure import Figure
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.style import legend_below
 from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.studies.compare.compare import ComparisonSettings, cases_of
 from fivebar_bringup.studies.compare.figures import look_of
 from fivebar_bringup.studies.compare.results import ComparisonRow
+from fivebar_bringup.studies.engine.directory import PROGRAM
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.results.page import ResultPage, StudyRun
@@ -29,7 +32,7 @@ class MotionRow(NamedTuple):
         run: that made it.
         motion, rig, controller: what was run.
         segment_duration: of each segment (s); nothing for the quickest that the screen allows.
-        torque_limit: of the drives (Nm).
+        tight: whether the drives have a limit of torque that is tight.
         outcome: what became of it.
         error_peak: largest distance from the reference (m).
         torque_peak: largest torque applied (Nm).
@@ -42,7 +45,7 @@ class MotionRow(NamedTuple):
     rig: str
     controller: str
     segment_duration: float | None
-    torque_limit: float | None
+    tight: bool
     outcome: str
     error_peak: float | None
     torque_peak: float | None
@@ -53,6 +56,8 @@ class MotionRow(NamedTuple):
 def motion_rows(run: str, finished: FinishedStudy) -> list[MotionRow]:
     """Return the rows of a comparison."""
     rows: Sequence[ComparisonRow] = finished.rows
+    given = {name: value for name, value in finished.content["settings"].items() if name != PROGRAM}
+    asked = len(cases_of(ComparisonSettings.model_validate_json(json.dumps(given))).asked)
     return [
         MotionRow(
             run,
@@ -60,7 +65,7 @@ def motion_rows(run: str, finished: FinishedStudy) -> list[MotionRow]:
             row.rig,
             row.controller,
             row.segment_duration_s,
-            row.torque_limit_nm,
+            row.case >= asked,
             row.outcome,
             row.tracking_error_peak_m,
             row.torque_peak_nm,
@@ -76,10 +81,9 @@ Pair = tuple[str, str]
 
 def _untightened(rows: Sequence[MotionRow]) -> dict[Pair, list[MotionRow]]:
     """Return the runs of each rig and law, without those under the tight limit of torque."""
-    usual = max((row.torque_limit or 0.0 for row in rows), default=0.0)
     found: dict[Pair, list[MotionRow]] = {}
     for row in rows:
-        if row.torque_limit is None or row.torque_limit == usual:
+        if not row.tight:
             found.setdefault((row.rig, row.controller), []).append(row)
     return found
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager
+import fcntl
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from datetime import date
 from importlib.metadata import version
 from pathlib import Path
@@ -34,8 +36,27 @@ class ResultFiles:
         self.folder, self.pages = folder, pages
         with write_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
-        self.made = {one.run: one for one in _read(MADE, folder / MADE_FILE)}
-        self.rows = {page.name: _read(page.table, folder / f"{page.name}.csv") for page in pages}
+        self.read()
+
+    def read(self) -> None:
+        """Read what is there now.
+
+        Raises:
+            InputError: a file is none of the pages' data.
+        """
+        self.made = {one.run: one for one in _read(MADE, self.folder / MADE_FILE)}
+        self.rows = {page.name: _read(page.table, self.folder / f"{page.name}.csv") for page in self.pages}
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keep other commands from writing here, and read what they have left."""
+        folder = os.open(self.folder, os.O_RDONLY)
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX)
+            self.read()
+            yield
+        finally:
+            os.close(folder)
 
     def replace(self, made: MadeRun, rows: Mapping[str, Sequence[Any]]) -> list[Path]:
         """Replace the rows of a run by new ones, given by the name of their page, and write these pages.
@@ -43,13 +64,14 @@ class ResultFiles:
         Raises:
             InputError: the folder cannot be written to.
         """
-        self.made[made.run] = made
         pages = [page for page in self.pages if page.name in rows]
-        for page in pages:
-            by_run = {run: [row for row in self.rows[page.name] if row[0] == run] for run in page.runs}
-            by_run[made.run] = [*rows[page.name]]
-            self.rows[page.name] = [row for run in page.runs for row in by_run[run]]
-        return self.write(pages)
+        with self.alone():
+            self.made[made.run] = made
+            for page in pages:
+                by_run = {run: [row for row in self.rows[page.name] if row[0] == run] for run in page.runs}
+                by_run[made.run] = [*rows[page.name]]
+                self.rows[page.name] = [row for run in page.runs for row in by_run[run]]
+            return self.write(pages)
 
     def write(self, pages: Iterable[ResultPage[Any]]) -> list[Path]:
         """Write pages with data, figures and schemas from the rows, and return the pages.
