@@ -19,6 +19,7 @@ from fivebar_bringup.studies.engine.executor import LocalProcesses
 from fivebar_bringup.studies.engine.running import FinishedStudy, silent
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_bringup.studies.engine.table import RowTable
+from fivebar_bringup.studies.reproduce.verdicts import Verdict
 from fivebar_bringup.studies.results import crossing, faults, laws, odds, rigs
 from fivebar_bringup.studies.results.catalogue import PAGES, RUNS
 from fivebar_bringup.studies.results.making import ResultFiles, make_results
@@ -70,7 +71,13 @@ def test_pages_state_the_numbers_of_the_data(kept: ResultFiles) -> None:
     small = [score[rig, law] for rig in ("calibrated", "good") for law in ("unified", "mpc")]
     shares = sorted(100 * row.successes / row.crossings for row in small)
     gyro = {line[0].value: [cell.text for cell in line[4:6]] for line in faults.faults_table(kept.rows["faults"]).rows}
+    claims = kept.rows["thesis"]
+    missed = [row for row in claims if row.verdict == Verdict.NOT_REPRODUCED]
     stated = {
+        "docs/index.md": (
+            f"{len(claims) - len(missed)} of {len(claims)} of its figures and claims",
+            *(row.place for row in missed),
+        ),
         "README.md": (f"{within['calibrated']} on a calibrated robot, {within['middling']} on a middling one, {lost}",),
         "docs/faq.md": (
             f"within {in_millimetres(calibrated.error_95)} of its reference in 95 %",

@@ -118,8 +118,12 @@ def _answer(rows: Sequence[MotionRow]) -> str:
     by_law: dict[str, list[MotionRow]] = {}
     for (_, controller), runs in _untightened(rows).items():
         by_law.setdefault(controller, []).extend(runs)
-    made = [f"`{controller}` in {_made(runs)} of {len(runs)} runs" for controller, runs in by_law.items()]
-    return f"The whole motion is made by {', '.join(made)}."
+    by_count: dict[tuple[int, int], list[str]] = {}
+    for controller, runs in by_law.items():
+        by_count.setdefault((_made(runs), len(runs)), []).append(f"`{controller}`")
+    counts = sorted(by_count, reverse=True)
+    made = [f"{good} of {count} with {', '.join(by_count[good, count])}" for good, count in counts]
+    return f"Runs that succeed: {'; '.join(made)}."
 
 
 def _figure(rows: Sequence[MotionRow]) -> Figure:

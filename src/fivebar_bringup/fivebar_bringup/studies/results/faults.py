@@ -142,7 +142,7 @@ FAULTS = ResultPage(
     caption="Share of the runs of `unified` that fail at each size, growing from left to right; blue and dark line: a"
     " good and a middling robot.",
     words="The entries are the smallest size at which one of the runs fails; a dash: none does, up to the size in"
-    " brackets. [What must my robot be like?](../robustness.md) has the method, and what to do about each.",
+    " brackets. The page [What must my robot be like?](../robustness.md) has the method, and what to do about each.",
     limits=(
         "More than one motion, the middle crossing. The [rigs](rigs.md) draw others at random.",
         "More than one effect at a time. A robot has all of them, and they add up.",
