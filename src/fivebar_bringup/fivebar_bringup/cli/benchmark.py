@@ -18,7 +18,6 @@ from fivebar_bringup.cli.study_options import (
     StudyRobotOption,
     chosen_controllers,
     controllers_option,
-    known_robot,
     print_table,
     run_command,
 )
@@ -61,6 +60,7 @@ def benchmark(
     """
     from fivebar_bringup.studies.benchmark.scoring import read_results
     from fivebar_bringup.studies.benchmark.study import BENCHMARK
+    from fivebar_bringup.studies.rigs.declared import robot_name
     from fivebar_bringup.studies.rigs.rig import named_rigs
     from fivebar_description.text_file import LARGEST_TABLE, read_text
 
@@ -69,7 +69,7 @@ def benchmark(
             "rigs": None if rig is None else named_rigs("--rig", rig),
             "controllers": chosen_controllers(controllers),
             "cases": cases,
-            "robot": known_robot(robot),
+            "robot": None if robot is None else robot_name(robot),
         }
         if score is not None:
             results = read_results(read_text(score, LARGEST_TABLE), str(score))

@@ -22,7 +22,6 @@ from fivebar_bringup.cli.study_options import (
     chosen,
     chosen_controllers,
     controllers_option,
-    known_robot,
     print_table,
     run_command,
 )
@@ -74,6 +73,7 @@ def robustness(
     if sensors is not None:
         _sensors({"rig": sensors, "cases": cases, "seed": seed}, out, machines, as_json)
         return
+    from fivebar_bringup.studies.rigs.declared import robot_name
     from fivebar_bringup.studies.robustness.effects import EFFECTS
     from fivebar_bringup.studies.robustness.robustness import QUICK, ROBUSTNESS
 
@@ -81,7 +81,7 @@ def robustness(
         settings: dict[str, Any] = {
             "effects": None if effects is None else chosen("--effects", effects, EFFECTS),
             "controllers": chosen_controllers(controllers),
-            "robot": known_robot(robot),
+            "robot": None if robot is None else robot_name(robot),
             **(QUICK if quick else {}),
         }
         made = run_command(ROBUSTNESS.place, settings, out, machines, as_json)

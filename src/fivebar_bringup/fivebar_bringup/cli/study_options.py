@@ -101,19 +101,6 @@ def chosen_controllers(text: str | None) -> tuple[str, ...] | None:
         raise InputError(f"--controllers: {str(error).removeprefix('controller: ')}") from error
 
 
-def known_robot(robot: str | None) -> str | None:
-    """Return a robot that is given by name or by the path of its file.
-
-    Raises:
-        InputError: there is none, or its file does not describe one.
-    """
-    from fivebar_description.robot_file import read_robot
-
-    if robot is not None:
-        read_robot(robot)
-    return robot
-
-
 def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
     """Return the names in a list that is separated by commas, each once.
 

@@ -85,7 +85,7 @@ def assess_report(settings: AssessSettings, rows: Sequence[AssessRow]) -> StudyR
         typical_table(typical),
         reach_table(reach),
     ]
-    command = _command(settings)
+    command = command_of(settings)
     check = f"fivebar sweep --robot {settings.robot} --controllers {first} --seed {settings.seed + 1} --cases 200"
     content: dict[str, Any] = {
         "robot": file.name,
@@ -182,7 +182,7 @@ def _summary(settings: AssessSettings, rows: Sequence[AssessRow], file: RobotFil
     return lines
 
 
-def _command(settings: AssessSettings) -> str:
+def command_of(settings: AssessSettings) -> str:
     """Return the command that repeats the study."""
     usual, words = AssessSettings(), [f"fivebar assess {settings.robot}"]
     quick = all(getattr(settings, name) == value for name, value in QUICK.items())
@@ -213,6 +213,7 @@ ASSESSMENT = Study(
         (),
         settings.controllers,
     ),
+    command=command_of,
     complete=is_complete,
     wanted=lambda settings: settings.cases,
     counts=_run,
