@@ -64,15 +64,19 @@ def robustness(
 
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """
-    if losses:
-        given: dict[str, object] = {"--effects": effects, "--controllers": controllers, "--robot": robot}
-        given |= {"--quick": quick or None, "--scheduler": scheduler, "--scheduler-file": scheduler_file}
-        _losses(given, out, processes_of(jobs), as_json)
-        return
+    of_effects = {"--effects": effects, "--controllers": controllers, "--robot": robot, "--quick": quick or None}
+    of_sensors = {"--sensors": sensors, "--cases": cases, "--seed": seed}
     machines = Machines(jobs, scheduler, scheduler_file)
+    if losses:
+        others = {"--scheduler": scheduler, "--scheduler-file": scheduler_file}
+        _refuse("--losses", {**of_effects, **of_sensors, **others})
+        _losses(out, processes_of(jobs), as_json)
+        return
     if sensors is not None:
+        _refuse("--sensors", of_effects)
         _sensors({"rig": sensors, "cases": cases, "seed": seed}, out, machines, as_json)
         return
+    _refuse("--effects", of_sensors)
     from fivebar_bringup.studies.rigs.declared import robot_name
     from fivebar_bringup.studies.robustness.effects import EFFECTS
     from fivebar_bringup.studies.robustness.robustness import QUICK, ROBUSTNESS
@@ -94,6 +98,14 @@ def robustness(
     printer.print(f"look at {made.page}", soft_wrap=True)
 
 
+def _refuse(study: str, others: Mapping[str, object]) -> None:
+    """Refuse options that the study of an option does not have."""
+    with input_errors():
+        for name, value in others.items():
+            if value is not None:
+                raise InputError(f"{name}: {value}: expected none in the study of {study}")
+
+
 def _sensors(given: dict[str, Any], out: Path | None, machines: Machines, as_json: bool) -> None:
     from fivebar_bringup.studies.rigs.rig import find_rig
     from fivebar_bringup.studies.sensor_faults.sensor_faults import SENSOR_FAULTS
@@ -111,15 +123,11 @@ def _sensors(given: dict[str, Any], out: Path | None, machines: Machines, as_jso
     printer.print(f"look at {made.page}", soft_wrap=True)
 
 
-def _losses(given: Mapping[str, object], out: Path | None, processes: int, as_json: bool) -> None:
-    """Run what `--losses` asks for, which has a robot and controllers of its own: other options are refused."""
+def _losses(out: Path | None, processes: int, as_json: bool) -> None:
     from fivebar_bringup.recorded.results import FIGURES
     from fivebar_bringup.studies.robustness.bursts import BURSTS, Lost, write_losses
 
     with input_errors(), keyboard_interrupts(), progress_bar("losses", as_json) as progress:
-        for name, value in given.items():
-            if value is not None:
-                raise InputError(f"--losses: has crossings of its own: expected no {name} with it")
         directory, made = write_losses(out, processes, progress)
     if as_json:
         print(json.dumps([one.as_json() for one in made], indent=2, allow_nan=False))

@@ -394,7 +394,7 @@ def test_a_mistake_in_a_rig_is_named(changes: dict[str, Any], named: list[str], 
     [
         (["sweep", "--rig", "worn"], ["--rig", "'worn'", "calibrated", "encoders", "good", "path to a .yaml file"]),
         (["sweep", "--rig", "gone.yaml"], ["gone.yaml"]),
-        (["benchmark", "--rigs", "printed"], ["--rigs", "'printed'", "motkin", "dextar"]),
+        (["benchmark", "--rigs", "good,printed"], ["--rig", "'printed'", "motkin", "dextar"]),
     ],
 )
 def test_an_unknown_rig_is_refused(words: list[str], named: list[str]) -> None:

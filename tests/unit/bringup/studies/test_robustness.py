@@ -84,10 +84,17 @@ def test_any_robot_is_judged_by_its_size_and_has_settings_in_proportion() -> Non
     assert ROBUSTNESS.command(settings).startswith("fivebar robustness --robot motkin --effects lengths")
 
 
-def test_losses_refuse_the_options_of_the_other_study() -> None:
-    called = CliRunner().invoke(app, ["robustness", "--losses", "--robot", "motkin"])
-    said = "fivebar: --losses: has crossings of its own: expected no --robot with it\n"
-    assert (called.exit_code, called.stderr) == (2, said)
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--losses", "--robot", "motkin"], "--robot: motkin: expected none in the study of --losses"),
+        (["--sensors", "good", "--effects", "mass"], "--effects: mass: expected none in the study of --sensors"),
+        (["--seed", "3"], "--seed: 3: expected none in the study of --effects"),
+    ],
+)
+def test_a_study_refuses_the_options_of_another(words: list[str], said: str) -> None:
+    called = CliRunner().invoke(app, ["robustness", *words])
+    assert (called.exit_code, called.stderr) == (2, f"fivebar: {said}\n")
 
 
 def test_the_first_failure_counts_though_larger_sizes_succeed() -> None:

@@ -88,7 +88,7 @@ def totals(rows: Sequence[SensorFaultRow]) -> dict[str, Any]:
 def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFaultRow]) -> StudyReport:
     """Return table, totals and page."""
     table, found = confusion_table(rows), totals(rows)
-    command = f"fivebar robustness --sensors {settings.rig} --cases {settings.cases} --seed {settings.seed}"
+    command = command_of(settings)
     shares = "; ".join(
         f"{name.replace('_', ' ')} {one['count']} of {one['runs']}, 95 % interval up to {one['interval_95'][1]:.2%}"
         for name, one in found.items()
@@ -107,6 +107,11 @@ def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFau
     return StudyReport(page, content, [], table)
 
 
+def command_of(settings: SensorFaultSettings) -> str:
+    """Return the command that repeats the study."""
+    return f"fivebar robustness --sensors {settings.rig} --cases {settings.cases} --seed {settings.seed}"
+
+
 SENSOR_FAULTS = Study(
     name="sensor_faults",
     place=f"{__name__}:SENSOR_FAULTS",
@@ -121,5 +126,6 @@ SENSOR_FAULTS = Study(
         (),
         (settings.rig,),
     ),
+    command=command_of,
 )
 """The study of the faults of sensors."""
