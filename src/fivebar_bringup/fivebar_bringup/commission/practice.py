@@ -17,6 +17,7 @@ from pydantic import Field
 
 from fivebar_bringup.commission.limits import Allowed, AllowedDrives, without_torque_afterwards
 from fivebar_bringup.commission.person import Lead, Person, PutAt, Task, Turn
+from fivebar_bringup.commission.record import imu_keys
 from fivebar_bringup.commission.step import GateClosed
 from fivebar_bringup.motions.start import HOME_MODE
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
@@ -126,7 +127,7 @@ def drawn_practice(robot: str, seed: int, rate_hz: int = 500, counts: int = 20_0
         "effects": effects,
         "period_us": 1_000_000 // rate_hz,
         "motors": motors,
-        "imu": imu._asdict(),
+        "imu": imu_keys(imu),
         "placing": [within(0.3 * DEGREE), within(0.3 * DEGREE)],
     }
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from fivebar_bringup.recorded.results import finite, write_results
+from fivebar_description.imu import ImuSettings
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
 
 STATE_FILE = "commission.yaml"
@@ -17,6 +18,12 @@ PASSED: Literal["passed"] = "passed"
 CLOSED: Literal["closed"] = "closed"
 
 NonNegative = Annotated[float, Field(ge=0.0)]
+
+
+def imu_keys(imu: ImuSettings) -> dict[str, Any]:
+    """Return what is known of an IMU as keys of the section `imu`: those that differ from the defaults."""
+    usual = ImuSettings()._asdict()
+    return {key: value for key, value in imu._asdict().items() if value != usual[key]}
 
 
 class StepRecord(StrictModel):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_bringup.commission.drives_file import DrivesFile
+from fivebar_bringup.commission.record import imu_keys
 from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
@@ -50,7 +51,7 @@ def take(session: Session, found: CalibrationResult, folder: Path) -> None:
     mounting, imu = found.mounting, session.imu
     if mounting is not None and imu is not None:
         update = {name: getattr(mounting, name)[0] for name in ("roll", "pitch", "yaw", "mount_x", "mount_y")}
-        session.learn(imu=imu._replace(**update)._asdict())
+        session.learn(imu=imu_keys(imu._replace(**update)))
     values = {one.name: one for one in found.parameters()}
     plays = [values[name] for name in ("play_1", "play_2") if name in values]
     if plays and session.state.transmissions:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fivebar_bringup.commission.record import imu_keys
 from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_description.interface import ACTIVE_JOINTS
@@ -30,7 +31,7 @@ def run(session: Session) -> Findings:
         notes = drives.notes
     imu = session.bench.imu
     if imu is not None:
-        session.learn(imu=imu._asdict())
+        session.learn(imu=imu_keys(imu))
     figures = {
         "rate, Hz": file.rate_hz,
         "ids": file.ids(),

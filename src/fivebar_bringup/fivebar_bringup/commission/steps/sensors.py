@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.commission.motions import LEAST_KAPPA, crossing_points, through_all
+from fivebar_bringup.commission.record import imu_keys
 from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_bringup.recorded.bag.reader import read_bag
@@ -88,7 +89,7 @@ def run(session: Session) -> Findings:
     x, y, z = (math.copysign(1.0, likeness) * axis).tolist()
     # the turning about the link's axis does not show here: calibration finds it from the accelerometer
     mounted = imu._replace(roll=math.atan2(y, z), pitch=-math.asin(max(-1.0, min(1.0, x))))
-    session.learn(imu=mounted._asdict())
+    session.learn(imu=imu_keys(mounted))
     learnt = scenario.model_copy(update={"imu": mounted, "robot": run_directory.robot.name})
     write_results(run_directory.path, {run_directory.scenario.name: learnt.to_yaml()})
     figures = {
