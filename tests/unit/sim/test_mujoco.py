@@ -19,6 +19,7 @@ from fivebar_sim import mujoco_motion, mujoco_robot
 from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
+from fivebar_sim.effects.gyroscope import GyroscopeFaults
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt
 from fivebar_sim.effects.motors import MotorEffects
@@ -121,7 +122,9 @@ EVERYTHING = PlantSettings(
     motors=MotorEffects(0.05, 0.05, 0.03, 40.0, 0.04, 80.0, 1000.0),
     transmission=Transmission(250.0, 0.05, 0.6, 1e-4),
     platform_joint=PlatformJoint(3e5, 0.06),
-    encoders=EncoderErrors(1e-4, 1e-4, 1e-3),
+    encoder_counts=20_000,
+    encoders=EncoderErrors(1e-4, 1e-4, 1e-3, 1e-5, 2000, 5, -5, 0.1, 1, 0.2, 0.1),
+    gyroscope=GyroscopeFaults(0.01, 0.02, 0.1, 0.1, 0.2, 0.01, 0.3, 0.01, 1e-4, 1e-4),
     tilt=Tilt(0.03, 1.0, 0.02),
     push=Push(1.0, 0.5, LOCUS, 0.1, 0.06),
     bus=BusEffects(2, 0.1, 0.2),
