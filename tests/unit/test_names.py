@@ -60,7 +60,6 @@ ELSEWHERE = {
         "fivebar_control.machine_code",
         "fivebar_control.trajectory.desired",
     ),
-    "ros/test_release.py": ("fivebar_control.ros.releasing",),
     "unit/control/planning/test_passage.py": ("fivebar_bringup.studies.single.passage_study",),
     "unit/control/test_known_cogging.py": ("fivebar_control.estimation.platform_motion",),
     "unit/control/trajectory/test_passage_torques.py": ("fivebar_control.trajectory.way",),
