@@ -223,6 +223,7 @@ def test_a_bad_robot_file_is_one_line(tmp_path: Path, content: str | None, words
 
 
 @pytest.mark.extra
+@pytest.mark.timeout(1800)  # the compilation alone takes minutes on a busy machine
 def test_an_assessment_is_resumed_and_says_what_the_robot_can_do(tmp_path: Path) -> None:
     given: dict[str, Any] = {"robot": BELT, "cases": 2, "robots": 2}
     made = run_study(ASSESSMENT, given, tmp_path / "out")
