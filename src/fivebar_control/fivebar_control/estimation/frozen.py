@@ -45,6 +45,9 @@ is known so well only."""
 BRAKING, WITHIN = 100.0, 3e-4
 """The hardest that a motor is braked (rad/s^2), and the least angle (rad) in which one can be seen to have stopped."""
 
+SURER = 2.5
+"""Factor on the speed beyond which no motor stops where a reading has been repeated only once."""
+
 AWAY = 10.0
 """Counts by which the predictions have gone away, and the other motor has turned, where the pace tells nothing."""
 
@@ -177,7 +180,9 @@ def fastest_stopped(count: float) -> float:
 def _is_frozen(stay: EncoderStay, count: float, rate_hz: int, fewest: int, limit: float) -> bool:
     if not (fewest <= stay.stays and stay.beyond > limit):
         return False
-    if (stay.stays - 1) * stay.pace >= count and stay.pace >= fastest_stopped(count) / rate_hz:
+    # of one repetition more is asked: a motor that turns back may be in the same count again
+    stopped = fastest_stopped(count) * (SURER if stay.stays < FEWEST else 1.0)
+    if (stay.stays - 1) * stay.pace >= count and stay.pace * rate_hz >= stopped:
         return True
     return stay.travel > AWAY * count + stay.margin and stay.turned > AWAY * count
 

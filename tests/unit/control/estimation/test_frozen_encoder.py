@@ -17,6 +17,8 @@ from fivebar_control.estimation.frozen import (
     AWAY,
     COUNTS,
     FEWEST,
+    EncoderStay,
+    FrozenMemory,
     after_readings,
     frozen_motor,
     nothing_read,
@@ -122,6 +124,17 @@ def test_a_motor_that_comes_to_rest_slowly_and_stays_is_never_called_frozen(dext
         place = along(min(0.03 * number, 3.0))
         read = [math.floor(one / COUNT) * COUNT for one in motors_at(dextar, *place)]
         assert watch.named((read[0], read[1]), *along(min(0.03 * number, 3.0) + 3.0)) == 0
+
+
+@pytest.mark.parametrize(("speed", "named"), [(0.4, False), (0.9, True)])
+def test_a_reading_that_is_repeated_once_is_frozen_only_where_the_motor_was_fast(speed: float, named: bool) -> None:
+    """A motor that is turned back at once, as by a law that follows a wrong estimate, may read the same again."""
+    count, rate_hz = COUNT, 500
+    stay = EncoderStay(1.0, 2, 1.0, speed / rate_hz, speed / rate_hz, 1.0, 0.01, 1.0, 0.0, 0.0)
+    other = EncoderStay(1.0, 1, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0)
+    assert (frozen_motor(FrozenMemory(True, stay, other), count, rate_hz, 2, COUNTS * count) == 1) is named
+    three = FrozenMemory(True, stay._replace(stays=FEWEST), other)
+    assert frozen_motor(three, count, rate_hz, 2, COUNTS * count) == 1
 
 
 def test_no_crossing_has_a_frozen_encoder(crossing: tuple[Scenario, OfflineRun]) -> None:
