@@ -42,7 +42,7 @@ DEVIATIONS = 3.0
 """Standard deviations of constant errors and play by which a prediction may differ: a healthy encoder on a robot that
 is known so well only."""
 
-BRAKING, WITHIN = 100.0, 3e-4
+BRAKING, WITHIN = 180.0, 3e-4
 """The hardest that a motor is braked (rad/s^2), and the least angle (rad) in which one can be seen to have stopped."""
 
 SURER = 2.5
