@@ -93,7 +93,7 @@ def test_it_is_compared_with_the_laws_of_the_tree(
     [
         (
             "toy",
-            "expected one of ctc, multi_joint, multi_cartesian, multi_model_ctc, unified, mpc, lqr, or my_package",
+            "expected one of ctc, multi_joint, multi_cartesian, multi_model_ctc, unified, mpc, lqr, path, or ",
         ),
         ("toy_law:NOTHING", "cannot be loaded"),
         ("no_such_module:LAW", "cannot be loaded: No module named"),

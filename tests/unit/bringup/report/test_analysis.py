@@ -515,6 +515,7 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "not_judged",
         "planned_crossings",
         "odds",
+        "path_error_peak_m",
     ]
 
 

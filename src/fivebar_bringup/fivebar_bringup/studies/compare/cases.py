@@ -12,7 +12,6 @@ from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import validate
-from fivebar_sim.effects.settings import PlantSettings
 
 COMPARED_RIGS = "ideal", "wrong", "encoders", "realistic"
 """Rigs of a comparison where none are named, each with the robot that has none of its drawn errors."""
@@ -139,8 +138,8 @@ def default_rigs(scenario: Scenario) -> tuple[str, ...]:
     """Return the rigs for a scenario where none are named: all, and its own plant where that is none of them."""
     possible = tuple(name for name in COMPARED_RIGS if can_be_on(scenario, name))
     for name in possible:
-        content = on_rig(scenario, name, scenario.controller)
-        if PlantSettings(**content["plant"]) == scenario.plant and content["estimator"] == scenario.estimator:
+        rigged = validate(on_rig(scenario, name, scenario.controller), Scenario, name)
+        if (rigged.plant, rigged.estimator) == (scenario.plant, scenario.estimator):
             return possible
     return (*possible, AS_GIVEN)
 
