@@ -14,6 +14,11 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
+FAR = 10.0
+"""How many times as far as the place that has been found the line of the reference may be for a search to begin there:
+from further away it would go all the way back to a robot that stands still while its reference goes on."""
+
+
 class PathPlace(NamedTuple):
     """The nearest place of the path: its distance (m), and the number of the line on which it is."""
 
@@ -33,7 +38,10 @@ def path_place(places: FloatArray, last: int, planned: int, x: float, y: float) 
         planned: the line on which the reference is.
         x, y: of the platform (m).
     """
-    one, two = _nearer(places, last, x, y), _nearer(places, min(planned, places.shape[0] - 2), x, y)
+    one, start = _nearer(places, last, x, y), min(planned, places.shape[0] - 2)
+    if not line_distance(places, start, x, y) <= FAR * one.distance:
+        return one
+    two = _nearer(places, start, x, y)
     return one if one.distance <= two.distance else two
 
 
@@ -72,7 +80,9 @@ def path_distances(places: FloatArray, platform: FloatArray) -> FloatArray:
         places: float64[n, 2 or more], of the reference; samples without one are left out.
         platform: float64[n, 2 or more], x and y (m).
     """
-    there = ~np.isnan(places[:, :2]).any(axis=1)
+    there = np.asarray(~np.isnan(places[:, :2]).any(axis=1))
+    # a rest is one place, so that no search has to pass all its samples
+    there[1:] &= (places[1:, :2] != places[:-1, :2]).any(axis=1)
     known, numbers = places[there], np.maximum(np.cumsum(there) - 1, 0).tolist()
     found = np.full(len(platform), math.nan)
     if len(known) < 2:

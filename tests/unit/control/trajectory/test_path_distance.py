@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
+from fivebar_control.trajectory import path_distance
 from fivebar_control.trajectory.path import Path
-from fivebar_control.trajectory.path_distance import path_distances
+from fivebar_control.trajectory.path_distance import line_distance, path_distances
 
 RATE = 500
 
@@ -51,3 +53,23 @@ def test_a_path_that_turns_back_over_itself_is_followed_and_gaps_are_not_known()
     broken[200:210] = math.nan
     assert np.nanmax(path_distances(broken, places)) < 1e-4
     assert np.isnan(path_distances(broken[200:210], places[200:210])).all()
+
+
+@pytest.mark.parametrize(
+    "stands", [False, True], ids=["rests with its reference", "stands while its reference goes on"]
+)
+def test_the_effort_of_a_sample_does_not_grow_with_the_run(stands: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = 0
+
+    def counted(*of_line: Any) -> float:
+        nonlocal calls
+        calls += 1
+        return line_distance(*of_line)
+
+    monkeypatch.setattr(path_distance, "line_distance", counted)
+    motion = sampled(Path.through([(0.0, 0.15), (0.0, 0.03)], [6.0]))
+    places = np.concatenate([motion, np.repeat(motion[-1:], 3000, axis=0)])
+    beside = np.array([1e-4, 0.0])
+    found = path_distances(places, np.tile(places[0] + beside, (len(places), 1)) if stands else places + beside)
+    assert found == pytest.approx(1e-4, abs=1e-9)
+    assert calls < 20 * len(places)
