@@ -24,6 +24,9 @@ from fivebar_description.process_names import describe_process
 from fivebar_description.ros.domain_member import DomainMember
 from fivebar_description.status_texts import is_latency, read_program_status, read_run_status
 
+REPORTS = 100
+"""Reports on /diagnostics that are kept until they are read: nodes of one process publish theirs together."""
+
 MOST_STRANGERS = 8
 """Number of processes of other runs that are named."""
 
@@ -51,7 +54,7 @@ class RunMonitor(DomainMember):
         self.bridge_latency: dict[str, float] | None = None
         """Median, 99th percentile and maximum from a sample to its torque (ms), as a bridge has told last."""
         self._bridges = {f"{namespace}/{name}" for name in BRIDGES}
-        self.node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, DIAGNOSTICS.qos.depth)
+        self.node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, REPORTS)
         self.listen_to_texts(RUN_STATUS, read_run_status, self._of_this_run(self._take_status))
         self.listen_to_texts(PROGRAM_STATUS, read_program_status, self._of_this_run(self._take_program))
         self.listen_to_texts(FAULTS, one_line, self.faults.append)

@@ -127,7 +127,7 @@ class EmulatedRobot(GraphNode):
             self._begin_run()
         if sample > self._sample:
             self._began = self._began if self._began is not None else now
-            late = sample - 1 - max(self._commanded, self._sample - 1)
+            late = sample - 1 - min(max(self._commanded, self._sample - 1), sample - 1)
             if self._emulation.waits and self._sample > 0:
                 # such a robot stands still until the torque comes
                 late = max(late, int(now - self._heard > LATE_PERIODS / self._rate_hz))
@@ -183,7 +183,8 @@ class EmulatedRobot(GraphNode):
 
     def _on_command(self, message: JointMessage) -> None:
         sample = self._run.sample(stamp_of(message))
-        if sample is not None and self._commanded < sample <= self._sample:
+        # that of the next sample, where a bridge in the process of the controllers publishes the torque before the states
+        if sample is not None and self._commanded < sample <= self._sample + 1:
             self._commanded = sample
 
     def _check_clock(self) -> None:
