@@ -217,23 +217,7 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
 
 def with_gyro(memory: EstimatorMemory, gyro: GyroHeard) -> EstimatorMemory:
     """Return a memory in which something else has been heard of the gyroscope."""
-    return EstimatorMemory(
-        memory.belief,
-        memory.newest,
-        memory.last1,
-        memory.last2,
-        memory.before1,
-        memory.before2,
-        memory.repeated1,
-        memory.repeated2,
-        memory.elbow,
-        memory.elbow_repeated,
-        memory.near,
-        memory.misfit,
-        memory.pattern,
-        gyro,
-        memory.history,
-    )
+    return changed_memory(memory, memory.belief, memory.near, memory.misfit, memory.pattern, gyro)
 
 
 def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, reading: float) -> Placed:
@@ -327,9 +311,9 @@ def with_readings(
 
 
 def changed_memory(
-    memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit, pattern: Pattern
+    memory: EstimatorMemory, belief: Belief, near: int, misfit: Misfit, pattern: Pattern, gyro: GyroHeard
 ) -> EstimatorMemory:
-    """Return a memory with another belief, number of samples near the locus, misfit and pattern."""
+    """Return a memory with another belief, number of samples near the locus, misfit, pattern and gyroscope."""
     return EstimatorMemory(
         belief,
         memory.newest,
@@ -344,6 +328,6 @@ def changed_memory(
         near,
         misfit,
         pattern,
-        memory.gyro,
+        gyro,
         memory.history,
     )

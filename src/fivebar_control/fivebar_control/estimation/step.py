@@ -228,7 +228,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
             x, y, lag = float(inputs[SEEN_X]), float(inputs[SEEN_Y]), float(inputs[SEEN_LAG])
             belief = seen_at(belief, x, y, lag, float(inputs[SEEN_VARIANCE]), model.camera_gate).belief
         keep_belief(history, entry, belief)
-    changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow), pattern)
+    changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow), pattern, memory.gyro)
     return Update(changed, expected, Misfit(by_encoders, mean_of(by_gyro), mean_of(by_elbow)))
 
 
@@ -257,7 +257,7 @@ def prediction(
     if not math.isfinite(joints.dq11 + joints.dq12 + joints.dq21 + joints.dq22):
         return Prediction(memory, estimate, joints, True, AmbiguityCheck(memory.near, math.inf, False), ESTIMATE_LOST)
     check = check_ambiguity(model.filter, model.limits, memory.near, memory.belief)
-    kept = changed_memory(memory, memory.belief, check.near, memory.misfit, memory.pattern)
+    kept = changed_memory(memory, memory.belief, check.near, memory.misfit, memory.pattern, memory.gyro)
     misfit, trip = memory.misfit, NO_FAULT
     if model.gyro:
         trip = gyro_fault(memory.gyro, model.gyro_silence, model.filter.gyro_noise)
