@@ -293,7 +293,7 @@ def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> 
     return Sampled(np.array(rows, dtype=np.float64), references)
 
 
-def platforms_of(plan: Sampled) -> list[Platform]:
-    """Return the references of all samples of a plan, for a law that needs them all."""
-    places: list[list[float]] = plan.rows[:, X : AY + 1].tolist()
+def platforms_of(rows: FloatArray) -> list[Platform]:
+    """Return the references in rows of a `Sampled` plan."""
+    places: list[list[float]] = rows[:, X : AY + 1].tolist()
     return [Platform(*place) for place in places]

@@ -128,6 +128,5 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     refuse_uncompiled(case.controller)
     loop = _loop(case.numbers.mechanism is not None, **law_functions(case.controller))
-    return run_with(
-        loop, first_memory(case.controller, case.numbers.control, lambda: platforms_of(plan)), case, plan, trace
-    )
+    memory = first_memory(case.controller, case.numbers.control, lambda: platforms_of(plan.rows))
+    return run_with(loop, memory, case, plan, trace)

@@ -91,7 +91,7 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
         **of_run,
         **_compiled_robot(case.numbers.mechanism is not None),
     )
-    memory = first_memory(controller, control, lambda: platforms_of(plan))
+    memory = first_memory(controller, control, lambda: platforms_of(plan.rows))
     return engine.run_with(loop, memory, case, plan, trace)
 
 
@@ -100,8 +100,7 @@ def planned_with_ahead(count: int, run: EngineRun, moment: int) -> PlanSample:
     # after the end the platform rests at the last waypoint
     last = len(run.plan.rows) - 1
     numbers = [min(moment + later, last) for later in range(1, count + 1)]
-    platforms = platforms_of(Sampled(run.plan.rows[numbers], run.plan.references))
-    return planned_at(run, moment)._replace(ahead=tuple(platforms))
+    return planned_at(run, moment)._replace(ahead=tuple(platforms_of(run.plan.rows[numbers])))
 
 
 @cache
