@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.timing import MOMENT, moment_setting
 
 
 def _zero(number: int) -> Setting:
@@ -25,10 +26,6 @@ def _slip(number: int) -> Setting:
         at_least=-(10**6),
         at_most=10**6,
     )
-
-
-def _moment(description: str) -> Setting:
-    return Setting(description, "s", at_least=0.0, at_most=1e6)
 
 
 class EncoderErrors(NamedTuple):
@@ -62,12 +59,12 @@ class EncoderErrors(NamedTuple):
     ] = 1000
     slip_1: Annotated[int, _slip(1)] = 0
     slip_2: Annotated[int, _slip(2)] = 0
-    slip_time: Annotated[float, _moment("When they slip, from sample 0.")] = 0.0
+    slip_time: Annotated[float, moment_setting("When they slip, from sample 0.")] = 0.0
     frozen_motor: Annotated[
         int, Setting("Motor, 1 or 2, whose encoder repeats its reading for a time, 0 for none.", at_least=0, at_most=2)
     ] = 0
-    frozen_from: Annotated[float, _moment("Begin of that time, from sample 0.")] = 0.0
-    frozen_length: Annotated[float, _moment("Length of that time.")] = 1e6
+    frozen_from: Annotated[float, moment_setting("Begin of that time, from sample 0.")] = 0.0
+    frozen_length: Annotated[float, moment_setting("Length of that time.")] = 1e6
 
 
 class EncoderDisc(NamedTuple):
@@ -92,9 +89,6 @@ class EncoderDisc(NamedTuple):
     frozen: float = math.inf
     thawed: float = math.inf
 
-
-MOMENT = 1e-9
-"""Time (s) by which a sample may be before a moment and count as at it, for rounding."""
 
 STEEPEST = 0.5
 """Largest slope of the error over the angle: a steeper disc would not tell the angle."""

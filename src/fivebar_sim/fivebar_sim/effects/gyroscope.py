@@ -9,17 +9,10 @@ import numpy as np
 
 from fivebar_description.imu import ImuSettings
 from fivebar_description.settings import Setting
-from fivebar_sim.effects.timing import drawn
+from fivebar_sim.effects.timing import MOMENT, RANGE, drawn, moment_setting
 
 STREAM = 7
 """Of the random number from which the clock's jitter is made."""
-
-MOMENT = 1e-9
-"""Time (s) by which a sample may be before a moment and count as at it, for rounding."""
-
-
-def _moment(description: str) -> Setting:
-    return Setting(description, "s", at_least=0.0, at_most=1e6)
 
 
 class GyroscopeFaults(NamedTuple):
@@ -44,12 +37,12 @@ class GyroscopeFaults(NamedTuple):
     bias_jump: Annotated[
         float, Setting("By how much its bias jumps; 0.02 to 0.5 after a blow.", "rad/s", at_least=-35.0, at_most=35.0)
     ] = 0.0
-    bias_time: Annotated[float, _moment("When its bias jumps, from sample 0.")] = 0.0
-    frozen_from: Annotated[float, _moment("When it begins to repeat its reading, from sample 0.")] = 0.0
-    frozen_length: Annotated[float, _moment("How long it repeats it, 0 for never.")] = 0.0
-    missing_from: Annotated[float, _moment("When its readings begin to be missing, from sample 0.")] = 0.0
+    bias_time: Annotated[float, moment_setting("When its bias jumps, from sample 0.")] = 0.0
+    frozen_from: Annotated[float, moment_setting("When it begins to repeat its reading, from sample 0.")] = 0.0
+    frozen_length: Annotated[float, moment_setting("How long it repeats it, 0 for never.")] = 0.0
+    missing_from: Annotated[float, moment_setting("When its readings begin to be missing, from sample 0.")] = 0.0
     missing_length: Annotated[
-        float, _moment("How long they are missing, 0 for never; typical: 0.03 to 0.3 for a driver that stalls.")
+        float, moment_setting("How long they are missing, 0 for never; typical: 0.03 to 0.3 for a driver that stalls.")
     ] = 0.0
     clock_drift: Annotated[
         float,
@@ -118,7 +111,7 @@ class ImuClock:
         """Make a clock; the seed is that of its jitter."""
         self._offset, self._drift, self._jitter = settings.clock_offset, faults.clock_drift, faults.clock_jitter
         self._rate_hz = rate_hz
-        self._key = int(np.random.default_rng([seed, STREAM]).integers(0, 2**31))
+        self._key = int(np.random.default_rng([seed, STREAM]).integers(0, RANGE))
 
     def offset(self, sample: int) -> float:
         """Return by how much the stamp of the reading of a sample is late (s)."""

@@ -20,6 +20,14 @@ RANGE = 2**31
 MIXING = 73244475
 """An odd number whose products with numbers below the range fit into 63 bits."""
 
+MOMENT = 1e-9
+"""Time (s) by which a sample may be before a moment and count as at it, for rounding."""
+
+
+def moment_setting(description: str) -> Setting:
+    """Return the setting of when a fault begins, from sample 0, or of how long it lasts."""
+    return Setting(description, "s", at_least=0.0, at_most=1e6)
+
 
 def _time(description: str) -> Setting:
     return Setting(description, "s", at_least=0.0, at_most=1.0)
