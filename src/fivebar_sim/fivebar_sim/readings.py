@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_description.imu import ImuSettings
 from fivebar_description.readings import LateSensor
-from fivebar_sim.effects.gyroscope import SampleSpan
+from fivebar_sim.effects.gyroscope import GyroscopeFaults, SampleSpan, missing_samples
 
 T = TypeVar("T")
 
@@ -54,6 +55,11 @@ class ReadingQueue(Generic[T]):
         return arriving
 
 
+def imu_queue(settings: ImuSettings, faults: GyroscopeFaults, rate_hz: int, seed: int) -> ReadingQueue[Any]:
+    """Return an empty queue of an IMU's readings; the arguments are those of `ImuClock`, which stamps them."""
+    return ReadingQueue(settings, rate_hz, seed, missing=missing_samples(faults, rate_hz))
+
+
 def loss_stream(seed: int, losses: int = IMU_LOSSES) -> np.random.Generator:
     """Return a random stream of lost readings: one number for each sample, below the lost fraction for a loss."""
     return np.random.default_rng([seed, losses])
@@ -75,5 +81,5 @@ def made_readings(
 ) -> NDArray[np.bool_]:
     """Return at which of the samples 0, 1, ... a reading is made that arrives, [samples]; arguments as of the queue."""
     due: NDArray[np.bool_] = np.arange(samples) % settings.schedule(rate_hz).every == 0
-    due[missing.first : max(missing.first, missing.end)] = False
+    due[missing.first : missing.end] = False
     return due & ~lost_readings(settings, seed, samples, losses)

@@ -42,7 +42,7 @@ from fivebar_sim.imu import ImuReading
 from fivebar_sim.motors.configuration import MotorsEmulationFile
 from fivebar_sim.motors.motors import EmulatedMotors, ShaftState
 from fivebar_sim.plant import Measurement
-from fivebar_sim.readings import ReadingQueue
+from fivebar_sim.readings import ReadingQueue, imu_queue
 
 DEGREE = math.pi / 180.0
 
@@ -315,7 +315,8 @@ class PracticeBench:
         person.does(key, request, Lead(scenario))
         as_it_is, robot = self._as_it_is(scenario), self.robot
         path, rate_hz = scenario.plan().path, scenario.rate_hz
-        queue: ReadingQueue[ImuReading] = ReadingQueue(as_it_is.imu, rate_hz, scenario.plant.seed)
+        plant = as_it_is.plant
+        queue: ReadingQueue[ImuReading] = imu_queue(as_it_is.imu, plant.gyroscope, rate_hz, plant.seed)
         samples = []
         with self._opened(load_motors(str(drives)), Allowed(scenario.torque_limit or 0.0, math.inf)) as (found, _):
             for number in range(path.samples(rate_hz) + 1):
@@ -357,7 +358,8 @@ class PracticeBench:
         imu = scenario.imu
         if self._file.imu is not None:
             imu = imu._replace(clock_offset=self._file.imu.clock_offset, lost=self._file.imu.lost)
-        return scenario.model_copy(update={"plant": scenario.plant._replace(links=links), "imu": imu})
+        plant = scenario.plant._replace(links=links, gyroscope=self._file.effects.gyroscope)
+        return scenario.model_copy(update={"plant": plant, "imu": imu})
 
 
 class _DrivenRobot:

@@ -27,10 +27,10 @@ from fivebar_description.interface import (
 )
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.gyroscope import ImuClock, missing_samples
+from fivebar_sim.effects.gyroscope import ImuClock
 from fivebar_sim.engines import motion_of
 from fivebar_sim.imu import Imu, ImuReading
-from fivebar_sim.readings import ReadingQueue
+from fivebar_sim.readings import ReadingQueue, imu_queue
 from fivebar_sim.sensors import Encoder
 
 STIFFNESS, DAMPING = 3700.0, 110.0
@@ -73,9 +73,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
     motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, scenario.initial_joints())
     seed, faults = scenario.plant.seed, scenario.plant.gyroscope
     imu = Imu(scenario.imu, rate_hz, seed, scenario.plant.tilt.angle, faults)
-    queue: ReadingQueue[ImuReading] = ReadingQueue(
-        scenario.imu, rate_hz, seed, missing=missing_samples(faults, rate_hz)
-    )
+    queue: ReadingQueue[ImuReading] = imu_queue(scenario.imu, faults, rate_hz, seed)
     counts = scenario.plant.encoder_counts
     encoders = None if counts is None else [Encoder(counts, 1.0 / rate_hz) for _ in ACTIVE_JOINTS]
     samples = []

@@ -78,11 +78,11 @@ from fivebar_description.run_quantities import (
     TRUE_VELOCITY,
     sampled_topics,
 )
-from fivebar_sim.effects.gyroscope import ImuClock, missing_samples
+from fivebar_sim.effects.gyroscope import ImuClock
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
-from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue
+from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue, imu_queue
 
 NOTHING_MEASURED = Measurement((), (), ())
 
@@ -354,11 +354,8 @@ class _Sensors:
 
     def __init__(self, scenario: Scenario, plant: SampledRobot) -> None:
         self._scenario, self._plant, self._rate_hz = scenario, plant, scenario.rate_hz
-        seed = scenario.plant.seed
-        faults = scenario.plant.gyroscope
-        self._imu: ReadingQueue[ImuReading] = ReadingQueue(
-            scenario.imu, self._rate_hz, seed, missing=missing_samples(faults, self._rate_hz)
-        )
+        seed, faults = scenario.plant.seed, scenario.plant.gyroscope
+        self._imu: ReadingQueue[ImuReading] = imu_queue(scenario.imu, faults, self._rate_hz, seed)
         self._imu_clock = ImuClock(scenario.imu, faults, self._rate_hz, seed)
         self._passive: ReadingQueue[float] = ReadingQueue(scenario.passive, self._rate_hz, seed, PASSIVE_LOSSES)
         self._encoder = passive_numbers(scenario.passive, seed)

@@ -13,9 +13,9 @@ from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.ros.messages import to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import RunAgreement
-from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock, missing_samples
+from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading
-from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue
+from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue, imu_queue
 
 
 class Arrived(NamedTuple):
@@ -53,8 +53,7 @@ class LateSensors:
 
     def restart(self) -> None:
         """Begin again with sample 0."""
-        missing = missing_samples(self._faults, self._rate_hz)
-        self._readings: ReadingQueue[Imu] = ReadingQueue(self._settings, self._rate_hz, self._seed, missing=missing)
+        self._readings: ReadingQueue[Imu] = imu_queue(self._settings, self._faults, self._rate_hz, self._seed)
         self._angles: ReadingQueue[JointSample] = ReadingQueue(self.passive, self._rate_hz, self._seed, PASSIVE_LOSSES)
 
     def imu_message(self, sample: int) -> Imu:
