@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 from fivebar_control.laws.torque import ZERO
 from fivebar_control.model.dynamics import direct_dynamics
-from fivebar_control.model.geometry import direct_geometry, elbow_position
-from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.geometry import elbow_position
+from fivebar_control.model.kinematics import state_from_motors, working_mode
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Leg, State
 from fivebar_control.planning.release_step import Release
@@ -351,15 +351,8 @@ def _postures(
     modes: tuple[int, int] | None = None
     for way in ways:
         q11, q21 = release.q11 + release.per_way1 * way, release.q21 + release.per_way2 * way
-        x, y = direct_geometry(robot, mode, q11, q21)
-        if math.isnan(x):
+        state = state_from_motors(robot, mode, q11, q21, 0.0, 0.0)
+        if math.isnan(state.x):
             continue
-        elbows = elbow_position(robot.leg1, q11), elbow_position(robot.leg2, q21)
-        here = (_side(robot.leg1.base_x, elbows[0], x, y), _side(robot.leg2.base_x, elbows[1], x, y))
-        modes = modes or here
-        yield state_from_platform(robot, *here, x, y, 0.0, 0.0), modes
-
-
-def _side(base_x: float, elbow: tuple[float, float], x: float, y: float) -> int:
-    """Return the working mode of a leg: +1 where the elbow is counter-clockwise of the line to the platform."""
-    return 1 if (x - base_x) * elbow[1] - y * (elbow[0] - base_x) > 0.0 else -1
+        modes = modes or working_mode(state)
+        yield state, modes
