@@ -171,7 +171,8 @@ def release_step(
         release: as numbers.
         memory: of the sample before.
         q11, q21: motor angles (rad).
-        rate: reading of the gyroscope on the distal link of leg 2 that has come since (rad/s), NaN for none.
+        rate: reading of the gyroscope on the distal link of leg 2 that has come since (rad/s): NaN for none, infinite
+            at the end of its range.
     """
     if memory.phase >= RELEASED:
         return ZERO, memory
@@ -187,7 +188,7 @@ def release_step(
         restless = abs(q11 - release.q11) > REST_ANGLE or abs(q21 - release.q21) > REST_ANGLE
         if not math.isnan(rate):
             readings, total = readings + 1, total + rate
-            restless = restless or abs(rate - total / readings) > REST_RATE
+            restless = restless or not abs(rate - total / readings) <= REST_RATE
     elif readings > 0:
         link = last_rate - total / readings
         turned += period * link

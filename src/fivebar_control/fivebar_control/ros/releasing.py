@@ -130,8 +130,8 @@ class Releasing:
 
     def _on_imu(self, message: Imu) -> None:
         vector = message.angular_velocity
-        rate = self._scenario.imu.turn_rate((vector.x, vector.y, vector.z))
-        if math.isfinite(rate):
+        rate = self._scenario.imu.usable_rate((vector.x, vector.y, vector.z))
+        if not math.isnan(rate):
             self._rate = rate
 
     def _take(self, sample: int, q11: float, q21: float, rate: float, platform: tuple[float, float] | None) -> None:

@@ -225,9 +225,11 @@ def test_it_gives_up_with_zero_torque_at_every_limit(dextar: FiveBar) -> None:
     assert largest == pytest.approx(max(one.cap1, one.cap2), rel=1e-3)
     assert steps(plan, on_the_way(1e-5), still)[0].phase == UNDECIDED
     assert steps(plan, on_the_way(1e-5), lambda number: 0.0 if number < 200 else 20.0)[0].phase == TOO_FAST
+    assert steps(plan, on_the_way(1e-5), lambda number: 0.0 if number < 200 else -math.inf)[0].phase == TOO_FAST
     assert steps(plan, lambda number: (one.q11 + 0.01 * max(0, number - 160), one.q21), still)[0].phase == TOO_FAST
     assert steps(plan, lambda number: (one.q11 + 1e-4 * number, one.q21), still)[0].phase == NOT_AT_REST
     assert steps(plan, at_rest, lambda number: 0.0 if number < 100 else 2.0)[0].phase == NOT_AT_REST
+    assert steps(plan, at_rest, lambda number: math.inf)[0].phase == NOT_AT_REST
     drift = 1.1 * one.travel
     assert (
         steps(plan, lambda number: (one.q11, one.q21 - drift * min(1.0, max(0, number - 160) / 200)), still)[0].phase
