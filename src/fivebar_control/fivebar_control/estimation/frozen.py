@@ -84,9 +84,8 @@ class EncoderStay(NamedTuple):
 
 
 class FrozenMemory(NamedTuple):
-    """Both encoders, and whether there are readings yet."""
+    """Both encoders, whose readings are NaN before the first."""
 
-    begun: bool
     one: EncoderStay
     two: EncoderStay
 
@@ -94,7 +93,7 @@ class FrozenMemory(NamedTuple):
 def nothing_read() -> FrozenMemory:
     """Return the memory before the first readings."""
     none = EncoderStay(math.nan, 1, 0.0, 0.0, 0.0, math.nan, 0.0, math.nan, 0.0, 0.0)
-    return FrozenMemory(False, none, none)
+    return FrozenMemory(none, none)
 
 
 def after_readings(
@@ -111,9 +110,9 @@ def after_readings(
         coasts: whether no torque is commanded any more.
     """
     same = q11 == memory.one.reading and q21 == memory.two.reading
-    restarts = not memory.begun or gap or (coasts and same)
+    restarts = math.isnan(memory.one.reading) or gap or (coasts and same)
     one = _stay_after(model, memory.one, 1, q11, q21, expected, restarts)
-    return FrozenMemory(True, one, _stay_after(model, memory.two, 2, q21, q11, expected, restarts))
+    return FrozenMemory(one, _stay_after(model, memory.two, 2, q21, q11, expected, restarts))
 
 
 def _stay_after(

@@ -132,8 +132,8 @@ def test_a_reading_that_is_repeated_once_is_frozen_only_where_the_motor_was_fast
     count, rate_hz = COUNT, 500
     stay = EncoderStay(1.0, 2, 1.0, speed / rate_hz, speed / rate_hz, 1.0, 0.01, 1.0, 0.0, 0.0)
     other = EncoderStay(1.0, 1, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0)
-    assert (frozen_motor(FrozenMemory(True, stay, other), count, rate_hz, 2, COUNTS * count) == 1) is named
-    three = FrozenMemory(True, stay._replace(stays=FEWEST), other)
+    assert (frozen_motor(FrozenMemory(stay, other), count, rate_hz, 2, COUNTS * count) == 1) is named
+    three = FrozenMemory(stay._replace(stays=FEWEST), other)
     assert frozen_motor(three, count, rate_hz, 2, COUNTS * count) == 1
 
 
