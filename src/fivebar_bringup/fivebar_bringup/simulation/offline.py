@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from fivebar_bringup.recorded.bag import serialize
 from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, FAULT_NUMBERS
 from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_bringup.simulation.vision import SimulatedVision, VisionSample
 from fivebar_control.compiling import bound
-from fivebar_control.estimation.estimator import PositionFix, Vector6
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.closed_loop import PLANT_DIVERGED, Advanced, Known, LoopSettings, run_loop
@@ -83,6 +81,9 @@ from fivebar_sim.imu import ImuReading
 from fivebar_sim.passive_encoder import passive_numbers, passive_reading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
 from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue, imu_queue
+
+if TYPE_CHECKING:
+    from fivebar_control.estimation.estimator import PositionFix, StateEstimator, Vector6
 
 NOTHING_MEASURED = Measurement((), (), ())
 
@@ -267,7 +268,12 @@ class _Run:
         self._ahead = scenario.tuned().samples_ahead
         self._plant = plant
         self._sensors = _Sensors(scenario, plant)
-        self._estimator = estimator_of(scenario) if scenario.estimated else None
+        self._estimator: StateEstimator | None = None
+        if scenario.estimated:
+            # here, because most runs measure all joints
+            from fivebar_bringup.simulation.estimator import estimator_of
+
+            self._estimator = estimator_of(scenario)
         self._imu_check = ImuCheck(self._robot, self._plan.mode1, self._plan.mode2, self._rate_hz, scenario.imu)
         self._measured = NOTHING_MEASURED
         self._estimated: Estimated | None = None
@@ -387,7 +393,11 @@ class _Sensors:
 
     def fixes(self) -> list[PositionFix]:
         """Return the camera's positions for the estimator."""
-        return [PositionFix(one.moment, *used(one.reading)) for one in self.vision] if self._scenario.sees else []
+        if not self._scenario.sees:
+            return []
+        from fivebar_control.estimation.estimator import PositionFix
+
+        return [PositionFix(one.moment, *used(one.reading)) for one in self.vision]
 
     def compared(self, number: int, state: State) -> tuple[tuple[int, tuple[float, float]], ...]:
         """Return the stamps (ns) of exposures that can be compared with a sample's state, and the differences (m)."""
