@@ -9,7 +9,7 @@ import numpy as np
 
 from fivebar_bringup.simulation.case import EngineRun, FloatArray, X, Y
 from fivebar_bringup.simulation.engine_robot import Robot
-from fivebar_control.estimation.frozen import FrozenMemory, after_readings, nothing_read, trip_with_encoders
+from fivebar_control.estimation.frozen import FrozenMemory, nothing_read, trip_with_encoders
 from fivebar_control.estimation.readings import EstimatorMemory, longest_gap, with_readings
 from fivebar_control.estimation.step import estimator_step, first_update
 from fivebar_control.estimation.trips import ESTIMATE_LOST
@@ -130,10 +130,13 @@ def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) ->
     estimation = case.estimation
     late = with_late_readings(run, before.late, robot, number)
     memory, joints, trip, seen_frames = before.memory, before.joints, NO_FAULT, before.seen_frames
-    deviations, frozen = before.deviations, before.frozen
+    deviations, frozen, delay = before.deviations, before.frozen, case.equipment.delay_samples
     if present:
-        start = 1
+        start, coasts = 1, False
         if number > 0:
+            # the command that answered the sample before
+            newest = (number - 1) % (delay + 1)
+            coasts = robot.commands[newest, 0] == 0.0 and robot.commands[newest, 1] == 0.0
             while seen_frames < estimation.frames.shape[0] and estimation.frames[seen_frames, 1] <= number:
                 seen_frames += 1
             placed = with_readings(
@@ -150,18 +153,9 @@ def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) ->
                 fixes_among(run, late, before.seen_frames, seen_frames),
             )
             memory, start = placed.memory, placed.start
-        delay = case.equipment.delay_samples
-        stepped = estimator_step(estimation.model, memory, start, robot.commands, number - delay)
-        result = stepped.prediction
+        stepped = estimator_step(estimation.model, memory, frozen, start, robot.commands, number - delay, coasts)
+        result, frozen = stepped.prediction, stepped.frozen
         memory, deviations = result.memory, result.ambiguity.deviations
-        if number > 0:
-            # the command that answered the sample before
-            newest = (number - 1) % (delay + 1)
-            coasts = robot.commands[newest, 0] == 0.0 and robot.commands[newest, 1] == 0.0
-            readings, gap = robot.readings, number - before.came > 1
-            frozen = after_readings(
-                estimation.model, frozen, readings.q11, readings.q21, stepped.predicted, gap, coasts
-            )
         trip = trip_with_encoders(estimation.model, result.trip, frozen)
         if not result.lost:
             joints = result.joints

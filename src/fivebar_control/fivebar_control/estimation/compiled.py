@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.constants import EstimatorModel
+from fivebar_control.estimation.frozen import FrozenMemory
 from fivebar_control.estimation.readings import EstimatorMemory
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
 
@@ -28,18 +29,26 @@ def compiled_step() -> Callable[..., EstimatorStep]:
     def stepped(
         model: EstimatorModel,
         memory: EstimatorMemory,
+        frozen: FrozenMemory,
         start: int,
         commands: Sequence[tuple[float, float]],
         first: int,
+        coasts: bool,
     ) -> EstimatorStep:
         torques = np.array(commands, dtype=np.float64).reshape(len(commands), 2)
-        result: EstimatorStep = step(model, memory, start, torques, first)
+        result: EstimatorStep = step(model, memory, frozen, start, torques, first, coasts)
         return result
 
     return stepped
 
 
 def _step(
-    model: EstimatorModel, memory: EstimatorMemory, start: int, commands: NDArray[np.float64], first: int
+    model: EstimatorModel,
+    memory: EstimatorMemory,
+    frozen: FrozenMemory,
+    start: int,
+    commands: NDArray[np.float64],
+    first: int,
+    coasts: bool,
 ) -> EstimatorStep:
-    return estimator_step(model, memory, start, commands, first)
+    return estimator_step(model, memory, frozen, start, commands, first, coasts)

@@ -17,7 +17,6 @@ from fivebar_control.estimation.constants import Drives, estimator_model
 from fivebar_control.estimation.ekf import Belief, EkfSettings
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import (
-    after_readings,
     frozen_reason,
     named_motor,
     nothing_read,
@@ -166,7 +165,8 @@ class StateEstimator:
         q11, q21 = self._expected_motors()
         memory = first_update(self._model, self._homing.assembly, q11, q21)
         memory = with_motors(memory, 1, 1, q11, q21, 0.0, 0.0)
-        self._step(self._model, memory, memory.newest, [(0.0, 0.0)] * self._model.delay_samples, 0)
+        pending = [(0.0, 0.0)] * self._model.delay_samples
+        self._step(self._model, memory, nothing_read(), memory.newest, pending, 0, False)
 
     def _expected_motors(self) -> tuple[float, float]:
         """Return both motor angles (rad) of the declared posture."""
@@ -247,7 +247,7 @@ class StateEstimator:
             one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
             check_encoders(self._robot, self._homing, self._tolerance, one.value, two.value)
             memory = first_update(model, self._first_assembly(one.value, two.value, seen), q11, q21)
-            return self._step(model, memory, 1, self._pending(sample), 0).prediction
+            return self._step(model, memory, self._frozen, 1, self._pending(sample), 0, False).prediction
         # over a gap in the readings the torque is assumed to be that of its last period
         periods = min(max(sample - last, 1), self._longest_gap)
         angles = []
@@ -256,13 +256,12 @@ class StateEstimator:
             angles.append((made, self._near_elbow))
         fixes = [one for one in seen if self._sees and math.isfinite(one.x + one.y + one.deviation)]
         memory, start = with_readings(model, self._memory, sample, periods, q11, q21, tau1, tau2, rates, angles, fixes)
-        stepped = self._step(model, memory, start, self._pending(sample), 0)
-        self.squared = stepped.squared
-        if sample - last > self._longest_gap:
-            self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
         # exactly zero is what the guard commands once a fault is latched
         coasts = self._newest_command == (0.0, 0.0)
-        self._frozen = after_readings(model, self._frozen, q11, q21, stepped.predicted, sample - last > 1, coasts)
+        stepped = self._step(model, memory, self._frozen, start, self._pending(sample), 0, coasts)
+        self.squared, self._frozen = stepped.squared, stepped.frozen
+        if sample - last > self._longest_gap:
+            self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
         return stepped.prediction
 
     def _reason(self, trip: int, ahead: Prediction) -> str:

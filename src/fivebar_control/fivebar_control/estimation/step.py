@@ -1,8 +1,8 @@
 """The estimator's sequence of steps from sample to sample, as pure functions that the engine compiles as they stand.
 
-First update, update, prediction over the drives' delay, test for ambiguity. `StateEstimator` calls them for the node
-and the offline runner, and adds what is not the filter: missing commands, gaps, latched faults, the checks of homing
-and of frozen encoders.
+First update, update, watch for frozen encoders, prediction over the drives' delay, test for ambiguity.
+`StateEstimator` calls them for the node and the offline runner, and adds what is not the filter: missing commands,
+gaps, latched faults, the check of homing.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Estimate, advanced, guessed, predicted
 from fivebar_control.estimation.encoder import Angle, first_angle, next_angle, with_variance
+from fivebar_control.estimation.frozen import FrozenMemory, after_readings
 from fivebar_control.estimation.gyro_watch import gyro_fault, unheard
 from fivebar_control.estimation.history import (
     ELBOW,
@@ -117,13 +118,14 @@ class EstimatorStep(NamedTuple):
     """Result of a sample: of the update by its readings, and of the prediction from there.
 
     Attributes:
-        predicted, squared: as in `Update`.
+        squared: as in `Update`.
         prediction: over the drives' delay.
+        frozen: what the watch for frozen encoders has seen.
     """
 
-    predicted: Estimate
     squared: Misfit
     prediction: Prediction
+    frozen: FrozenMemory
 
 
 def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -> EstimatorMemory:
@@ -142,17 +144,22 @@ def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -
 def estimator_step(
     model: EstimatorModel,
     memory: EstimatorMemory,
+    frozen: FrozenMemory,
     start: int,
     commands: Sequence[tuple[float, float]] | NDArray[np.float64],
     first: int,
+    coasts: bool,
 ) -> EstimatorStep:
-    """Return the result of the estimator for a sample: `next_update`, then `prediction`.
+    """Return the result of the estimator for a sample: `next_update`, `after_readings`, then `prediction`.
 
-    Both in one call, since to hand over the constants to machine code takes as long as either. After the first
-    readings there is nothing to update, and `start` is 1.
+    All in one call, since to hand over the constants to machine code takes as long as any of them. After the first
+    readings there is nothing to update, and `start` is 1. `coasts` says whether no torque is commanded any more.
     """
     updated = next_update(model, memory, start)
-    return EstimatorStep(updated.predicted, updated.squared, prediction(model, updated.memory, commands, first))
+    if start <= memory.newest:
+        gap = memory.history.inputs[row_of(memory.history, memory.newest), PERIODS] > 1.0
+        frozen = after_readings(model, frozen, memory.last1, memory.last2, updated.predicted, gap, coasts)
+    return EstimatorStep(updated.squared, prediction(model, updated.memory, commands, first), frozen)
 
 
 def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> Update:
