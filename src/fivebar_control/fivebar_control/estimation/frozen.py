@@ -8,7 +8,9 @@ together:
 * the motor cannot have stopped: its readings had been changing so fast that it cannot stop within a count, however it
   is braked; or the predictions have gone far away from the reading while the other motor turned.
 
-Otherwise what contradicts the model may be anything else, and is not given this name.
+Otherwise what contradicts the model may be anything else, and is not given this name. Where an encoder freezes just as
+its motor turns back, its readings were not changing fast, and the predictions take a tenth of a second or more to go
+away: `tracking_lost` may come first.
 
 Without torque both motors come to rest, light links on friction within a sample or two, and samples of drives that are
 stopped need not be evenly spaced, so that the predictions are off: then a reading must also stay while the other motor

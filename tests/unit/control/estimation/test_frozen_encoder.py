@@ -173,6 +173,17 @@ def test_a_frozen_reading_is_noticed(crossing: tuple[Scenario, OfflineRun], firs
     assert 1 <= sample.number - first <= 9
 
 
+@pytest.mark.parametrize("motor", [1, 2])
+@pytest.mark.parametrize("first", [48, 50])
+def test_a_reading_that_freezes_where_its_motor_turns_back_stops_the_robot_later(first: int, motor: int) -> None:
+    """Its pace tells nothing there. Either the prediction has gone away in the end, or the robot has left its path."""
+    errors = {"frozen_motor": motor, "frozen_from": first / 100}
+    (fault,) = simulate(encoder_scenario("middle", 1.0, (400.0, 40.0), {"encoders": errors}, rate_hz=100)).faults
+    name, _, words = fault.partition(": at sample ")
+    assert name in ("encoder_frozen", "tracking_lost")
+    assert first + 9 < int(words.split()[0].rstrip(":")) < first + 40
+
+
 @pytest.mark.parametrize("coasting", [False, True])
 def test_the_commanded_torque_decides(crossing: tuple[Scenario, OfflineRun], coasting: bool) -> None:
     """Two readings that stay from a sample on are of a robot at rest if the guard has taken the torque before."""
