@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Generic, NamedTuple, TypeVar
 
+from fivebar_bringup.recorded.summary import Summary
+
 S = TypeVar("S")
 
 
@@ -16,6 +18,11 @@ class GateClosed(Exception):
         super().__init__(f"{name}: {words}")
         self.name, self.words = name, words
         self.figures = dict(figures or {})
+
+
+def fault_or_outcome(summary: Summary) -> str:
+    """Return the name of a reason for which a run has not succeeded: its first fault, else its outcome."""
+    return summary.faults[0] if summary.faults else str(summary.outcome)
 
 
 class Findings(NamedTuple):

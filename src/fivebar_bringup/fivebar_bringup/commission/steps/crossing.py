@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fivebar_bringup.commission.session import Session
-from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
+from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep, fault_or_outcome
 from fivebar_bringup.commission.steps.rehearsal import chosen_crossings
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.report.outcome_words import outcome_details
@@ -35,8 +35,8 @@ def _crossed(session: Session, scenarios: list[Scenario]) -> Findings:
         figures[f"{name}: largest error, mm"] = None if peak is None else round(1e3 * peak, 3)
         figures[f"{name}: largest torques, Nm"] = list(summary.torque_peak_nm)
         if summary.outcome is not RunOutcome.SUCCEEDED:
-            reason = summary.faults[0] if summary.faults else str(summary.outcome)
-            raise GateClosed(reason, f"{name}: {outcome_details(summary)}: look at {folder.path}", figures)
+            became = f"{summary.outcome}{outcome_details(summary)}"
+            raise GateClosed(fault_or_outcome(summary), f"{name}: {became}: look at {folder.path}", figures)
         words.append(f"{name}: at most {in_millimetres(peak or 0.0)} off, tolerance {in_millimetres(limit)}")
     return Findings("; ".join(words), figures, tuple(pages))
 

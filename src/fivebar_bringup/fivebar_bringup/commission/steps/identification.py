@@ -6,7 +6,7 @@ from typing import Any
 
 from fivebar_bringup.commission.motions import exciting_points
 from fivebar_bringup.commission.session import Session
-from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
+from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep, fault_or_outcome
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.recorded.summary import Summary
@@ -106,7 +106,7 @@ def finished(summary: Summary, directory: RunDirectory) -> None:
     if summary.outcome not in (RunOutcome.SUCCEEDED, RunOutcome.OFF_REFERENCE):
         details = [*summary.fault_details, *summary.not_completed_because]
         raise GateClosed(
-            summary.faults[0] if summary.faults else str(summary.outcome),
+            fault_or_outcome(summary),
             f"{details[0] if details else summary.outcome}: look at {directory.path}",
         )
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fivebar_bringup.commission.crossings import USED, as_found
 from fivebar_bringup.commission.session import Session
-from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
+from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep, fault_or_outcome
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.report.outcome_words import outcome_details
 from fivebar_bringup.runs.offline import run_offline
@@ -56,10 +56,10 @@ def _rehearsed(session: Session, scenario: Scenario, name: str) -> tuple[str, Ga
     plant.use_machine_code(compiled_motion())
     folder, summary = run_offline(found, session.new_folder("rehearsal"), _unheard, False, plant=plant)
     peak = max((torque or 0.0) for torque in summary.torque_peak_nm)
-    words = f"{summary.outcome}, {outcome_details(summary)}, {peak:.3g} Nm"
+    became = f"{summary.outcome}{outcome_details(summary)}"
+    words = f"{became}, {peak:.3g} Nm"
     if summary.outcome is not RunOutcome.SUCCEEDED:
-        reason = summary.faults[0] if summary.faults else str(summary.outcome)
-        return words, GateClosed(reason, f"rehearsed {name}: {outcome_details(summary)}: look at {folder.path}")
+        return words, GateClosed(fault_or_outcome(summary), f"rehearsed {name}: {became}: look at {folder.path}")
     if peak > TORQUE_SHARE * session.allowed.torque:
         allowed = f"{session.allowed.torque:g} Nm are allowed"
         return words, GateClosed("too_little_torque", f"rehearsed {name} it takes {peak:.3g} Nm, {allowed}")
