@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Protocol
@@ -13,7 +13,7 @@ from fivebar_bringup.commission.step import GateClosed
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.hardware.connection import connect
+from fivebar_control.hardware.drive_interface import DriveInterface
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.imu import ImuSettings
 
@@ -61,16 +61,14 @@ class RobotBench(Protocol):
 
 
 @contextmanager
-def opened_drives(drives: Path, allowed: Allowed) -> Iterator[AllowedDrives]:
-    """Have the drives of a configuration open within a block.
+def opened_drives(open_drives: Callable[[], DriveInterface], allowed: Allowed) -> Iterator[AllowedDrives]:
+    """Have drives open within a block, by what opens them and sets them up.
 
     Raises:
         GateClosed: a drive is missing, cannot be set up, or has had a fault within the block.
-        InputError: the configuration is wrong.
     """
     try:
-        opened = connect(str(drives)).open()
-        with without_torque_afterwards(opened, allowed) as found:
+        with without_torque_afterwards(open_drives(), allowed) as found:
             yield found
     except DriveError as error:
         raise GateClosed(error.fault.name, error.fault.detail) from error

@@ -7,18 +7,18 @@ answers alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
-from fivebar_bringup.commission.limits import Allowed, AllowedDrives, without_torque_afterwards
+from fivebar_bringup.commission.bench import opened_drives
+from fivebar_bringup.commission.limits import Allowed, AllowedDrives
 from fivebar_bringup.commission.person import Lead, Person, PutAt, Task, Turn
 from fivebar_bringup.commission.record import imu_keys
-from fivebar_bringup.commission.step import GateClosed
 from fivebar_bringup.motions.start import HOME_MODE
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
@@ -26,8 +26,8 @@ from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.guided import GuidedSample, pulled, write_guided_bag
 from fivebar_bringup.simulation.mechanism_code import compiled_motion
-from fivebar_control.hardware.fault import DriveError
-from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_control.hardware.drive_interface import set_up_or_closed
+from fivebar_control.hardware.motors_file import load_motors
 from fivebar_control.hardware.two_motors import PairAnswer, PairCommand, ShaftReading, TwoMotors
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints
@@ -291,21 +291,10 @@ class PracticeBench:
         """Simulated time so far (s)."""
         return self.robot.samples * self.robot.period
 
-    @contextmanager
-    def opened(self, drives: Path, allowed: Allowed) -> Iterator[AllowedDrives]:
+    def opened(self, drives: Path, allowed: Allowed) -> AbstractContextManager[AllowedDrives]:
         """Have the drives open within a block."""
-        with self._opened(load_motors(str(drives)), allowed) as (found, _):
-            yield found
-
-    @contextmanager
-    def _opened(self, file: MotorsFile, allowed: Allowed) -> Iterator[tuple[AllowedDrives, TwoMotors]]:
-        try:
-            pair = _Motors(file, _Wires(self.robot))
-            pair.set_up()
-            with without_torque_afterwards(pair, allowed) as found:
-                yield found, pair
-        except DriveError as error:
-            raise GateClosed(error.fault.name, error.fault.detail) from error
+        motors = _Motors(load_motors(str(drives)), _Wires(self.robot))
+        return opened_drives(lambda: set_up_or_closed(motors), allowed)
 
     def wait(self) -> None:
         """Wait for nothing: a cycle moves the time on."""
@@ -318,7 +307,7 @@ class PracticeBench:
         plant = as_it_is.plant
         queue: ReadingQueue[ImuReading] = imu_queue(as_it_is.imu, plant.gyroscope, rate_hz, plant.seed)
         samples = []
-        with self._opened(load_motors(str(drives)), Allowed(scenario.torque_limit or 0.0, math.inf)) as (found, _):
+        with self.opened(drives, Allowed(scenario.torque_limit or 0.0, math.inf)) as found:
             for number in range(path.samples(rate_hz) + 1):
                 truth, reading = robot.motors.plant.truth(), robot.motors.plant.measure_imu()
                 pull_x, pull_y = pulled(robot.actual, robot.state, path.at(number / rate_hz))
@@ -337,8 +326,8 @@ class PracticeBench:
     def run(self, scenario: Scenario, drives: Path, out: Path, page: bool) -> tuple[RunDirectory, Summary]:
         """Run a scenario in simulated time, through the drives."""
         allowed = Allowed(scenario.torque_limit or math.inf, scenario.safety.joint_speed_limit)
-        with self._opened(load_motors(str(drives)), allowed) as (found, pair):
-            pair.enable(LOADING)
+        with self.opened(drives, allowed) as found:
+            found.enable(LOADING)
             driven = _DrivenRobot(self.robot, found)
             run, summary = run_offline(self._as_it_is(scenario), out, lambda done, total: None, page, plant=driven)
         return run, summary

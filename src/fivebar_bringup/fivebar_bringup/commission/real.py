@@ -21,6 +21,7 @@ from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directo
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.hardware.connection import connect
 from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, IMU_FRAME, MOTOR_STATES
@@ -61,7 +62,7 @@ class RealBench:
 
     def opened(self, drives: Path, allowed: Allowed) -> AbstractContextManager[AllowedDrives]:
         """Have the drives open within a block."""
-        return opened_drives(drives, allowed)
+        return opened_drives(connect(str(drives)).open, allowed)
 
     def wait(self) -> None:
         """Wait for the next cycle."""
