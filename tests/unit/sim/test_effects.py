@@ -21,7 +21,7 @@ from fivebar_description.transmission import Transmission
 from fivebar_sim.effects.bus import BusEffects, lost_commands
 from fivebar_sim.effects.encoders import EncoderDisc, EncoderErrors, angle_seen_as, seen
 from fivebar_sim.effects.friction import FrictionCurve, FrictionEffects, bristle_after, friction, stribeck
-from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.effects.links import LinkErrors, with_another_model, with_links
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt, push_at
 from fivebar_sim.effects.mechanism import MAX_STEP, Mechanism, actual_robot, mechanism_of
 from fivebar_sim.effects.mechanism_state import MechanismState
@@ -358,6 +358,14 @@ def test_the_robot_starts_where_its_encoders_say(dextar: FiveBar) -> None:
     assert plant.measure().of_motors()[0] == pytest.approx(home(dextar)[::2], abs=1e-12)
     there = state_from_joints(actual_robot(dextar, effects), *plant.joints.tolist(), 0.0, 0.0, 0.0, 0.0)
     assert 1e-4 < math.dist((there.x, there.y), HOME) < 2e-3
+
+
+def test_a_robot_stays_the_same_beside_another_model_of_it(dextar: FiveBar) -> None:
+    links = LinkErrors(1e-4, -2e-4, 3e-4, -1e-4, 2e-4, -3e-4, -7e-5)
+    model = with_links(dextar, LinkErrors(2e-4, 1e-4, -1e-4, 0.0, 1e-4))
+    left = with_another_model(links, dextar, model)
+    assert with_links(model, left) == pytest.approx(with_links(dextar, links), abs=1e-15)
+    assert left.distal_inertia == links.distal_inertia
 
 
 def test_motor_encoders_are_on_the_rotors_side(dextar: FiveBar) -> None:

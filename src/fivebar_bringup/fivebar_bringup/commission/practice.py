@@ -37,6 +37,7 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.settings import Section
 from fivebar_description.strict_yaml import read_yaml
+from fivebar_sim.effects.links import with_another_model
 from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.motors.configuration import MotorsEmulationFile
@@ -334,16 +335,7 @@ class PracticeBench:
 
     def _as_it_is(self, scenario: Scenario) -> Scenario:
         """Return a scenario that says what the robot is like beside its file, for judging its run by the truth."""
-        drawn, known = self._drawn.five_bar(), scenario.five_bar()
-        true = self._file.effects.links
-        links = true._replace(
-            l_11=true.l_11 + drawn.leg1.proximal - known.leg1.proximal,
-            l_12=true.l_12 + drawn.leg1.distal - known.leg1.distal,
-            l_21=true.l_21 + drawn.leg2.proximal - known.leg2.proximal,
-            l_22=true.l_22 + drawn.leg2.distal - known.leg2.distal,
-            base_1=true.base_1 + drawn.leg1.base_x - known.leg1.base_x,
-            base_2=true.base_2 + drawn.leg2.base_x - known.leg2.base_x,
-        )
+        links = with_another_model(self._file.effects.links, self._drawn.five_bar(), scenario.five_bar())
         imu = scenario.imu
         if self._file.imu is not None:
             imu = imu._replace(clock_offset=self._file.imu.clock_offset, lost=self._file.imu.lost)

@@ -50,3 +50,15 @@ def with_links(robot: FiveBar, links: LinkErrors) -> FiveBar:
         leg(robot.leg2, links.base_2, links.l_21, links.l_22),
         robot.mass,
     )
+
+
+def with_another_model(links: LinkErrors, before: FiveBar, after: FiveBar) -> LinkErrors:
+    """Return the errors of the same actual robot where its model was one robot, and is another."""
+    return links._replace(
+        l_11=links.l_11 + before.leg1.proximal - after.leg1.proximal,
+        l_12=links.l_12 + before.leg1.distal - after.leg1.distal,
+        l_21=links.l_21 + before.leg2.proximal - after.leg2.proximal,
+        l_22=links.l_22 + before.leg2.distal - after.leg2.distal,
+        base_1=links.base_1 + before.leg1.base_x - after.leg1.base_x,
+        base_2=links.base_2 + before.leg2.base_x - after.leg2.base_x,
+    )

@@ -19,6 +19,7 @@ from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.robot_file import Lengths, RobotFile
 from fivebar_description.strict_yaml import yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
+from fivebar_sim.effects.links import with_another_model
 
 INTERVALS = f"{100.0 * CONFIDENCE:.0f} % intervals"
 
@@ -181,14 +182,7 @@ class CalibrationResult(NamedTuple):
         if self.scenario is None or (not any(self.scenario.plant.links) and not any(self.scenario.plant.encoders)):
             return None
         plant, before, after = self.scenario.plant, self.start.five_bar(), self.robot_file().five_bar()
-        links = plant.links._replace(
-            l_11=plant.links.l_11 + before.leg1.proximal - after.leg1.proximal,
-            l_12=plant.links.l_12 + before.leg1.distal - after.leg1.distal,
-            l_21=plant.links.l_21 + before.leg2.proximal - after.leg2.proximal,
-            l_22=plant.links.l_22 + before.leg2.distal - after.leg2.distal,
-            base_1=plant.links.base_1 + before.leg1.base_x - after.leg1.base_x,
-            base_2=plant.links.base_2 + before.leg2.base_x - after.leg2.base_x,
-        )
+        links = with_another_model(plant.links, before, after)
         one, two = self.zeros()
         encoders = plant.encoders._replace(zero_1=plant.encoders.zero_1 - one, zero_2=plant.encoders.zero_2 - two)
         return self.scenario.model_copy(
