@@ -26,6 +26,7 @@ from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.guided import GuidedSample, pulled, write_guided_bag
 from fivebar_bringup.simulation.mechanism_code import compiled_motion
+from fivebar_bringup.studies.engine.running import silent
 from fivebar_control.hardware.drive_interface import set_up_or_closed
 from fivebar_control.hardware.motors_file import load_motors
 from fivebar_control.hardware.two_motors import PairAnswer, PairCommand, ShaftReading, TwoMotors
@@ -330,7 +331,7 @@ class PracticeBench:
         with self.opened(drives, allowed) as found:
             found.enable(LOADING)
             driven = _DrivenRobot(self.robot, found)
-            run, summary = run_offline(self._as_it_is(scenario), out, lambda done, total: None, page, plant=driven)
+            run, summary = run_offline(self._as_it_is(scenario), out, silent, page, plant=driven)
         return run, summary
 
     def _as_it_is(self, scenario: Scenario) -> Scenario:

@@ -21,6 +21,7 @@ from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directo
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.engine.running import silent
 from fivebar_control.hardware.connection import connect
 from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_description.imu import ImuSettings
@@ -101,7 +102,7 @@ class RealBench:
         real = RealDrives(str(drives), None, activate=True)
         # an IMU is in the domain of its driver
         domain = None if self._imu is None else domain_of_environment()
-        return run_with_ros(scenario, Mode.REALTIME, out, domain, _unheard, with_page=page, real=real)
+        return run_with_ros(scenario, Mode.REALTIME, out, domain, silent, with_page=page, real=real)
 
 
 class _Answering(threading.Thread):
@@ -135,7 +136,3 @@ def write_led_bag(samples: list[LedSample], readings: list[StampedReading], dire
             message = serialize.imu(one.stamp, IMU_FRAME, one.angular_velocity, one.acceleration)
             bag.write(IMU_DATA, one.stamp, message)
         bag.close({})
-
-
-def _unheard(done: int, total: int) -> None:
-    """Tell nobody how far a run is."""

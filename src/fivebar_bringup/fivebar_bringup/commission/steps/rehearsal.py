@@ -13,6 +13,7 @@ from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.mechanism_code import compiled_motion
+from fivebar_bringup.studies.engine.running import silent
 from fivebar_sim.plant import Plant
 
 TORQUE_SHARE = 0.9
@@ -54,7 +55,7 @@ def _rehearsed(session: Session, scenario: Scenario, name: str) -> tuple[str, Ga
     found = as_found(session, scenario)
     plant = Plant(found.five_bar(), found.initial_joints(), found.rate_hz, found.plant, found.imu)
     plant.use_machine_code(compiled_motion())
-    folder, summary = run_offline(found, session.new_folder("rehearsal"), _unheard, False, plant=plant)
+    folder, summary = run_offline(found, session.new_folder("rehearsal"), silent, False, plant=plant)
     peak = max((torque or 0.0) for torque in summary.torque_peak_nm)
     became = f"{summary.outcome}{outcome_details(summary)}"
     words = f"{became}, {peak:.3g} Nm"
@@ -64,10 +65,6 @@ def _rehearsed(session: Session, scenario: Scenario, name: str) -> tuple[str, Ga
         allowed = f"{session.allowed.torque:g} Nm are allowed"
         return words, GateClosed("too_little_torque", f"rehearsed {name} it takes {peak:.3g} Nm, {allowed}")
     return words, None
-
-
-def _unheard(done: int, total: int) -> None:
-    """Tell nobody how far a run is."""
 
 
 REHEARSAL = GatedStep(
