@@ -33,6 +33,7 @@ from fivebar_control.hardware.two_motors import PairAnswer, PairCommand, ShaftRe
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints
 from fivebar_control.model.state import Platform, State
+from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile, read_robot
@@ -229,9 +230,8 @@ class PractisedRobot:
         begin = self.state
 
         def wanted(time: float) -> Platform:
-            share = min(1.0, time / HAND_TIME)
-            ease = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
-            return Platform(begin.x + ease * (x - begin.x), begin.y + ease * (y - begin.y), 0.0, 0.0, 0.0, 0.0)
+            share = rest_to_rest(time / HAND_TIME)[0]
+            return Platform(begin.x + share * (x - begin.x), begin.y + share * (y - begin.y), 0.0, 0.0, 0.0, 0.0)
 
         self.by_hand(wanted, HAND_TIME + REST_TIME, GRIP)
 

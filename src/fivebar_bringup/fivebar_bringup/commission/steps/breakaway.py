@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
 from fivebar_bringup.commission.limits import AllowedDrives
@@ -67,7 +68,7 @@ def _breakaway(session: Session, drives: AllowedDrives, motor: int, largest: flo
         GateClosed: it does not move, moves the other way, or its drive applies another torque.
     """
     joint, rate_hz = ACTIVE_JOINTS[motor], session.drives.rate_hz
-    needed = max(MOVED, COUNTS * 6.2832 / session.drives.facts(joint).counts)
+    needed = max(MOVED, COUNTS * math.tau / session.drives.facts(joint).counts)
     window: deque[tuple[float, float]] = deque(maxlen=max(2, round(WITHIN * rate_hz)))
     try:
         for number in range(round(RISE_TIME * rate_hz)):
