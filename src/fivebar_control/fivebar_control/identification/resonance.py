@@ -82,6 +82,10 @@ LIMITS = (
 """Of the unknowns, for the steps of the fit."""
 
 
+class NoResonance(NotIdentifiable):
+    """The robot is rigid as far as the record can tell; the text says up to which frequency."""
+
+
 class Response(NamedTuple):
     """A frequency response to sweeps.
 
@@ -149,7 +153,8 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
         record: of a chirp of both motors' torques, alike and against each other, in one posture.
 
     Raises:
-        NotIdentifiable: the record is unsuitable, or shows no resonance.
+        NoResonance: the robot is rigid as far as the record can tell.
+        NotIdentifiable: the record is unsuitable, or determines no resonance.
     """
     inertia, response = inertia_at(robot, record), frequency_response(record)
     given, period = np.array([robot.leg1.inertia, robot.leg2.inertia]), 1.0 / record.rate_hz
@@ -179,7 +184,7 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
     found = min(fits, key=lambda one: one.cost)
     result = _resonance(inertia, given, response, period, found, highest)
     if rigid.cost < LEAST_GAIN * found.cost or any(leg.frequency.value > highest for leg in result.legs):
-        raise NotIdentifiable(
+        raise NoResonance(
             f"no resonance is visible up to {highest:.0f} Hz, so no transmission is softer than some"
             f" {highest / ASSEMBLED:.0f} Hz: the robot is rigid as far as this chirp can tell"
         )

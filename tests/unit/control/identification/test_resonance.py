@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from fivebar_control.identification.equations import Record
 from fivebar_control.identification.identification import NotIdentifiable
-from fivebar_control.identification.resonance import elastic_model, find_resonance, inertia_at, rigid_model
+from fivebar_control.identification.resonance import NoResonance, elastic_model, find_resonance, inertia_at, rigid_model
 from fivebar_control.laws.chirp import HIGHEST, ChirpSettings, chirp
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
@@ -67,7 +67,7 @@ def test_transmissions_come_back_with_intervals(frequencies: tuple[float, float]
 
 
 def test_a_rigid_robot_has_none_up_to_where_the_chirp_can_tell() -> None:
-    with pytest.raises(NotIdentifiable, match=r"no resonance is visible up to \d+ Hz.* rigid as far as"):
+    with pytest.raises(NoResonance, match=r"no resonance is visible up to \d+ Hz.* rigid as far as"):
         find_resonance(ROBOT, chirped(None))
 
 

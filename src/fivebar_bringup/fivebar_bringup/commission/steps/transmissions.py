@@ -8,6 +8,7 @@ from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_bringup.commission.steps.identification import finished
 from fivebar_bringup.studies.identify.resonance import resonance_of_bag
+from fivebar_control.identification.resonance import NoResonance
 from fivebar_description.strict_yaml import InputError
 
 AMPLITUDE = 4.0
@@ -25,8 +26,6 @@ FROM_HZ, TO_HZ = 10.0, 200.0
 
 OFF_BY = 0.03
 """Distance (m) from its place at which the robot is stopped."""
-
-NOT_VISIBLE = "no resonance is visible"
 
 ASSUMED_HZ = 150.0
 """Frequency that is assumed of transmissions whose resonance is not visible."""
@@ -63,11 +62,10 @@ def run(session: Session) -> Findings:
     try:
         found = resonance_of_bag(folder.path, str(session.robot_path))
     except InputError as error:
-        if NOT_VISIBLE not in str(error):
+        if not isinstance(error.__cause__, NoResonance):
             raise
         session.learn(transmissions={"frequency": ASSUMED_HZ, "rotor_share": 0.7})
-        words = str(error).partition(NOT_VISIBLE)[2].strip(" :")
-        return Findings(f"{NOT_VISIBLE} {words}: the default gains bear such transmissions", figures)
+        return Findings(f"{error.__cause__}: the default gains bear such transmissions", figures)
     legs = found.found.legs
     share = sum(leg.rotor_share.value for leg in legs) / 2.0
     session.learn(

@@ -80,7 +80,7 @@ def resonance_of_bag(path: Path, robot: str | None = None, namespace: str | None
     """Find the transmissions of the robot of a bag or of a run's directory.
 
     Raises:
-        InputError: the bag, the robot or the motion is unsuitable, or no resonance is visible.
+        InputError: the bag, the robot or the motion is unsuitable, or no resonance is visible, by a `NoResonance`.
         BagError: the bag cannot be read or lacks a topic.
     """
     source = find_bag(path, namespace)
