@@ -75,7 +75,18 @@ def commission(
     tell = complain if as_json else say
     with input_errors(), keyboard_interrupts():
         session = begun(
-            robot, torque, speed, drives, practice, answers, again, last, out, imu_rate, tell, sys.stdin.readline
+            robot=robot,
+            torque=torque,
+            speed=speed,
+            drives=drives,
+            practice=practice,
+            answers=answers,
+            again=again,
+            last=last,
+            out=out,
+            imu_rate_hz=imu_rate,
+            tell=tell,
+            read=sys.stdin.readline,
         )
         words = f"left: {session.folder} has what was found, and the same command resumes"
         with resumable(words):

@@ -56,18 +56,18 @@ def test_drives_on_a_bus_are_put_right_and_left_without_power(tmp_path: Path, mo
     with served(BUS, ODriveBus, ERRORS, ids, motors=facts, period_us=UNHURRIED["period_us"]) as emulation:
         person = HandAtTheEmulation(emulation)
         session = begun(
-            "dextar",
-            2.0,
-            6.0,
-            str(given),
-            None,
-            None,
-            None,
-            "zero",
-            tmp_path / "out",
-            0,
-            person.told.append,
-            person.read,
+            robot="dextar",
+            torque=2.0,
+            speed=6.0,
+            drives=str(given),
+            practice=None,
+            answers=None,
+            again=None,
+            last="zero",
+            out=tmp_path / "out",
+            imu_rate_hz=0,
+            tell=person.told.append,
+            read=person.read,
         )
         ended = commission(session, "zero")
         assert ended.passed, ended.words

@@ -40,6 +40,7 @@ PRACTICE_FILE = "practice.yaml"
 
 
 def begun(
+    *,
     robot: str,
     torque: float,
     speed: float,
@@ -52,7 +53,6 @@ def begun(
     imu_rate_hz: int,
     tell: Callable[[str], None],
     read: Callable[[], str],
-    machine_code: bool = True,
 ) -> Session:
     """Return the session of a command's options; see the command.
 
@@ -60,7 +60,6 @@ def begun(
         robot, torque, speed, drives, practice, answers, again, last, out, imu_rate_hz: as given.
         tell: prints a line.
         read: reads a line of standard input.
-        machine_code: whether a simulated robot moves by machine code.
 
     Raises:
         InputError: an option is wrong, or the directory is that of something else.
@@ -79,14 +78,14 @@ def begun(
         raise InputError("--imu-rate: expected without --practice, whose IMU is simulated")
     stem = re.sub(r"[^\w.-]+", "-", file.name)
     folder = out or Path("runs") / f"commission-{stem}"
-    given = _drives_of(robot, drives) if practice is None else ""
+    given = _drives_of(file, drives) if practice is None else ""
     asked = CommissionState(robot=robot, drives=given, practice=practice or "", torque_nm=torque, speed_rad_s=speed)
     state = resumed(folder, asked)
     if again is not None:
         state = state.before(again)
     with write_errors(folder), _nothing_left_of(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        return _session(folder, robot, file, state, answers, imu_rate_hz, tell, read, machine_code)
+        return _session(folder, robot, file, state, answers, imu_rate_hz, tell, read)
 
 
 @contextmanager
@@ -110,7 +109,6 @@ def _session(
     imu_rate_hz: int,
     tell: Callable[[str], None],
     read: Callable[[], str],
-    machine_code: bool,
 ) -> Session:
     """Write the files that are not in the folder yet, and return the session."""
     torque, speed, practice = state.torque_nm, state.speed_rad_s, state.practice
@@ -124,7 +122,7 @@ def _session(
     person: Person | None = None
     if practice:
         simulated = _practice_in(folder, robot, practice, torque)
-        bench = PracticeBench(simulated, machine_code)
+        bench = PracticeBench(simulated)
         person = PractisedPerson(bench.robot)
     else:
         _write_drives(folder, state.drives, torque)
@@ -137,15 +135,14 @@ def _session(
     return Session(folder, state, bench, person, tell)
 
 
-def _drives_of(robot: str, drives: str | None) -> str:
+def _drives_of(file: RobotFile, drives: str | None) -> str:
     """Return the configuration of real drives, by name or path.
 
     Raises:
         InputError: none is given, and the robot has none of its own.
     """
-    interface = read_robot(robot).drives.interface
     named = drives and interface_of(drives)
-    kind = drive_kind(named or interface)
+    kind = drive_kind(named or file.drives.interface)
     confirm_installed(kind)
     configuration = drives or run_files_of(kind).real_drives
     if not configuration:
