@@ -10,7 +10,7 @@ from served_motors import UNHURRIED, bridge_file, served
 
 from fivebar_bringup.commission.record import STATE_FILE
 from fivebar_bringup.commission.session import DRIVES_FILE
-from fivebar_bringup.commission.steps import breakaway
+from fivebar_bringup.commission.steps import begin, breakaway
 from fivebar_bringup.commission.steps.begin import begun
 from fivebar_bringup.commission.steps.sequence import commission
 from fivebar_control.hardware.motors_file import load_motors
@@ -22,6 +22,24 @@ from fivebar_sim.motors.odrive import ERRORS, ODriveBus
 
 BUS = "odrive"
 TURN = math.radians(20.0)
+
+
+def options(out: Path) -> dict[str, object]:
+    """Options of a commissioning in a directory."""
+    return {
+        "robot": "dextar",
+        "torque": 2.0,
+        "speed": 6.0,
+        "drives": "odrive",
+        "practice": None,
+        "answers": None,
+        "again": None,
+        "last": None,
+        "out": out,
+        "imu_rate_hz": 0,
+        "tell": print,
+        "read": lambda: "",
+    }
 
 
 class HandAtTheEmulation:
@@ -102,21 +120,25 @@ def test_drives_on_a_bus_are_put_right_and_left_without_power(tmp_path: Path, mo
     ],
 )
 def test_options_that_cannot_be_are_refused_in_a_line(tmp_path: Path, changed: dict[str, object], message: str) -> None:
-    given: dict[str, object] = {
-        "robot": "dextar",
-        "torque": 2.0,
-        "speed": 6.0,
-        "drives": "odrive",
-        "practice": None,
-        "answers": None,
-        "again": None,
-        "last": None,
-        "out": tmp_path / "out",
-        "imu_rate_hz": 0,
-        "tell": print,
-        "read": lambda: "",
-    }
     with pytest.raises(InputError, match=message):
-        begun(**(given | changed))  # type: ignore[arg-type]
+        begun(**(options(tmp_path / "out") | changed))  # type: ignore[arg-type]
     # so that the same directory can be used with better ones
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("existed", [False, True])
+def test_an_interrupt_while_it_begins_leaves_nothing_in_the_way_of_the_same_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, existed: bool
+) -> None:
+    def interrupted(*_: object) -> None:
+        # as while machine code is compiled
+        raise KeyboardInterrupt
+
+    out = tmp_path / "out"
+    if existed:
+        out.mkdir()
+    monkeypatch.setattr(begin, "PracticeBench", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        begun(**(options(out) | {"practice": "1", "drives": None}))  # type: ignore[arg-type]
+    assert out.exists() is existed
+    assert not existed or not any(out.iterdir())

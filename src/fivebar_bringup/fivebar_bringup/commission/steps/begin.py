@@ -22,7 +22,7 @@ from fivebar_bringup.commission.practice import (
     read_practice,
 )
 from fivebar_bringup.commission.real import RealBench
-from fivebar_bringup.commission.record import CommissionState, resumed
+from fivebar_bringup.commission.record import STATE_FILE, CommissionState, resumed
 from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, TOLERATED, Session
 from fivebar_bringup.commission.steps.sequence import STEPS
 from fivebar_bringup.drives.choice import run_files_of
@@ -90,13 +90,15 @@ def begun(
 
 @contextmanager
 def _nothing_left_of(folder: Path) -> Iterator[None]:
-    """Remove a folder that did not exist before, where the block refuses its input."""
-    existed = folder.exists()
+    """Leave a folder missing or empty as it was, where a block that begins there is refused or interrupted."""
+    existed, resumes = folder.exists(), (folder / STATE_FILE).exists()
     try:
         yield
-    except InputError:
-        if not existed:
+    except BaseException:
+        if not resumes:
             shutil.rmtree(folder, ignore_errors=True)
+            if existed:
+                folder.mkdir(exist_ok=True)
         raise
 
 
