@@ -14,8 +14,9 @@ from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, 
 
 STATE_FILE = "commission.yaml"
 
-PASSED: Literal["passed"] = "passed"
-CLOSED: Literal["closed"] = "closed"
+Outcome = Literal["passed", "closed"]
+PASSED: Outcome = "passed"
+CLOSED: Outcome = "closed"
 
 NonNegative = Annotated[float, Field(ge=0.0)]
 
@@ -41,7 +42,7 @@ class StepRecord(StrictModel):
     """
 
     step: str
-    outcome: Literal["passed", "closed"]
+    outcome: Outcome
     words: str
     figures: dict[str, Any] = Field(default_factory=dict)
     pages: Annotated[tuple[str, ...], Field(strict=False)] = ()

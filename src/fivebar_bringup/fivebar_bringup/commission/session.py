@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +98,7 @@ class Session:
         runs.mkdir(exist_ok=True)
         return next(path for number in itertools.count(1) if not (path := runs / f"{name}_{number}").exists())
 
-    def opened(self) -> Any:
+    def opened(self) -> AbstractContextManager[AllowedDrives]:
         """Have the drives open within a block, without torque."""
         return self.bench.opened(self.drives_path, self.allowed)
 

@@ -6,7 +6,7 @@ import time
 from typing import NamedTuple
 
 from fivebar_bringup.commission.page import write_page
-from fivebar_bringup.commission.record import CLOSED, PASSED, StepRecord
+from fivebar_bringup.commission.record import CLOSED, PASSED, Outcome, StepRecord
 from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_bringup.commission.steps.assessment import ASSESSMENT
@@ -72,17 +72,16 @@ def commission(session: Session, last: str | None = None) -> Ended:
 
 def _record_of(session: Session, step: GatedStep[Session]) -> StepRecord:
     began, on_robot, asked = time.monotonic(), session.bench.time, session.person.asked
-    outcome: str = PASSED
+    outcome: Outcome = PASSED
     try:
         found = step.run(session)
-    except (GateClosed, InputError) as error:
-        outcome = CLOSED
-        figures = error.figures if isinstance(error, GateClosed) else {}
-        words = str(error) if isinstance(error, GateClosed) else f"refused: {error}"
-        found = Findings(words, figures)
+    except GateClosed as closed:
+        outcome, found = CLOSED, Findings(str(closed), closed.figures)
+    except InputError as error:
+        outcome, found = CLOSED, Findings(f"refused: {error}")
     return StepRecord(
         step=step.name,
-        outcome=CLOSED if outcome == CLOSED else PASSED,
+        outcome=outcome,
         words=found.words,
         figures=dict(found.figures),
         pages=found.pages,
