@@ -43,7 +43,9 @@ class RobotBench(Protocol):
         """Wait for the next cycle of the drives."""
         ...
 
-    def led(self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path) -> RunDirectory:
+    def record_by_hand(
+        self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path
+    ) -> RunDirectory:
         """Record a motion by hand, without power, along a scenario's waypoints.
 
         Raises:

@@ -34,7 +34,7 @@ USED = 3
 """Crossings that are made of those that are likely enough."""
 
 
-class LikelyCrossing(NamedTuple):
+class TriedCrossing(NamedTuple):
     """A crossing there and back, and on how many drawn robots it succeeds."""
 
     scenario: Scenario
@@ -85,7 +85,7 @@ def planned_crossing(session: Session, duration: float | Speed) -> Scenario:
     )
 
 
-def likely_crossings(session: Session, robots: int) -> tuple[list[LikelyCrossing], list[LikelyCrossing]]:
+def likely_crossings(session: Session, robots: int) -> tuple[list[TriedCrossing], list[TriedCrossing]]:
     """Return the crossings that are likely enough to succeed, from slow to fast, and those that are not.
 
     Raises:
@@ -99,7 +99,7 @@ def likely_crossings(session: Session, robots: int) -> tuple[list[LikelyCrossing
     except InputError as error:
         raise GateClosed("no_crossing", str(error)) from error
     one_way = sum(first.durations()) / 2.0
-    enough, unlikely = list[LikelyCrossing](), list[LikelyCrossing]()
+    enough, unlikely = list[TriedCrossing](), list[TriedCrossing]()
     for factor in FACTORS:
         try:
             scenario = first if factor == 1.0 else planned_crossing(session, round(factor * one_way, 3))
@@ -107,7 +107,7 @@ def likely_crossings(session: Session, robots: int) -> tuple[list[LikelyCrossing
             continue
         tried = as_found(session, scenario)
         odds = declared_odds(tried, robots)
-        (enough if odds.share >= scenario.risk.success else unlikely).append(LikelyCrossing(scenario, odds))
+        (enough if odds.share >= scenario.risk.success else unlikely).append(TriedCrossing(scenario, odds))
     return enough, unlikely
 
 

@@ -161,7 +161,7 @@ def assumed_drives(practice: PracticeFile, torque_limit: float) -> dict[str, Any
 class _Wires:
     """The `MotorDriver` of emulated motors in the same process."""
 
-    def __init__(self, robot: PractisedRobot) -> None:
+    def __init__(self, robot: PracticeRobot) -> None:
         self._robot = robot
 
     def exchange(self, command: PairCommand, timeout: float) -> PairAnswer:
@@ -189,7 +189,7 @@ def _reading(state: ShaftState) -> ShaftReading:
     return ShaftReading(state.position, state.velocity, state.torque)
 
 
-class PractisedRobot:
+class PracticeRobot:
     """The simulated robot in simulated time."""
 
     def __init__(self, file: PracticeFile, machine_code: bool) -> None:
@@ -236,10 +236,10 @@ class PractisedRobot:
         self.by_hand(wanted, HAND_TIME + REST_TIME, GRIP)
 
 
-class PractisedPerson:
+class SimulatedPerson:
     """The person at the simulated robot: agrees to everything, and acts as well as a hand can."""
 
-    def __init__(self, robot: PractisedRobot) -> None:
+    def __init__(self, robot: PracticeRobot) -> None:
         """Stand at a robot."""
         self._robot = robot
         self.asked = 0
@@ -278,7 +278,7 @@ class PracticeBench:
 
     def __init__(self, file: PracticeFile, machine_code: bool = True) -> None:
         """Put the robot home."""
-        self.robot = PractisedRobot(file, machine_code)
+        self.robot = PracticeRobot(file, machine_code)
         self._file = file
         self._drawn: RobotFile = read_robot(file.robot)
 
@@ -301,7 +301,9 @@ class PracticeBench:
     def wait(self) -> None:
         """Wait for nothing: a cycle moves the time on."""
 
-    def led(self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path) -> RunDirectory:
+    def record_by_hand(
+        self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path
+    ) -> RunDirectory:
         """Record a motion by hand."""
         person.does(key, request, Lead(scenario))
         as_it_is, robot = self._as_it_is(scenario), self.robot
@@ -347,7 +349,7 @@ class PracticeBench:
 class _DrivenRobot:
     """The `SampledRobot` behind drives: a command acts from the next sample on."""
 
-    def __init__(self, robot: PractisedRobot, drives: AllowedDrives) -> None:
+    def __init__(self, robot: PracticeRobot, drives: AllowedDrives) -> None:
         self._robot, self._drives = robot, drives
         self._truth = robot.motors.plant.truth()
         self._imu = ImuReading((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

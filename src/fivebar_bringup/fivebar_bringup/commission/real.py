@@ -35,7 +35,7 @@ LATENCY = 0.004
 """Time (s) by which the readings of an IMU are taken to come late."""
 
 
-class LedSample(NamedTuple):
+class StampedAngles(NamedTuple):
     """Both motors' readings (rad) in a cycle, with its stamp (ns)."""
 
     stamp: int
@@ -69,9 +69,11 @@ class RealBench:
         """Wait for the next cycle."""
         self._pace.wait()
 
-    def led(self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path) -> RunDirectory:
+    def record_by_hand(
+        self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path
+    ) -> RunDirectory:
         """Record the motors' readings, and those of the IMU, until the person says that the motion is done."""
-        samples, readings = list[LedSample](), list["StampedReading"]()
+        samples, readings = list[StampedAngles](), list["StampedReading"]()
         answering = _Answering(person, key, request, scenario)
         with ExitStack() as stack:
             found = stack.enter_context(self.opened(drives, Allowed(scenario.torque_limit or 0.0, math.inf)))
@@ -87,14 +89,14 @@ class RealBench:
                 self.wait()
                 first, second = found.exchange().readings
                 if first is not None and second is not None:
-                    samples.append(LedSample(time.time_ns(), (first.position, second.position)))
+                    samples.append(StampedAngles(time.time_ns(), (first.position, second.position)))
                 if collector is not None:
                     collector.take_those_there()
         answering.conclude()
         if self._imu is not None and not readings:
             raise GateClosed("imu_silent", f"no readings on {IMU_DATA.name}: start the IMU's driver in this DDS domain")
         run = new_run_directory(out, scenario)
-        write_led_bag(samples, readings, run.bag)
+        write_motion_by_hand(samples, readings, run.bag)
         return run
 
     def run(self, scenario: Scenario, drives: Path, out: Path, page: bool) -> tuple[RunDirectory, Summary]:
@@ -126,7 +128,7 @@ class _Answering(threading.Thread):
             raise self._error
 
 
-def write_led_bag(samples: list[LedSample], readings: list[StampedReading], directory: Path) -> None:
+def write_motion_by_hand(samples: list[StampedAngles], readings: list[StampedReading], directory: Path) -> None:
     """Write what was recorded of a motion by hand."""
     with BagWriter(directory, [MOTOR_STATES, IMU_DATA]) as bag:
         for sample in samples:

@@ -40,8 +40,6 @@ READINGS = 20
 AWAY = 0.015
 """Angle (rad) of a motor from its start beyond which the robot has to be put there by hand: an estimator takes 0.02."""
 
-SIDES = ("left", "right")
-
 
 class Session:
     """What the steps work with."""

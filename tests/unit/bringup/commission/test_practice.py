@@ -16,7 +16,7 @@ from fivebar_bringup.commission.person import PutAt, Turn
 from fivebar_bringup.commission.practice import (
     PracticeBench,
     PracticeFile,
-    PractisedPerson,
+    SimulatedPerson,
     assumed_drives,
     drawn_practice,
     read_practice,
@@ -63,7 +63,7 @@ def test_robots_are_drawn_within_their_bounds_and_again_by_the_same_number() -> 
 
 def test_a_hand_turns_a_link_and_puts_the_platform_on_its_mark(tmp_path: Path) -> None:
     bench, drives = rigid_bench(tmp_path, 3)
-    person, file = PractisedPerson(bench.robot), read_practice_of(bench)
+    person, file = SimulatedPerson(bench.robot), read_practice_of(bench)
     before = bench.robot.state
     person.does("turn", "", Turn(1, 0.3))
     after = bench.robot.state

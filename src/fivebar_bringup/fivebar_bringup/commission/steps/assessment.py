@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.commission.crossings import USED, LikelyCrossing, as_found, likely_crossings
+from fivebar_bringup.commission.crossings import USED, TriedCrossing, as_found, likely_crossings
 from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_description.text_file import write_file
@@ -27,11 +27,11 @@ def run(session: Session) -> Findings:
     return Findings(f"likely enough, slow to fast: {words} drawn robots succeed", figures)
 
 
-def _name(one: LikelyCrossing) -> str:
+def _name(one: TriedCrossing) -> str:
     return f"there and back in {sum(one.scenario.durations()):.2f} s"
 
 
-def _advice(unlikely: list[LikelyCrossing], session: Session) -> str:
+def _advice(unlikely: list[TriedCrossing], session: Session) -> str:
     """Return why the gate is closed, and what would raise the odds most."""
     from fivebar_bringup.odds.declared import SEED
     from fivebar_bringup.odds.drawn_robots import declared_errors

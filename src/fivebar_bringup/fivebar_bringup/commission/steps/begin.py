@@ -16,7 +16,7 @@ from fivebar_bringup.commission.person import Answer, Person, PersonAtTerminal, 
 from fivebar_bringup.commission.practice import (
     PracticeBench,
     PracticeFile,
-    PractisedPerson,
+    SimulatedPerson,
     assumed_drives,
     drawn_practice,
     read_practice,
@@ -125,7 +125,7 @@ def _session(
     if practice:
         simulated = _practice_in(folder, robot, practice, torque)
         bench = PracticeBench(simulated)
-        person = PractisedPerson(bench.robot)
+        person = SimulatedPerson(bench.robot)
     else:
         _write_drives(folder, state.drives, torque)
         bench = RealBench(DrivesFile(folder / DRIVES_FILE).rate_hz, imu_rate_hz)

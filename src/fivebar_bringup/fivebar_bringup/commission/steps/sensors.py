@@ -37,7 +37,7 @@ UNIT = 0.15
 SMOOTHED = 0.05
 """Time (s) over which the link's angle by the encoders is differentiated."""
 
-LED = "led"
+RECORDING = "led"
 """Name of the recording of the motion by hand."""
 
 
@@ -53,14 +53,14 @@ def run(session: Session) -> Findings:
     scenario = by_hand(session)
     session.at_home()
     points = ", ".join(f"({1e3 * x:.0f}, {1e3 * y:.0f})" for x, y in scenario.waypoints)
-    run_directory = session.bench.led(
+    run_directory = session.bench.record_by_hand(
         session.person,
         "sensors.lead",
         "Lead the platform by hand, without power, slowly and without turning back on the way, along the points"
         f" {points} mm; rest for a second at both ends",
         scenario,
         session.drives_path,
-        session.new_folder(LED),
+        session.new_folder(RECORDING),
     )
     session.keep_drives(run_directory)
     imu, pages = session.imu, (str(run_directory.path.relative_to(session.folder)),)
@@ -108,7 +108,7 @@ def by_hand(session: Session) -> Scenario:
     """Return the motion by hand through the locus, each way there and back."""
     robot, home = session.five_bar, session.robot.home_m
     points = through_all(robot, home, crossing_points(robot, home))
-    return session.scenario(LED, waypoints=points, segment_duration=SEGMENT)
+    return session.scenario(RECORDING, waypoints=points, segment_duration=SEGMENT)
 
 
 def link_rate(robot: FiveBar, record: CalibrationRecord) -> LinkRate:

@@ -6,9 +6,12 @@ import math
 
 from fivebar_bringup.commission.drives_file import COUNTS
 from fivebar_bringup.commission.person import Turn
-from fivebar_bringup.commission.session import SIDES, Session
+from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_description.interface import ACTIVE_JOINTS
+
+SIDES = ("left", "right")
+"""Where each motor is."""
 
 ANGLE = math.radians(20.0)
 """By which a link is turned."""
