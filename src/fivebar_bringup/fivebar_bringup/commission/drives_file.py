@@ -1,6 +1,7 @@
 """The configuration of the drives as a commissioning reads and writes it, whichever kind of drives it is for.
 
-All kinds have a section with the two motors, `motors` or `drives`, whose keys for sign, counts and limits are the same.
+All kinds have a section with the two motors, `drives` of CiA 402 drives and `motors` of others, whose keys for sign,
+counts and limits are the same. A motor board behind a serial port cannot be commissioned.
 """
 
 from __future__ import annotations
@@ -8,7 +9,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, drives_path
 from fivebar_control.hardware.connection import connect, interface_of
 from fivebar_control.hardware.motors_file import MotorsFile, motors_path
@@ -47,22 +47,15 @@ class DrivesFile:
         """
         self.path = path
         content = load_yaml(path)
-        keys = content if isinstance(content, dict) else {}
-        found: DriveFile | BoardFile | MotorsFile
-        if "drives" in keys:
-            found = read_yaml(path, DriveFile)
-        elif "port" in keys:
-            found = read_yaml(path, BoardFile, ("inner_loop", "robot"))
-        else:
-            found = read_yaml(path, MotorsFile)
-        self._reports_angles = isinstance(found, MotorsFile)
-        self._section = "drives" if isinstance(found, DriveFile) else "motors"
+        self._has_cia402 = isinstance(content, dict) and "drives" in content
+        self._section = "drives" if self._has_cia402 else "motors"
+        found = read_yaml(path, DriveFile if self._has_cia402 else MotorsFile)
         self._content: dict[str, Any] = found.model_dump(mode="json", exclude_none=True)
 
     @property
     def rate_hz(self) -> int:
         """The rate (Hz) of the drives' cycles."""
-        period_us: int = self._content["sync_period_us" if self._section == "drives" else "period_us"]
+        period_us: int = self._content["sync_period_us" if self._has_cia402 else "period_us"]
         return round(MICROSECONDS / period_us)
 
     def motor(self, joint: str) -> dict[str, Any]:
@@ -71,28 +64,28 @@ class DrivesFile:
         return keys
 
     def facts(self, joint: str) -> MotorValues:
-        """Return what is known of a joint's motor; defaults are those of the kinds."""
+        """Return what is known of a joint's motor."""
         motor = self.motor(joint)
         return MotorValues(
             motor["sign"],
             motor[self._zero_key],
-            motor["counts_per_revolution"] * motor.get("gear_ratio", 1.0),
+            motor[COUNTS] * motor["gear_ratio"],
             motor["torque_limit_nm"],
         )
 
     @property
     def _zero_key(self) -> str:
-        return "home_offset_rad" if self._section == "drives" else "zero_rad"
+        return "home_offset_rad" if self._has_cia402 else "zero_rad"
 
     @property
     def scale_key(self) -> str:
         """The key by which a wrong angle is put right: drives that report angles know the counts themselves."""
-        return "gear_ratio" if self._reports_angles else COUNTS
+        return COUNTS if self._has_cia402 else "gear_ratio"
 
     def ids(self) -> list[Any]:
-        """Return the ids of both drives, where they have some."""
-        key = "node_id" if self._section == "drives" else "id"
-        return [self.motor(joint).get(key) for joint in ACTIVE_JOINTS]
+        """Return the ids of both drives."""
+        key = "node_id" if self._has_cia402 else "id"
+        return [self.motor(joint)[key] for joint in ACTIVE_JOINTS]
 
     def change(self, joint: str, **keys: Any) -> None:
         """Change keys of a joint's motor; `zero` stands for the key that the kind has for it."""

@@ -112,6 +112,7 @@ def test_drives_on_a_bus_are_put_right_and_left_without_power(tmp_path: Path, mo
         ({"speed": 0.0}, r"--speed: 0\.0: expected a positive number"),
         ({"last": "zeros"}, "--until: 'zeros': .*zero"),
         ({"drives": None, "robot": "motkin_unknown"}, "motkin_unknown"),
+        ({"drives": None, "robot": "motkin"}, "motkin: a board behind a serial port: expected --drives of another"),
         ({"practice": "1", "drives": None, "imu_rate_hz": 100}, "--imu-rate: expected without --practice"),
         ({"practice": "1"}, "--drives: expected without --practice"),
         ({"drives": "nowhere.yaml"}, r"nowhere\.yaml"),

@@ -141,12 +141,15 @@ def _drives_of(file: RobotFile, drives: str | None) -> str:
     """Return the configuration of real drives, by name or path.
 
     Raises:
-        InputError: none is given, and the robot has none of its own.
+        InputError: none is given, and the robot has none of its own; or the drives are on a board behind a serial port.
     """
     named = drives and interface_of(drives)
     kind = drive_kind(named or file.drives.interface)
     confirm_installed(kind)
-    configuration = drives or run_files_of(kind).real_drives
+    files = run_files_of(kind)
+    if files.has_port:
+        raise InputError(f"{kind.name}: a board behind a serial port: expected --drives of another kind, or --practice")
+    configuration = drives or files.real_drives
     if not configuration:
         raise InputError(f"--drives: expected the configuration of the {kind.name} drives, or --practice")
     return configuration
