@@ -11,6 +11,7 @@ from fivebar_bringup.motions.request import Request, plan_request, scenario_of
 from fivebar_bringup.motions.start import HOME_MODE, Start
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.rigs.declared import ELASTIC_MISFIT, ELASTIC_NOISE, ELASTIC_PLAY
 from fivebar_control.model.kinematics import assembly_mode
 from fivebar_control.planning.timing import Speed
 from fivebar_description.strict_yaml import InputError
@@ -19,10 +20,10 @@ FACTORS = (2.0, 1.6, 1.3, 1.0, 0.8, 0.65)
 """Durations relative to the planner's choice, from slow to fast."""
 
 SOFT_ESTIMATOR: dict[str, Any] = {
-    "play": 0.0025,
-    "acceleration_noise": 0.1,
-    "gyro_noise": 0.1,
-    "misfit_limit": 200.0,
+    "play": ELASTIC_PLAY,
+    "acceleration_noise": ELASTIC_NOISE,
+    "gyro_noise": ELASTIC_NOISE,
+    "misfit_limit": ELASTIC_MISFIT,
     "disturbance_rate": 0.3,
 }
 """Noises of the estimator on transmissions that yield."""
