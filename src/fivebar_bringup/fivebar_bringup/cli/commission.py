@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -70,6 +69,7 @@ def commission(
     from fivebar_bringup.commission.person import PersonLeft
     from fivebar_bringup.commission.steps.begin import begun
     from fivebar_bringup.commission.steps.sequence import commission as go_through
+    from fivebar_bringup.recorded.results import json_text
 
     # standard output is for the result alone
     tell = complain if as_json else say
@@ -96,7 +96,7 @@ def commission(
                 tell(f"{left}; {words}")
                 raise typer.Exit(FAILED) from left
     if as_json:
-        print(json.dumps(session.state.model_dump(mode="json"), indent=2))
+        print(json_text(session.state.model_dump(mode="json")), end="")
     else:
         say(f"{ended.words}: look at {session.folder / PAGE}")
     raise typer.Exit(COMPLETED if ended.passed else FAILED)
