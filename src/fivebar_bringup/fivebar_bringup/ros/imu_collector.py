@@ -7,8 +7,9 @@ from typing import NamedTuple
 from sensor_msgs.msg import Imu
 
 from fivebar_description.imu import Vector3
-from fivebar_description.interface import IMU_DATA, NANOSECONDS
+from fivebar_description.interface import IMU_DATA
 from fivebar_description.ros.domain_member import DomainMember
+from fivebar_description.ros.messages import stamp_of
 from fivebar_description.ros.qos import best_effort
 
 DEPTH = 1000
@@ -44,6 +45,5 @@ class ImuCollector(DomainMember):
                 return
 
     def _keep(self, message: Imu) -> None:
-        stamp = message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
         turn, force = message.angular_velocity, message.linear_acceleration
-        self.readings.append(StampedReading(stamp, (turn.x, turn.y, turn.z), (force.x, force.y, force.z)))
+        self.readings.append(StampedReading(stamp_of(message), (turn.x, turn.y, turn.z), (force.x, force.y, force.z)))
