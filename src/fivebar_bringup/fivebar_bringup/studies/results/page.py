@@ -40,8 +40,8 @@ class MadeRun(NamedTuple):
         run: name.
         sample: number of cases, of a sweep that of accepted crossings.
         made: date.
-        version: of the project.
-        program: digest of the code that decides the rows; nothing where it was not kept.
+        version: of the project, nothing where it was not kept; between two releases that of the last one.
+        program: digest of the code that decides the rows; nothing for rows that were copied from earlier pages.
         command: that makes the same rows.
     """
 
@@ -91,8 +91,11 @@ class ResultPage(Generic[Row]):
     def markdown(self, rows: Sequence[Row], made: Sequence[MadeRun]) -> str:
         """Return the page of rows, and of what is known of the runs that they come from."""
         limits = "\n".join(f"* {limit}" for limit in self.limits)
-        runs = [(one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version) for one in made]
-        data = markdown_table(("run", "sample", "command", "made", "version"), runs)
+        runs = [
+            (one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version or "–", one.program or "–")
+            for one in made
+        ]
+        data = markdown_table(("run", "sample", "command", "made", "version", "program"), runs)
         shown = self.shown(rows)
         table = markdown_table(shown.columns, [[cell.text for cell in row] for row in shown.rows])
         return f"""# {self.title}
@@ -115,9 +118,27 @@ class ResultPage(Generic[Row]):
 ## Data
 
 [{self.name}.csv]({self.name}.csv) has the rows, [{self.name}.schema.json]({self.name}.schema.json) its columns.
-`fivebar results` makes this page, and [made.csv](made.csv) says when each run was made.
+`fivebar results` makes this page, and [made.csv](made.csv) says when each run was made. Code between two releases has
+the version of the last one; `program` is a digest of the code that decides the rows, and tells such code apart.
 
-{data}"""
+{data}{self._copied(rows, made)}"""
+
+    def _copied(self, rows: Sequence[Row], made: Sequence[MadeRun]) -> str:
+        """Return what is to be said of rows that no run of the command has written, nothing where there are none."""
+        runs = [one.run for one in made if not one.program]
+        if not runs:
+            return ""
+        copied = [row for row in rows if row[0] in runs]
+        empty = [
+            f"`{name}`" for place, name in enumerate(self.table.columns) if any(row[place] is None for row in copied)
+        ]
+        left_out = f" What these did not have is empty: {', '.join(empty)}." if empty else ""
+        names = ", ".join(f"`{run}`" for run in runs)
+        return f"""
+**Copied, not made by `fivebar results`:** the rows of {names} are those of earlier pages of this project, with errors
+rounded as they were there.{left_out} Command and date are those of the study that had made them. The version of its
+code was not kept; the code of today may choose other durations and find other numbers.
+"""
 
 
 def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
