@@ -20,7 +20,7 @@ from fivebar_bringup.studies.engine.running import FinishedStudy, silent
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
-from fivebar_bringup.studies.results import crossing, faults, laws, odds, rigs
+from fivebar_bringup.studies.results import comparison, crossing, faults, laws, odds, rigs
 from fivebar_bringup.studies.results.catalogue import PAGES, RUNS
 from fivebar_bringup.studies.results.making import ResultFiles, make_results
 from fivebar_bringup.studies.results.page import MadeRun, ResultPage, StudyRun
@@ -159,6 +159,14 @@ def test_laws_whose_intervals_meet_that_of_the_best_are_named_together() -> None
     rows = [of("unified", 937), of("mpc", 933), of("lqr", 842)]
     assert laws.LAWS.answer(rows).endswith("`unified`, `mpc` on `good`.")
     assert laws.laws_table(rows).rows[2][1].text == "842 of 1000, 1.00 mm"
+
+
+def test_a_comparison_says_which_motions_it_has_made() -> None:
+    first = comparison.MotionRow("compare", "middle", "ideal", "unified", 2.0, False, "succeeded", 1e-4, 1.0, 1.0, 1.0)
+    rows = [first, first._replace(segment_duration=0.5, outcome="tracking_lost"), first._replace(tight=True)]
+    assert comparison.COMPARISON.answer(rows) == (
+        "On `middle`, with segments of 0.5, 2 s, runs succeed: 1 of 2 with `unified`."
+    )
 
 
 def test_the_first_failure_of_an_effect_is_shown(kept: ResultFiles) -> None:

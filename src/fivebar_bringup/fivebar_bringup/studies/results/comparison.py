@@ -123,7 +123,9 @@ def _answer(rows: Sequence[MotionRow]) -> str:
         by_count.setdefault((_made(runs), len(runs)), []).append(f"`{controller}`")
     counts = sorted(by_count, reverse=True)
     made = [f"{good} of {count} with {', '.join(by_count[good, count])}" for good, count in counts]
-    return f"Runs that succeed: {'; '.join(made)}."
+    motions = ", ".join(dict.fromkeys(f"`{row.motion}`" for row in rows))
+    durations = ", ".join(f"{one:g}" for one in sorted({row.segment_duration for row in rows if row.segment_duration}))
+    return f"On {motions}, with segments of {durations} s, runs succeed: {'; '.join(made)}."
 
 
 def _figure(rows: Sequence[MotionRow]) -> Figure:
@@ -153,7 +155,7 @@ def _figure(rows: Sequence[MotionRow]) -> Figure:
 COMPARISON = ResultPage(
     name="comparison",
     title="All laws on the same motions",
-    question="what do error, torque and energy of each law come to on the thesis' motions?",
+    question="what do error, torque and energy of each law come to on motions of the thesis?",
     runs=("compare",),
     table=RowTable(MotionRow),
     rows=motion_rows,
@@ -161,10 +163,9 @@ COMPARISON = ResultPage(
     shown=comparison_table,
     figure=_figure,
     caption="Largest error of every run; crosses: the run did not succeed.",
-    words="The entries are the worst over the motions `middle` and `multiple` and all durations of a segment. The"
-    " [rigs](../sweeps.md#rigs) are without drawn errors. The CSV also has the runs with 0.6 Nm per motor, at the"
-    " pace asked for and at the quickest that the screen allows. `fivebar compare SCENARIO` does the same for your"
-    " motion.",
+    words="The entries are the worst over all motions and durations. The [rigs](../sweeps.md#rigs) are without drawn"
+    " errors. The CSV also has the runs with 0.6 Nm per motor, at the pace asked for and at the quickest that the"
+    " screen allows. `fivebar compare SCENARIO` does the same for your motion.",
     limits=(
         "Robots drawn at random, which are on [the page of all laws](laws.md).",
         "A real robot.",
