@@ -30,7 +30,7 @@ def benchmark(
         int | None,
         typer.Option("--cases", min=1, max=1000, help="Only the first so many crossings. [default: all]"),
     ] = None,
-    controllers: Annotated[str | None, controllers_option("all")] = None,
+    controllers: Annotated[str | None, controllers_option("all but path")] = None,
     rig: Annotated[
         str | None,
         typer.Option(

@@ -40,7 +40,7 @@ def compare(
             help="YAML files or shipped scenarios, whose motions are run [default: middle multiple]",
         ),
     ] = None,
-    controllers: Annotated[str | None, controllers_option("all")] = None,
+    controllers: Annotated[str | None, controllers_option("all but path")] = None,
     durations: Annotated[
         str | None, typer.Option("--durations", help="Of every segment, in seconds [default: 0.5,1,2,3]")
     ] = None,

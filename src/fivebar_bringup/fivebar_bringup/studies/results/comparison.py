@@ -169,5 +169,7 @@ COMPARISON = ResultPage(
     limits=(
         "Robots drawn at random, which are on [the page of all laws](laws.md).",
         "A real robot.",
+        "`path`, which keeps to the path and not to its time, as [its page](../path.md) shows: these runs are judged in"
+        " time.",
     ),
 )

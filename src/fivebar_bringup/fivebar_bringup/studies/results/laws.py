@@ -153,6 +153,8 @@ LAWS = ResultPage(
     " where transmissions are elastic, which its gains excite.",
     limits=(
         "A real robot.",
+        "`path`, which keeps to the path and not to its time, as [its page](../path.md) shows: these runs are judged in"
+        " time.",
         "Laws on motions that are timed for them: all make the same straight segments in the same times.",
         "Other settings than those of the rig, to which `mpc` and `lqr` were not tuned one by one.",
     ),
