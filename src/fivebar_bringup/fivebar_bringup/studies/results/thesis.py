@@ -66,8 +66,8 @@ def _answer(rows: Sequence[ThesisRow]) -> str:
 
 
 def _figure(rows: Sequence[ThesisRow]) -> Figure:
-    figure = Figure(figsize=(9.0, 1.3), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure(figsize=(9.0, 1.3))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     left = 0
     for (verdict, count), colour in zip(_counts(rows).items(), (GREEN, BLUE, VERMILION), strict=True):
         if count:
