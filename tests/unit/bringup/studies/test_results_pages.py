@@ -13,7 +13,6 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.studies.engine.chunks import defined
 from fivebar_bringup.studies.engine.executor import LocalProcesses
 from fivebar_bringup.studies.engine.running import FinishedStudy, silent
@@ -23,7 +22,7 @@ from fivebar_bringup.studies.reproduce.verdicts import Verdict
 from fivebar_bringup.studies.results import comparison, crossing, faults, laws, odds, rigs
 from fivebar_bringup.studies.results.catalogue import PAGES, RUNS
 from fivebar_bringup.studies.results.making import ResultFiles, make_results
-from fivebar_bringup.studies.results.page import MadeRun, ResultPage, StudyRun
+from fivebar_bringup.studies.results.page import MadeRun, ResultPage, StudyRun, TextTable
 from fivebar_bringup.studies.robustness.effects import EFFECTS
 from fivebar_bringup.studies.single.crossing_gain import MODE, PAIR, ROBOT
 from fivebar_bringup.studies.sweep.drawing import draw
@@ -89,7 +88,7 @@ def test_pages_state_the_numbers_of_the_data(kept: ResultFiles) -> None:
     score = {(row.rig, row.controller): row for row in kept.rows["laws"]}
     small = [score[rig, law] for rig in ("calibrated", "good") for law in ("unified", "mpc")]
     shares = sorted(100 * row.successes / row.crossings for row in small)
-    gyro = {line[0].value: [cell.text for cell in line[4:6]] for line in faults.faults_table(kept.rows["faults"]).rows}
+    gyro = {line[0]: line[4:6] for line in faults.faults_table(kept.rows["faults"]).rows}
     claims = kept.rows["thesis"]
     missed = [row for row in claims if row.verdict == Verdict.NOT_REPRODUCED]
     stated = {
@@ -141,14 +140,14 @@ def test_a_sweep_is_counted() -> None:
     assert (row.stopped, row.faults, row.silent) == (1, "tracking_lost 1", 1)
     assert (row.refused, row.refused_successes, row.unlikely, row.unlikely_successes) == (1, 1, 2, 1)
     assert row.error_50 == pytest.approx(2e-3)
-    table = {line[0].text: line[1].text for line in rigs.rigs_table([row]).rows}
+    table = {line[0]: line[1] for line in rigs.rigs_table([row]).rows}
     assert table["success, if these count as failures"].startswith("1, 16.66 %")
 
 
 def test_odds_are_counted_without_what_else_is_refused() -> None:
     rows = odds.odds_rows("middling", finished(SWEPT))
     assert [(row.likely_robots, row.crossings, row.successes) for row in rows] == [(12, 2, 1), (24, 4, 1)]
-    accepted = {line[0].text: line[1].text for line in odds.odds_table(rows).rows}
+    accepted = {line[0]: line[1] for line in odds.odds_table(rows).rows}
     assert accepted["0.9, the default"] == "4"
 
 
@@ -158,7 +157,7 @@ def test_laws_whose_intervals_meet_that_of_the_best_are_named_together() -> None
 
     rows = [of("unified", 937), of("mpc", 933), of("lqr", 842)]
     assert laws.LAWS.answer(rows).endswith("`unified`, `mpc` on `good`.")
-    assert laws.laws_table(rows).rows[2][1].text == "842 of 1000, 1.00 mm"
+    assert laws.laws_table(rows).rows[2][1] == "842 of 1000, 1.00 mm"
 
 
 def test_a_comparison_says_which_motions_it_has_made() -> None:
@@ -174,9 +173,9 @@ def test_the_first_failure_of_an_effect_is_shown(kept: ResultFiles) -> None:
     failing = [row._replace(failed=int(row.size > 0.1)) for row in rows]
     (line,) = faults.faults_table(failing).rows
     first = next(row.size for row in rows if row.size > 0.1)
-    assert [cell.text for cell in line][1:] == ["0.02 mm", "0.2 mm", f"{first:.3g} mm"]
+    assert line[1:] == ["0.02 mm", "0.2 mm", f"{first:.3g} mm"]
     (none,) = faults.faults_table([row._replace(failed=0) for row in rows]).rows
-    assert none[-1].text == f"– ({rows[-1].size:.3g} mm)"
+    assert none[-1] == f"– ({rows[-1].size:.3g} mm)"
 
 
 def test_what_crossing_buys_is_counted() -> None:
@@ -190,7 +189,7 @@ def test_what_crossing_buys_is_counted() -> None:
     rows = [mode, whole, pair(1.0, 1.0), pair(1.0, 0.5), pair(None, 2.0), pair(None, None)]
     assert "crossing adds 100 to 100 %" in crossing.CROSSING.answer(rows)
     assert "1 of 4 random pairs" in crossing.CROSSING.answer(rows)
-    table = [line[1].text for line in crossing.crossing_table(rows).rows]
+    table = [line[1] for line in crossing.crossing_table(rows).rows]
     assert table[:4] == ["500, 250 cm², 50.0 %", "80.0 %", "4, 1", "1"]
     assert table[4:7] == ["2, 1", "0.50, 0.50", "1, 0.75 s"]
 
@@ -242,16 +241,12 @@ def toy_page() -> ResultPage[ToyRow]:
         table=RowTable(ToyRow),
         rows=lambda run, done: [ToyRow(run, row.value) for row in done.rows],
         answer=lambda rows: f"{len(rows)} rows.",
-        shown=lambda rows: Table("toy", "", "", ("run|s", "value"), tuple(_cells(row) for row in rows)),
+        shown=lambda rows: TextTable(("run|s", "value"), [(row.run, f"{row.value:g}") for row in rows]),
         figure=lambda rows: Figure(figsize=(1, 1)),
         caption="A figure",
         words="Words.",
         limits=("All.",),
     )
-
-
-def _cells(row: ToyRow) -> tuple[Cell, ...]:
-    return Cell(row.run, row.run), Cell(f"{row.value:g}", row.value)
 
 
 def made(folder: Path, value: float, quick: bool = False, runs: Sequence[str] = ("one", "two")) -> list[str]:

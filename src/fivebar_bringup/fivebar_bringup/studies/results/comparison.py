@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.style import legend_below
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.studies.compare.compare import ComparisonSettings, cases_of
@@ -17,7 +16,7 @@ from fivebar_bringup.studies.compare.results import ComparisonRow
 from fivebar_bringup.studies.engine.directory import PROGRAM
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 from fivebar_bringup.units import plain
 from fivebar_description.rounding import in_millimetres
 
@@ -96,11 +95,11 @@ def _largest(rows: Sequence[MotionRow], name: str) -> float | None:
     return max((value for row in rows if (value := getattr(row, name)) is not None), default=None)
 
 
-def comparison_table(rows: Sequence[MotionRow]) -> Table:
+def comparison_table(rows: Sequence[MotionRow]) -> TextTable:
     """Return the worst of each law on each rig."""
     lines = []
     for (rig, controller), runs in _untightened(rows).items():
-        texts = (
+        entries = (
             rig,
             f"`{controller}`",
             f"{_made(runs)} of {len(runs)}",
@@ -109,9 +108,9 @@ def comparison_table(rows: Sequence[MotionRow]) -> Table:
             plain(_largest(runs, "torque_requested"), "Nm"),
             plain(_largest(runs, "energy"), "J"),
         )
-        lines.append(tuple(Cell(text, None) for text in texts))
+        lines.append(entries)
     columns = ("rig", "law", "succeeded", "largest error", "torque applied", "torque requested", "energy")
-    return Table("comparison", "The worst of each law on each rig", "", columns, tuple(lines))
+    return TextTable(columns, lines)
 
 
 def _answer(rows: Sequence[MotionRow]) -> str:

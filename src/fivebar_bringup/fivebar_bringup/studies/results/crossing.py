@@ -9,11 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.style import BLUE, GREY, VERMILION
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 from fivebar_bringup.studies.single.crossing_gain import MODE, PAIR, GainRow
 from fivebar_bringup.studies.single.crossing_gain import ROBOT as ALL_MODES
 
@@ -116,18 +115,17 @@ LINES: tuple[tuple[str, Callable[[CrossingGain], str]], ...] = (
 )
 
 
-def crossing_table(rows: Sequence[CrossingRow]) -> Table:
+def crossing_table(rows: Sequence[CrossingRow]) -> TextTable:
     """Return the table, a robot a column."""
     gains = _gains(rows)
-    texts = [
+    lines = [
         (f"working mode {mode.mode}: all rests, largest part and pairs joined without crossing", *entries)
         for mode, *entries in (
             (modes[0], *map(_areas, modes)) for modes in zip(*(one.modes for one in gains), strict=True)
         )
     ]
-    texts += [(words, *map(entry, gains)) for words, entry in LINES]
-    lines = tuple(tuple(Cell(text, None) for text in line) for line in texts)
-    return Table("crossing", "What crossing buys", "", ("", *(one.robot for one in gains)), lines)
+    lines += [(words, *map(entry, gains)) for words, entry in LINES]
+    return TextTable(("", *(one.robot for one in gains)), lines)
 
 
 def _answer(rows: Sequence[CrossingRow]) -> str:

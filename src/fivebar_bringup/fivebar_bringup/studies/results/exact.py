@@ -8,12 +8,11 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.style import GREY
 from fivebar_bringup.studies.compare.figures import look_of
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 from fivebar_bringup.studies.results.rigs import SWEEP, share_text
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow, controllers_of
 from fivebar_bringup.studies.sweep.statistics import rate_of, runs_of
@@ -52,22 +51,22 @@ def exact_rows(run: str, finished: FinishedStudy) -> list[ExactRow]:
     return found
 
 
-def exact_table(rows: Sequence[ExactRow]) -> Table:
+def exact_table(rows: Sequence[ExactRow]) -> TextTable:
     """Return success with and without the screen, a law a line."""
     lines = []
     for row in rows:
         screened = share_text(row.successes, row.accepted) if row.accepted else "–"
         every = "–" if not row.planned else share_text(row.planned_successes or 0, row.planned)
-        texts = (
+        entries = (
             f"`{row.controller}`",
             f"{row.accepted}",
             screened,
             "–" if not row.planned else f"{row.planned}",
             every,
         )
-        lines.append(tuple(Cell(text, None) for text in texts))
+        lines.append(entries)
     columns = ("law", "accepted by the screen", "of these a success", "accepted by the planner", "of these a success")
-    return Table("exact", "Success", "", columns, tuple(lines))
+    return TextTable(columns, lines)
 
 
 def _answer(rows: Sequence[ExactRow]) -> str:

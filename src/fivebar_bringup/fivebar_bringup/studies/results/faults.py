@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 from fivebar_bringup.studies.robustness.effects import EFFECTS
 from fivebar_bringup.studies.robustness.figures import share_figure
 from fivebar_bringup.studies.robustness.robustness import QUICK
@@ -73,26 +72,24 @@ def _climbs(rows: Sequence[FaultRow]) -> list[Climb]:
     ]
 
 
-def faults_table(rows: Sequence[FaultRow]) -> Table:
+def faults_table(rows: Sequence[FaultRow]) -> TextTable:
     """Return the smallest size at which a run fails, an effect a line."""
     of = {(climb.effect, climb.equipment): climb for climb in _climbs(rows)}
     shown = [name for name in SHOWN if any(equipment == name for _, equipment in of)]
     lines = []
     for name in dict.fromkeys(row.effect for row in rows):
         effect = EFFECTS[name]
-        cells = [effect.words, effect.shown(effect.good), effect.shown(effect.middling)]
+        entries = [effect.words, effect.shown(effect.good), effect.shown(effect.middling)]
         for equipment in shown:
             climb = of.get((name, equipment))
             if climb is None:
-                cells.append("")
+                entries.append("")
             elif climb.first_size is None:
-                cells.append(f"– ({effect.shown(effect.sizes[-1])})")
+                entries.append(f"– ({effect.shown(effect.sizes[-1])})")
             else:
-                cells.append(effect.shown(climb.first_size))
-        lines.append(tuple(Cell(cell, cell) for cell in cells))
-    return Table(
-        "faults", "First failures", "", ("one effect alone", "good robot", "middling robot", *shown), tuple(lines)
-    )
+                entries.append(effect.shown(climb.first_size))
+        lines.append(entries)
+    return TextTable(("one effect alone", "good robot", "middling robot", *shown), lines)
 
 
 def _survived(rows: Sequence[FaultRow], effect: str, equipment: str) -> str:

@@ -8,14 +8,13 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.style import legend_below
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, benchmark
 from fivebar_bringup.studies.benchmark.scoring import scores
 from fivebar_bringup.studies.compare.figures import look_of
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.rounding import in_millimetres
 
@@ -87,17 +86,13 @@ def _rigs(rows: Sequence[LawRow]) -> list[str]:
     return list(dict.fromkeys(row.rig for row in rows))
 
 
-def laws_table(rows: Sequence[LawRow]) -> Table:
+def laws_table(rows: Sequence[LawRow]) -> TextTable:
     """Return successes and median of the largest error, a law a line and a rig a column."""
     rigs = _rigs(rows)
     lines = []
     for controller, on in _by_law(rows).items():
-        cells = [Cell(f"`{controller}`", controller)]
-        for rig in rigs:
-            row = on.get(rig)
-            cells.append(Cell("–", None) if row is None else Cell(_entry(row), row.successes))
-        lines.append(tuple(cells))
-    return Table("laws", "Successes and median of the largest error", "", ("law", *rigs), tuple(lines))
+        lines.append((f"`{controller}`", *(_entry(on[rig]) if rig in on else "–" for rig in rigs)))
+    return TextTable(("law", *rigs), lines)
 
 
 def _entry(row: LawRow) -> str:

@@ -8,11 +8,10 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.style import BLUE, GREY, VERMILION
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage
+from fivebar_bringup.studies.results.page import ResultPage, TextTable
 from fivebar_bringup.studies.results.rigs import share_text
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.statistics import share_of
@@ -67,17 +66,17 @@ def _total(rows: Sequence[OddsRow]) -> tuple[int, int]:
     return sum(row.successes for row in rows), sum(row.crossings for row in rows)
 
 
-def odds_table(rows: Sequence[OddsRow]) -> Table:
+def odds_table(rows: Sequence[OddsRow]) -> TextTable:
     """Return success by the share of robots that a crossing is required to be made by."""
     everything = _total(rows)[1]
     lines = []
     for required in ACCEPTED_FROM:
         good, count = _total([row for row in rows if row.share >= required])
         default = ", the default" if required == Risk().success else ""
-        texts = (f"{required:g}{default}", f"{count}", share_text(good, count), share_text(good, everything))
-        lines.append(tuple(Cell(text, None) for text in texts))
+        entries = (f"{required:g}{default}", f"{count}", share_text(good, count), share_text(good, everything))
+        lines.append(entries)
     columns = ("accepted from", "accepted", "of these a success", "success, if the others count as failures")
-    return Table("odds", "What the required odds decide", "", columns, tuple(lines))
+    return TextTable(columns, lines)
 
 
 def _binned(rows: Sequence[OddsRow]) -> Iterator[tuple[float, int, int]]:

@@ -8,9 +8,20 @@ from typing import Any, Generic, NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.pages.content import Table
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import Row, RowTable
+
+
+class TextTable(NamedTuple):
+    """A table as a person reads it: columns, and rows of as many entries."""
+
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+    def markdown(self) -> str:
+        """Return it in Markdown."""
+        lines = [self.columns, ["---"] * len(self.columns), *self.rows]
+        return "".join(f"| {' | '.join(entry.replace('|', chr(92) + '|') for entry in line)} |\n" for line in lines)
 
 
 class StudyRun(NamedTuple):
@@ -82,7 +93,7 @@ class ResultPage(Generic[Row]):
     table: RowTable[Row]
     rows: Callable[[str, FinishedStudy], Sequence[Row]]
     answer: Callable[[Sequence[Row]], str]
-    shown: Callable[[Sequence[Row]], Table]
+    shown: Callable[[Sequence[Row]], TextTable]
     figure: Callable[[Sequence[Row]], Figure]
     caption: str
     words: str
@@ -95,9 +106,7 @@ class ResultPage(Generic[Row]):
             (one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version or "–", one.program or "–")
             for one in made
         ]
-        data = markdown_table(("run", "sample", "command", "made", "version", "program"), runs)
-        shown = self.shown(rows)
-        table = markdown_table(shown.columns, [[cell.text for cell in row] for row in shown.rows])
+        data = TextTable(("run", "sample", "command", "made", "version", "program"), runs)
         return f"""# {self.title}
 
 **Question:** {self.question}
@@ -108,7 +117,7 @@ class ResultPage(Generic[Row]):
 
 {self.caption}
 
-{table}
+{self.shown(rows).markdown()}
 {self.words}
 
 ## What this does not show
@@ -121,7 +130,7 @@ class ResultPage(Generic[Row]):
 `fivebar results` makes this page, and [made.csv](made.csv) says when each run was made. Code between two releases has
 the version of the last one; `program` is a digest of the code that decides the rows, and tells such code apart.
 
-{data}{self._copied(rows, made)}"""
+{data.markdown()}{self._copied(rows, made)}"""
 
     def _copied(self, rows: Sequence[Row], made: Sequence[MadeRun]) -> str:
         """Return what is to be said of rows that no run of the command has written, nothing where there are none."""
@@ -139,9 +148,3 @@ the version of the last one; `program` is a digest of the code that decides the 
 rounded as they were there.{left_out} Command and date are those of the study that had made them. The version of its
 code was not kept; the code of today may choose other durations and find other numbers.
 """
-
-
-def markdown_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    lines = [columns, ["---"] * len(columns), *rows]
-    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)

@@ -11,12 +11,11 @@ from matplotlib.figure import Figure
 
 from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.odds.success import PEAK_LIMIT
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.style import BLUE, GREY, INK, VERMILION
 from fivebar_bringup.simulation.outcome import LEFT
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SweepRow
 from fivebar_bringup.studies.sweep.statistics import interval_of, rate_of, runs_of, share_of
@@ -159,10 +158,10 @@ LINES: tuple[tuple[str, Callable[[RigRow], str]], ...] = (
 """Lines of the table: words, and the entry of a rig."""
 
 
-def rigs_table(rows: Sequence[RigRow]) -> Table:
+def rigs_table(rows: Sequence[RigRow]) -> TextTable:
     """Return the table, a rig a column."""
-    lines = tuple((Cell(words, words), *(Cell(text(row), None) for row in rows)) for words, text in LINES)
-    return Table("rigs", "Success", "", ("of the accepted crossings", *(row.rig for row in rows)), lines)
+    lines = [(words, *map(text, rows)) for words, text in LINES]
+    return TextTable(("of the accepted crossings", *(row.rig for row in rows)), lines)
 
 
 def _answer(rows: Sequence[RigRow]) -> str:

@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.style import BLUE, GREEN, VERMILION
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.reproduce.rows import ClaimRow
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun
+from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 
 RUNS = (StudyRun("reproduce", "fivebar_bringup.studies.reproduce.reproduce:REPRODUCTION", {}, {"quick": True}),)
 
@@ -49,11 +48,11 @@ def thesis_rows(run: str, finished: FinishedStudy) -> list[ThesisRow]:
     ]
 
 
-def thesis_table(rows: Sequence[ThesisRow]) -> Table:
+def thesis_table(rows: Sequence[ThesisRow]) -> TextTable:
     """Return the claims with their verdicts, those first that are not reproduced."""
     order = sorted(rows, key=lambda row: row.verdict != Verdict.NOT_REPRODUCED)
-    lines = tuple(tuple(Cell(text, text) for text in (row.verdict, row.place, row.title, row.reason)) for row in order)
-    return Table("thesis", "Claims", "", ("verdict", "thesis", "about", "why"), lines)
+    lines = [(row.verdict, row.place, row.title, row.reason) for row in order]
+    return TextTable(("verdict", "thesis", "about", "why"), lines)
 
 
 def _counts(rows: Sequence[ThesisRow]) -> dict[str, int]:
