@@ -6,7 +6,9 @@ from typing import TypeVar
 
 from fivebar_bringup.odds.robot_errors import RobotErrors, drawn_effects, drawn_gyro_bias, drawn_scales
 from fivebar_bringup.scenario import Scenario
+from fivebar_description.loads import Loads
 from fivebar_description.settings import sections
+from fivebar_description.tolerances import Tolerances
 from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import Push, Tilt
@@ -25,12 +27,12 @@ def has_odds(scenario: Scenario) -> bool:
 
 
 def declared_errors(scenario: Scenario) -> RobotErrors:
-    """Return the bounds within which the robot of a scenario is drawn.
+    """Return the bounds within which the robot of a scenario is drawn."""
+    return errors_within(scenario.known_within(), scenario.to_bear())
 
-    Lengths, bases and zeros are those of the section `tolerances`, tilt and push those of `loads`; the rest is
-    `ASSUMED`.
-    """
-    known, loads = scenario.known_within(), scenario.to_bear()
+
+def errors_within(known: Tolerances, loads: Loads) -> RobotErrors:
+    """Return the bounds of robots that are known within tolerances and have loads to bear; the rest is `ASSUMED`."""
     return ASSUMED._replace(
         length=known.length,
         base=known.base,

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.odds.drawn_robots import ASSUMED
+from fivebar_bringup.odds.drawn_robots import ASSUMED, errors_within
 from fivebar_bringup.odds.robot_errors import RobotErrors
 from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.studies.rigs.rig import OF_ROBOT, Rig, check_rig, merged
@@ -324,12 +324,11 @@ def assumptions(file: RobotFile) -> list[Assumption]:
         found.append(Assumption("transmission.rotor_share", "as in the file or as usual, ±0.15"))
     if not sees_platform(file):
         found.append(Assumption("imu, passive_encoder, camera", "none"))
-    bounds = ASSUMED
     found.append(
         Assumption(
             "errors of masses, friction, torque constants and timing",
-            f"masses ±{100 * bounds.mass_and_inertia:g} %, friction ±{100 * bounds.coulomb_friction:g} %, torque"
-            f" constants ±{100 * bounds.torque_constant:g} %, 3 lost commands, commands and readings late by up to"
+            f"masses ±{100 * ASSUMED.mass_and_inertia:g} %, friction ±{100 * ASSUMED.coulomb_friction:g} %, torque"
+            f" constants ±{100 * ASSUMED.torque_constant:g} %, 3 lost commands, commands and readings late by up to"
             " 0.5 ms",
         )
     )
@@ -337,14 +336,8 @@ def assumptions(file: RobotFile) -> list[Assumption]:
 
 
 def _errors(file: RobotFile) -> dict[str, Any]:
-    known, loads = tolerances_or_assumed(file), loads_or_assumed(file)
-    errors: dict[str, Any] = ASSUMED._replace(
-        length=known.length,
-        base=known.base,
-        zero=known.zero,
-        tilt=loads.tilt,
-        push=loads.push,
-        push_length=loads.push_length,
+    within = errors_within(tolerances_or_assumed(file), loads_or_assumed(file))
+    errors: dict[str, Any] = within._replace(
         lost_commands=3,
         gyro_bias=0.0 if file.imu is None else abs(file.imu.gyro_bias) or ASSUMED.gyro_bias,
     )._asdict()
