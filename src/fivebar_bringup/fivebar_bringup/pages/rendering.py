@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+
+    from fivebar_bringup.pages.content import Picture, Table
 
 
 def render(template: str, **content: Any) -> str:
@@ -18,6 +21,39 @@ def render(template: str, **content: Any) -> str:
             other heading) and `setting` (a line below the heading: what the page is about). Every text is escaped.
     """
     return _environment().get_template(template).render(content)
+
+
+def study_page(
+    *,
+    title: str,
+    setting: str,
+    command: str,
+    tables: Sequence[Table],
+    words: str = "",
+    pictures: Sequence[Picture] = (),
+    details: Sequence[Table] = (),
+) -> str:
+    """Return the page of a study that has no template of its own.
+
+    Args:
+        title: heading.
+        setting: a line below it.
+        command: that repeats the study.
+        tables: of its results.
+        words: above the tables.
+        pictures: below them.
+        details: tables below these.
+    """
+    return render(
+        "study.html",
+        title=title,
+        setting=setting,
+        words=words,
+        tables=tables,
+        pictures=pictures,
+        details=details,
+        command=command,
+    )
 
 
 @cache

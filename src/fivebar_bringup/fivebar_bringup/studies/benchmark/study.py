@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.pages.rendering import render
+from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.studies.benchmark.crossings import crossing_of
 from fivebar_bringup.studies.benchmark.running import BenchmarkSettings, run_numbered
 from fivebar_bringup.studies.benchmark.scoring import RESULTS, Result, Score, scores
@@ -42,15 +42,11 @@ def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> 
     found = scores(results, crossings, limits)
     table = scores_table(found, limits.rules)
     lines = [one._asdict() | {"interval": one.interval._asdict()} for one in found]
-    page = render(
-        "study.html",
+    page = study_page(
         title="Benchmark",
         setting=f"{settings.cases} crossings, {len(results)} runs, all simulated",
-        words="",
-        tables=[table],
-        details=[],
-        pictures=[],
         command=command_of(settings),
+        tables=[table],
     )
     return StudyReport(page, {"rules": limits.rules, "scores": lines}, [], table)
 

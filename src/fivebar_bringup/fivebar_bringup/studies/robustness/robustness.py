@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fivebar_bringup.pages.rendering import render
+from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport
 from fivebar_bringup.studies.engine.table import RowTable
@@ -57,15 +57,14 @@ def robustness_report(settings: RobustnessSettings, rows: Sequence[RobustnessRow
     }
     pictures = share_figures(climbs)
     durations = ", ".join(f"{one:g}" for one in settings.durations)
-    page = render(
-        "study.html",
+    page = study_page(
         title="What must a robot be like?",
         setting=f"{settings.robot} · middle crossing in {durations} s · {settings.draws} draws each · compiled engine",
-        words=WORDS,
-        tables=[first, equipment_table(baseline)],
-        details=[causes_table(climbs)],
-        pictures=pictures,
         command=command,
+        tables=[first, equipment_table(baseline)],
+        words=WORDS,
+        pictures=pictures,
+        details=[causes_table(climbs)],
     )
     return StudyReport(page, content, pictures, first)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.pages.rendering import render
+from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport
 from fivebar_bringup.studies.engine.table import RowTable
@@ -93,15 +93,12 @@ def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFau
         f"{name.replace('_', ' ')} {one['count']} of {one['runs']}, 95 % interval up to {one['interval_95'][1]:.2%}"
         for name, one in found.items()
     )
-    page = render(
-        "study.html",
+    page = study_page(
         title="Are faults of sensors noticed?",
         setting=f"rig {settings.rig} · {shares} · simulated by the compiled engine",
-        words=WORDS,
-        tables=[table],
-        details=[],
-        pictures=[],
         command=command,
+        tables=[table],
+        words=WORDS,
     )
     content = {"command": command, **found, "confusion": table.as_json()["rows"]}
     return StudyReport(page, content, [], table)

@@ -10,7 +10,7 @@ import numpy as np
 
 from fivebar_bringup.motions.request import within_drives
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.pages.rendering import render
+from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_bringup.studies.engine.table import RowTable
@@ -211,15 +211,11 @@ def gain_report(settings: GainSettings, rows: Sequence[GainRow]) -> StudyReport:
     """Return the page with all rows."""
     lines = tuple(tuple(Cell(_entry(value), value) for value in row) for row in rows)
     table = Table("rows", "Rows", "", tuple(CROSSING_GAIN.table.columns), lines)
-    page = render(
-        "study.html",
+    page = study_page(
         title="What crossing buys",
         setting=f"{', '.join(settings.robots)} · {settings.pairs} pairs of places each",
-        words="",
-        tables=[table],
-        details=[],
-        pictures=[],
         command=command_of(settings),
+        tables=[table],
     )
     return StudyReport(page, {}, [])
 
