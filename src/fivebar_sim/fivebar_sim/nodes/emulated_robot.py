@@ -183,7 +183,7 @@ class EmulatedRobot(GraphNode):
 
     def _on_command(self, message: JointMessage) -> None:
         sample = self._run.sample(stamp_of(message))
-        # that of the next sample, where a bridge in the process of the controllers publishes the torque before the states
+        # that of the next sample, where a bridge in the controllers' process publishes the torque before the states
         if sample is not None and self._commanded < sample <= self._sample + 1:
             self._commanded = sample
 

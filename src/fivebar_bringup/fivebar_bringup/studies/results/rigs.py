@@ -210,9 +210,9 @@ RIGS = ResultPage(
     caption="Left: success with its 95 % interval, blue of the accepted crossings, grey if refusals for odds count as"
     " failures. Right: the largest error; dashed is the limit of a success.",
     words="[Random crossings](../sweeps.md) says what is drawn, what a [rig](../sweeps.md#rigs) is, and what counts as"
-    " a [success](../sweeps.md#evaluation). Intervals are those of Clopper and Pearson for 95 %. `printed` and"
-    " `printed_calibrated` are robots of the [MOTKIN bench](../motkin.md), the others DexTARs. Most of the bench's"
-    " cases are out of reach of its short legs.",
+    " a [success](../sweeps.md#evaluation). Settings were chosen on other crossings than these. Intervals are those of"
+    " Clopper and Pearson for 95 %. `printed` and `printed_calibrated` are robots of the [MOTKIN bench](../motkin.md),"
+    " the others DexTARs. Most of the bench's cases are out of reach of its short legs.",
     limits=(
         "A real robot. Errors are drawn evenly within the rig's bounds; play and bending of the bench are guesses.",
         "Crossings that planner, screen or odds refuse are not among the successes.",
