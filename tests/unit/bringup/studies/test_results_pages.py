@@ -64,7 +64,7 @@ def test_a_page_names_what_copied_rows_do_not_have(kept: ResultFiles) -> None:
     )
     said = page.partition("**Copied, not made by `fivebar results`:** ")[2]
     assert said.startswith("the rows of `good` are those of earlier pages")
-    assert "is empty: `unlikely`." in said
+    assert "are empty: `unlikely`." in said
 
 
 def test_every_run_is_one_of_its_study_and_for_a_page() -> None:

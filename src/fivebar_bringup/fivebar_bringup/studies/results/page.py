@@ -141,7 +141,7 @@ the version of the last one; `program` is a digest of the code that decides the 
         empty = [
             f"`{name}`" for place, name in enumerate(self.table.columns) if any(row[place] is None for row in copied)
         ]
-        left_out = f" What these did not have is empty: {', '.join(empty)}." if empty else ""
+        left_out = f" Columns that those pages did not have are empty: {', '.join(empty)}." if empty else ""
         names = ", ".join(f"`{run}`" for run in runs)
         return f"""
 **Copied, not made by `fivebar results`:** the rows of {names} are those of earlier pages of this project, with errors
