@@ -16,6 +16,7 @@ from fivebar_bringup.cli.study_options import (
     SchedulerFileOption,
     SchedulerOption,
     StudyOutOption,
+    StudyRobotOption,
     chosen_controllers,
     controllers_option,
     print_table,
@@ -37,7 +38,8 @@ def compare(
         list[str] | None,
         typer.Argument(
             metavar="[SCENARIO]...",
-            help="YAML files or shipped scenarios, whose motions are run [default: middle multiple]",
+            help="YAML files or shipped scenarios, whose motions are run"
+            " [default: middle multiple; middle with --robot]",
         ),
     ] = None,
     controllers: Annotated[str | None, controllers_option("all but path")] = None,
@@ -49,9 +51,11 @@ def compare(
         typer.Option(
             "--rig",
             help="Some of {rigs}, paths of rig files, or as_given; without the errors that a sweep draws [default:"
-            " ideal,wrong,encoders,realistic, and as_given where a scenario's plant is none of them]",
+            " ideal,wrong,encoders,realistic, the robot as its file declares it, and as_given where a scenario's plant"
+            " is none of them]",
         ),
     ] = None,
+    robot: StudyRobotOption = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="By default only middle, 1 s, and the rigs ideal and realistic.")
     ] = False,
@@ -63,23 +67,29 @@ def compare(
 ) -> None:
     """Run the same motions with every controller, side by side.
 
-    It runs without ROS, and shows success, errors, torques, margins and energy.
+    It runs without ROS, and shows success, errors, torques, margins and energy. With `--robot` another robot makes the
+    motions in proportion to its size, and is judged by its own torque and size.
 
     Example: `fivebar compare middle --durations 0.5,1 --rig ideal,realistic --out runs/compared`
+
+    Example: `fivebar compare --robot my_robot.yaml --controllers unified,mpc`
     """
-    from fivebar_bringup.scenarios.scenario_files import load_scenario
+    from fivebar_bringup.studies.compare.cases import given_on
     from fivebar_bringup.studies.compare.compare import COMPARISON
+    from fivebar_bringup.studies.rigs.declared import robot_name
 
     with input_errors(), keyboard_interrupts():
-        names = scenarios or (["middle"] if quick else None)
+        names = scenarios or (["middle"] if quick or robot else None)
         wanted = _durations(durations) if durations is not None else (1.0,) if quick else None
+        own = "" if robot is None else robot_name(robot)
         given = {
             "scenarios": None if names is None else tuple(names),
             "controllers": chosen_controllers(controllers),
             "durations": wanted,
             "rigs": _rigs(rig, quick),
+            "robot": own or None,
         }
-        _refuse_namesakes([load_scenario(name).name for name in names or ()])
+        _refuse_namesakes([given_on(name, own).name for name in names or ()])
         made = run_command(COMPARISON.place, given, out, Machines(jobs, scheduler, scheduler_file), as_json)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))

@@ -28,7 +28,10 @@ from fivebar_bringup.cli.study_options import (
     StudyOutOption,
     run_command,
 )
+from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
+
+THESIS_ROBOT = "dextar"
 
 
 @command(Group.ROBOT, "map")
@@ -66,6 +69,9 @@ def map_robot(
 @command(Group.STUDY)
 def reproduce(
     quick: Annotated[bool, typer.Option("--quick", help="One duration and one perturbed plant only.")] = False,
+    robot: Annotated[
+        str, typer.Option("--robot", metavar="ROBOT", help="Only that of the thesis, which the claims are about.")
+    ] = THESIS_ROBOT,
     out: StudyOutOption = None,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
@@ -80,6 +86,11 @@ def reproduce(
     """
     place = "fivebar_bringup.studies.reproduce.reproduce:REPRODUCTION"
     with input_errors(), keyboard_interrupts():
+        if robot != THESIS_ROBOT:
+            raise InputError(
+                f"--robot: {robot!r}: expected {THESIS_ROBOT}, with which the thesis' figures were made: fivebar"
+                " assess, compare, sweep, benchmark and robustness take any robot"
+            )
         made = run_command(place, {"quick": quick or None}, out, Machines(jobs, scheduler, scheduler_file), as_json)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))

@@ -44,7 +44,7 @@ StudyRobotOption = Annotated[
         "--robot",
         metavar="ROBOT",
         help="A shipped robot, or a robot file (.yaml): limits and tolerances go with its torque and size."
-        " [default: dextar, or that of the rig]",
+        " [default: dextar, or that of the rig or the scenarios]",
     ),
 ]
 

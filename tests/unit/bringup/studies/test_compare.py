@@ -26,8 +26,9 @@ from fivebar_bringup.studies.compare.cases import (
     ComparisonCase,
     ComparisonExtent,
     default_rigs,
+    given_on,
 )
-from fivebar_bringup.studies.compare.compare import COMPARISON, ComparisonSettings, cases_of, html_page
+from fivebar_bringup.studies.compare.compare import COMPARISON, ComparisonSettings, cases_of, command_of, html_page
 from fivebar_bringup.studies.compare.results import ComparisonResult, result_of, row_of, run_case
 from fivebar_bringup.studies.compare.screening import quickest_durations
 from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
@@ -308,6 +309,8 @@ def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
         (["--durations", "61"], "--durations: '61': expected seconds above 0 and up to 60"),
         (["nowhere"], "scenario 'nowhere': expected a path"),
         (["middle", "middle"], "scenario 'middle': is given more than once"),
+        (["--robot", "nobody"], "robot 'nobody': expected "),
+        (["multiple", "--robot", "motkin"], "robot 'motkin': 0.889 times as large as dextar: "),
         (["--out", "full"], "full: is not empty"),
     ],
 )
@@ -341,6 +344,23 @@ def test_bounds_go_with_the_size_and_the_torque_of_the_robot() -> None:
     for change, met in (({}, True), ({"tracking_error": 0.36e-3}, False), ({"applied": 0.065}, False)):
         (finding, *_) = findings([within._replace(**change)], [])  # type: ignore[arg-type]
         assert finding.met is met and "in proportion" in finding.expected
+
+
+def test_another_robot_makes_the_motion_in_proportion_and_is_judged_by_its_own_limits() -> None:
+    belt = str(Path(__file__).parents[3] / "data" / "belt.yaml")
+    given, size, torque = given_on("middle", belt), 0.16375 / 0.09, 0.5 * 8.0 / 0.55
+    assert given.waypoints == tuple((pytest.approx(size * x), pytest.approx(size * y)) for x, y in MIDDLE.waypoints)
+    assert (given.torque_limit, given.error_tolerance) == (8.0, pytest.approx(size * MIDDLE.error_tolerance))
+    assert default_rigs(given)[: len(COMPARED_RIGS) + 1] == (*COMPARED_RIGS, f"robot:{belt}")
+    on_encoders = ComparisonCase(given, "unified", 1.0, "encoders").scenario()
+    assert on_encoders.plant.torque_quantum == pytest.approx(torque * 0.002)
+    declared = ComparisonCase(given, "unified", 1.0, f"robot:{belt}").scenario()
+    assert (declared.plant.transmission.frequency, declared.unified.kp) == (60.0, pytest.approx(37.7**2))
+    # what DexTAR's drives could not, and its bound would not, let pass
+    run = ComparisonResult(ComparisonCase(given, "unified", 1.0, "ideal"), True, made=True, tracking_error=0.7e-3)
+    judged = [findings([run._replace(applied=applied)], [])[0].met for applied in (7.2, 7.3)]
+    assert judged == [True, False]
+    assert command_of(ComparisonSettings(scenarios=("middle",), robot=belt)).endswith(f"--robot {belt}")
 
 
 def test_a_law_from_elsewhere_is_compared() -> None:

@@ -312,6 +312,12 @@ def test_claims_and_variants_have_names_of_their_own() -> None:
                 assert case.scenario().controller == case.controller
 
 
+def test_another_robot_than_that_of_the_thesis_is_refused() -> None:
+    called = CliRunner().invoke(app, ["reproduce", "--robot", "motkin"])
+    assert called.exit_code == 2
+    assert called.stderr.startswith("fivebar: --robot: 'motkin': expected dextar, ")
+
+
 class Tags(HTMLParser):
     """Checks that tags are closed in order and collects what a page refers to."""
 

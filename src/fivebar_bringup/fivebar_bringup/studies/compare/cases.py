@@ -7,17 +7,24 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.compare.screening import has_quickest, quickest_durations
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.declared import declares_robots
+from fivebar_bringup.studies.rigs.proportion import in_proportion
+from fivebar_bringup.studies.rigs.rig import OF_ROBOT, find_rig
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
+from fivebar_control.scenario.keys import parameters_of
 from fivebar_description.robot_file import load_robot, read_robot
-from fivebar_description.strict_yaml import validate
+from fivebar_description.strict_yaml import InputError, validate
 
 COMPARED_RIGS = "ideal", "wrong", "encoders", "realistic"
 """Rigs of a comparison where none are named, each with the robot that has none of its drawn errors."""
 
 AS_GIVEN = "as_given"
 """In place of a rig: plant, estimator and gains of the scenario itself."""
+
+LENGTHS = "tracking_error_limit", "error_tolerance"
+"""Keys of a rig (m) that go with the size of the robot."""
 
 TIGHT_LIMIT = 0.6
 """Torque limit (Nm) of DexTAR, in proportion for other robots, for the test whether the planner's screen refuses what
@@ -122,11 +129,52 @@ class ComparisonExtent(NamedTuple):
         ]
 
 
+def given_on(name: str, robot: str) -> Scenario:
+    """Return a scenario by name or path; on another robot than its own its lengths are in proportion to the size.
+
+    Args:
+        name: of the scenario.
+        robot: by the name of its file, "" for that of the scenario.
+
+    Raises:
+        InputError: there is no such scenario or robot, or the robot cannot make the motion.
+    """
+    given = load_scenario(name)
+    if robot in ("", given.robot):
+        return given
+    file = read_robot(robot)
+    size = size_ratio(file.five_bar()) / size_ratio(given.five_bar())
+    limit = file.drives.torque_limit
+    scaled: dict[str, Any] = {
+        "robot": robot,
+        "waypoints": tuple((size * x, size * y) for x, y in given.waypoints),
+        "blend_radius": _scaled(given.blend_radius, size),
+        "tracking_error_limit": size * given.tracking_error_limit,
+        "error_tolerance": size * given.error_tolerance,
+        "plant": given.plant if limit is None else given.plant._replace(torque_limit=limit),
+    }
+    keys = (*scaled.keys() - {"plant"}, "plant.torque_limit")
+    try:
+        return load_scenario(name, parameters_of(given.model_copy(update=scaled), keys))
+    except InputError as error:
+        raise InputError(f"robot {robot!r}: {size:.3g} times as large as {given.robot}: {error}") from error
+
+
+def _scaled(length: float | tuple[float, ...], size: float) -> float | tuple[float, ...]:
+    return tuple(size * one for one in length) if isinstance(length, tuple) else size * length
+
+
 def on_rig(scenario: Scenario, name: str, controller: str) -> dict[str, Any]:
     """Return the content of a scenario with its robot put on a rig, without drawn errors, and a controller."""
     if name == AS_GIVEN:
         return scenario.model_dump() | {"controller": controller}
-    return find_rig(name).content(scenario, controller)
+    rig = find_rig(name)
+    content = rig.content(scenario, controller)
+    if rig.robot == scenario.robot:
+        return content
+    size = size_ratio(scenario.five_bar()) / size_ratio(load_robot(rig.robot))
+    lengths = {key: size * content[key] for key in LENGTHS if key in rig.settings_for(controller)}
+    return in_proportion({**content, **lengths}, scenario.robot)
 
 
 def can_be_on(scenario: Scenario, name: str) -> bool:
@@ -135,8 +183,13 @@ def can_be_on(scenario: Scenario, name: str) -> bool:
 
 
 def default_rigs(scenario: Scenario) -> tuple[str, ...]:
-    """Return the rigs for a scenario where none are named: all, and its own plant where that is none of them."""
-    possible = tuple(name for name in COMPARED_RIGS if can_be_on(scenario, name))
+    """Return the rigs for a scenario where none are named.
+
+    They are all, the robot as its file declares it where that says of robots at all, and the scenario's own plant
+    where that is none of them.
+    """
+    declared = (f"{OF_ROBOT}{scenario.robot}",) if declares_robots(read_robot(scenario.robot)) else ()
+    possible = tuple(name for name in (*COMPARED_RIGS, *declared) if can_be_on(scenario, name))
     for name in possible:
         rigged = validate(on_rig(scenario, name, scenario.controller), Scenario, name)
         if (rigged.plant, rigged.estimator) == (scenario.plant, scenario.estimator):

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from fivebar_bringup.pages.content import Picture, Table
 from fivebar_bringup.pages.rendering import render
-from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.compare.cases import AS_GIVEN, ComparisonCase, ComparisonExtent
+from fivebar_bringup.studies.compare.cases import AS_GIVEN, ComparisonCase, ComparisonExtent, given_on
 from fivebar_bringup.studies.compare.results import ComparisonRow, result_of, row_of, run_case
 from fivebar_bringup.studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
 from fivebar_bringup.studies.compare.verdicts import Requirement, findings
@@ -32,12 +31,14 @@ class ComparisonSettings(StudySettings):
         controllers: that make each motion.
         durations: of every segment (s).
         rigs: by name or path; None for the default ones of each scenario.
+        robot: that makes the motions in proportion to its size, by the name of its file; "" for those of the scenarios.
     """
 
     scenarios: tuple[str, ...] = ("middle", "multiple")
     controllers: tuple[str, ...] = TIMED_CONTROLLERS
     durations: tuple[float, ...] = (0.5, 1.0, 2.0, 3.0)
     rigs: tuple[str, ...] | None = None
+    robot: str = ""
 
 
 class ComparedCases(NamedTuple):
@@ -51,7 +52,7 @@ class ComparedCases(NamedTuple):
 @lru_cache(maxsize=4)
 def cases_of(settings: ComparisonSettings) -> ComparedCases:
     """Return the runs of a comparison."""
-    given = tuple(load_scenario(name) for name in settings.scenarios)
+    given = tuple(given_on(name, settings.robot) for name in settings.scenarios)
     extent = ComparisonExtent(given, settings.controllers, settings.durations, settings.rigs)
     return ComparedCases(extent, extent.cases(), extent.tight_cases())
 
@@ -112,6 +113,7 @@ def command_of(settings: ComparisonSettings) -> str:
     parts = ["fivebar", "compare", *settings.scenarios, "--controllers", ",".join(settings.controllers)]
     parts += ["--durations", ",".join(f"{duration:g}" for duration in settings.durations)]
     parts += ["--rig", ",".join(settings.rigs)] if settings.rigs is not None else []
+    parts += ["--robot", settings.robot] if settings.robot else []
     return shlex.join(parts)
 
 

@@ -15,7 +15,7 @@ from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.study import StudySettings
 from fivebar_bringup.studies.rigs.rig import find_rig, merged
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, FaultyRobot
-from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, UNIFIED_WEIGHT, in_proportion, torque_limit_of
+from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, UNIFIED_WEIGHT, torque_limit_of, with_own_law
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.robot_file import load_robot, read_robot
@@ -331,6 +331,6 @@ def prepared(name: str, duration: float, robot: str = ROBOT) -> tuple[Scenario, 
     if robot == ROBOT:
         content = merged(content, equipment.sections)
     else:
-        content = in_proportion(merged(content, scaled_sections(equipment.sections, robot)), robot)
+        content = with_own_law(merged(content, scaled_sections(equipment.sections, robot)), robot)
     scenario = validate(content, Scenario, "robustness")
     return scenario, sampled(scenario.five_bar(), scenario.plan(), RATE_HZ, scenario.lead_samples)

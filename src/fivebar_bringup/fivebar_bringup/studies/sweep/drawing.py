@@ -12,9 +12,10 @@ import numpy as np
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, Scales, drawn_effects, drawn_gyro_bias, drawn_scales
 from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.rigs.proportion import in_proportion
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.laws.registry import find_controller
-from fivebar_control.laws.robot_sizes import law_sizes, size_ratio, torque_ratio
+from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.planning.postures import WORKING_MODES, place_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan
@@ -83,7 +84,7 @@ def tolerance_of(rig: str) -> float:
 def weight_of(rig: str, robot: str = "") -> float:
     """Return the torque weight of unified on a rig, or else on a robot of another torque ((m/s^2 / Nm)^2)."""
     if robot:
-        return _own_law(robot)[0]
+        return _own_weight(robot)
     sections = {} if rig == VARIED else find_rig(rig).scenario
     return float(sections.get("unified", {}).get("weight", UNIFIED_WEIGHT))
 
@@ -193,7 +194,7 @@ class Draw(NamedTuple):
             "encoder_counts": self.encoder_counts,
             "delay_samples": self.delay_samples,
         }
-        return in_proportion(content, self.robot) if self.robot else content
+        return with_own_law(content, self.robot) if self.robot else content
 
     def _on_its_rig(self, controller: str, effects: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of a scenario with a robot of the case's rig."""
@@ -285,22 +286,16 @@ def _effects(case: Draw) -> Mapping[str, Any]:
     return drawn_effects(errors, case.seed, case.number, plan_of(case).crossings[0].time)
 
 
-def in_proportion(content: dict[str, Any], robot: str) -> dict[str, Any]:
-    """Return the content of a scenario on a rig of DexTAR's for another robot: steps of torque and law of its own."""
-    weight, gains = _own_law(robot)
-    lower = {name: min(value, content["unified"][name]) for name, value in gains.items()}
-    content["unified"] = {**content["unified"], **lower, "weight": weight}
-    if content["plant"].get("torque_quantum"):
-        content["plant"] = {**content["plant"], "torque_quantum": torque_step_of(robot)}
-    return content
+def with_own_law(content: dict[str, Any], robot: str) -> dict[str, Any]:
+    """Return the content of a scenario on a rig of DexTAR's for another robot, with the weight of its own torque."""
+    changed = in_proportion(content, robot)
+    return {**changed, "unified": {**changed["unified"], "weight": _own_weight(robot)}}
 
 
 @cache
-def _own_law(robot: str) -> tuple[float, Mapping[str, float]]:
-    """Return the torque weight of unified on a robot, and the gains that its transmissions allow at most."""
-    file = read_robot(robot)
-    gains = {name: value for name, value in law_sizes(file)["unified"].items() if name in ("kp", "kd")}
-    return UNIFIED_WEIGHT / torque_ratio(file) ** 2, gains
+def _own_weight(robot: str) -> float:
+    """Return the torque weight of unified on a robot."""
+    return UNIFIED_WEIGHT / torque_ratio(read_robot(robot)) ** 2
 
 
 @cache
