@@ -34,7 +34,11 @@ def estimate(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="New or empty directory for the results [default: runs/estimate-NAME-DATE-TIME]"),
+        typer.Option(
+            "--out",
+            help="New or empty directory for the results, or that of the same comparison"
+            " [default: runs/estimate-NAME-DATE-TIME]",
+        ),
     ] = None,
     namespace: RecordedNamespaceOption = None,
     as_json: JsonOption = False,
@@ -47,15 +51,24 @@ def estimate(
 
     Example: `fivebar estimate runs/first --set ekf.gyro_noise=0.02 --set tolerances.length=1e-4`
     """
-    from fivebar_bringup.studies.estimate.estimate import estimate_bag, write_estimation
+    from fivebar_bringup.recorded.results import new_directory
+    from fivebar_bringup.studies.engine.running import run_study
+    from fivebar_bringup.studies.estimate.study import ESTIMATION, compared
 
     with input_errors(), keyboard_interrupts():
-        within = None if namespace is None else read_namespace(namespace)
+        given = {
+            "bag": str(bag),
+            "changes": tuple(settings or ()),
+            "file": None if file is None else str(file),
+            "scenario": None if scenario is None else str(scenario),
+            "namespace": None if namespace is None else read_namespace(namespace),
+        }
         with progress_bar("estimation", as_json):
-            estimation = estimate_bag(bag, file, settings or [], scenario, within)
-            directory = write_estimation(estimation, out)
+            estimation = compared(ESTIMATION.settings_with(given))
+            directory = out or new_directory(None, f"estimate-{estimation.recorded.name}")
+            made = run_study(ESTIMATION, given, directory)
     if as_json:
-        print(json.dumps(estimation.as_json(), indent=2, allow_nan=False))
+        print(json.dumps(made.content, indent=2, allow_nan=False))
         return
     printer = Printer()
     for name, was, now in estimation.changes():
@@ -64,4 +77,4 @@ def estimate(
     for row in estimation.rows():
         table.add_row(*row)
     printer.print(table)
-    printer.print(f"look at {directory.page}", soft_wrap=True)
+    printer.print(f"look at {made.page}", soft_wrap=True)

@@ -24,9 +24,11 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import Sample, simulate, write_bag
 from fivebar_bringup.studies.estimate.changes import changed_scenario
-from fivebar_bringup.studies.estimate.estimate import SETTINGS_FILE, estimate_bag
+from fivebar_bringup.studies.estimate.estimate import estimate_bag
+from fivebar_bringup.studies.estimate.page import SETTINGS_FILE
 from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import with_payloads_as_taken
+from fivebar_bringup.studies.estimate.study import ESTIMATION
 from fivebar_bringup.studies.identify.reading import find_bag
 from fivebar_description.interface import (
     IMU_DATA,
@@ -104,6 +106,16 @@ def test_other_settings_are_compared(run: RunDirectory, tmp_path: Path) -> None:
     assert content["changed"]["difference_max_m"] > 1e-4
     assert content["changed"]["innovations_gyro"] is None
     assert "estimated again" in (out / "estimation.html").read_text(encoding="utf-8")
+    rows = ESTIMATION.table.read(
+        (out / "estimation.csv").read_text(encoding="utf-8").removeprefix(ESTIMATION.table.head)
+    )
+    assert [(row.case, row.identical, row.samples) for row in rows] == [(0, True, 126), (1, False, 126)]
+    # the directory holds the study of these settings, and of no others
+    assert CliRunner().invoke(app, [*arguments, "--out", str(out)]).stdout == result.stdout
+    assert (
+        "not ekf.gyro=true"
+        in CliRunner().invoke(app, [*arguments[:2], "--set=ekf.gyro=true", "--out", str(out)]).stderr
+    )
     again = changed_scenario(run.read_scenario(), out / SETTINGS_FILE, ())
     assert not again.ekf.gyro
     assert again.tolerances.length == 0.0

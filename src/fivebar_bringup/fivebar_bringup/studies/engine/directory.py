@@ -114,7 +114,7 @@ class StudyFiles(Generic[Settings, Row]):
             files[f"{self.study.name}.parquet"] = parquet
         write_results(self.path, files)
         content: dict[str, Any] = finite({**begun_content(self.study, settings, True), **report.content})
-        self.directory.write(report.page, content, report.pictures)
+        self.directory.write(report.page, content, report.pictures, report.others)
         return content
 
 

@@ -26,12 +26,14 @@ class StudyReport(NamedTuple):
         content: all results as plain values, for NAME.json.
         pictures: of the page.
         shown: what its command prints.
+        others: further files, text by name.
     """
 
     page: str
     content: Mapping[str, Any]
     pictures: Sequence[Picture]
     shown: Any = None
+    others: Mapping[str, str] = {}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Estimates a bag again and writes figure and page."""
+"""Estimates a bag again, with the recorded settings and with others."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.recorded.results import new_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.estimate.changes import SECTIONS, changed_scenario
@@ -14,13 +13,10 @@ from fivebar_bringup.studies.estimate.otherwise import refuse_sensors_otherwise
 from fivebar_bringup.studies.estimate.record import read_estimator_record
 from fivebar_bringup.studies.estimate.replay import Replay, estimated_again, with_payloads_as_taken
 from fivebar_bringup.studies.identify.reading import find_bag
-from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_bringup.units import error_of
 from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.strict_yaml import InputError
-
-SETTINGS_FILE = "settings.yaml"
 
 
 class EstimationComparison(NamedTuple):
@@ -125,19 +121,3 @@ def estimate_bag(
     refuse_sensors_otherwise(record, recorded, source.bag, before)
     after = before if changed == recorded else estimated_again(record, changed, source.bag)
     return EstimationComparison(source.bag, recorded, changed, before, after)
-
-
-def write_estimation(estimation: EstimationComparison, out: Path | None) -> StudyDirectory:
-    """Write figure, page, JSON and the new settings as a file into a new directory.
-
-    Raises:
-        InputError: the directory cannot be used.
-    """
-    # here, because matplotlib takes as long to load as all the rest of the command
-    from fivebar_bringup.studies.estimate.page import draw_pictures, html_page, settings_file
-
-    directory = StudyDirectory(new_directory(out, f"estimate-{estimation.recorded.name}"), "estimation")
-    pictures = draw_pictures(estimation)
-    others = {SETTINGS_FILE: settings_file(estimation)}
-    directory.write(html_page(estimation, pictures), estimation.as_json(), pictures, others)
-    return directory

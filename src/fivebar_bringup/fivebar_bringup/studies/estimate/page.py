@@ -17,6 +17,9 @@ from fivebar_bringup.studies.estimate.changes import SECTIONS
 from fivebar_bringup.studies.estimate.estimate import EstimationComparison
 from fivebar_description.strict_yaml import yaml_text
 
+SETTINGS_FILE = "settings.yaml"
+"""The new settings, beside the page."""
+
 CAPTION = (
     "Squared innovations of each sensor in units of their variance (1 expected on average, dashed: the limit of the"
     " watch, which judges their mean), and the distance of the estimated platform from the recorded estimate. Grey:"
