@@ -15,7 +15,7 @@ class Preview:
 
     def __init__(self, conditions: Conditions, working_mode: Sequence[int]) -> None:
         """Plan under the graph's conditions for requests, in the robot's working mode (two signs)."""
-        self._planning = PlanningProcess(conditions)
+        self._planning = PlanningProcess(conditions, gives_way=True)
         self._working_mode = (working_mode[0], working_mode[1])
         self._goal: Command | None = None
 

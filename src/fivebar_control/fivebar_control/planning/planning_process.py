@@ -109,9 +109,13 @@ DEAD = Planned("the planning process has died")
 class PlanningProcess:
     """Plans one request at a time; its methods wait for a plan only where they are asked to."""
 
-    def __init__(self, conditions: Conditions) -> None:
-        """Do not start a process before there is a request, or `start`."""
+    def __init__(self, conditions: Conditions, gives_way: bool = False) -> None:
+        """Do not start a process before there is a request, or `start`.
+
+        It gives way to other processes where a control cycle follows the clock; in lockstep, time waits for its plans.
+        """
         self._conditions = conditions
+        self._gives_way = gives_way
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
         self._processors = os.sched_getaffinity(0)
@@ -122,9 +126,10 @@ class PlanningProcess:
     def start(self) -> None:
         """Start the process before a control cycle runs: that takes some milliseconds, and loading a processor."""
         if self._process is None:
-            self._start(gives_way=False)
+            self._start(at_once=False)
 
-    def _start(self, gives_way: bool) -> Connection:
+    def _start(self, at_once: bool) -> Connection:
+        """Start the process, which gives way, if at all, at once or after it has loaded everything."""
         _leave_priority_to_this_thread()
         # not forked, since a process with threads, as a node is, must not be
         connection, far_end = Pipe()
@@ -138,7 +143,7 @@ class PlanningProcess:
         far_end.close()
         self._connection, self._ready = connection, False
         # this thread may have been bound to processors since: the planning stays off them
-        connection.send((gives_way, self._processors, self._conditions))
+        connection.send((self._gives_way, at_once, self._processors, self._conditions))
         return connection
 
     @property
@@ -163,7 +168,7 @@ class PlanningProcess:
                 self.close()
         if self._connection is None:
             # by the clock a cycle is under way, which loading must not disturb either
-            self._start(gives_way=self._conditions.held > 0.0).send((self._number, order))
+            self._start(at_once=True).send((self._number, order))
         self._awaited = True
 
     def answer(self, wait: float = 0.0) -> Planned | None:

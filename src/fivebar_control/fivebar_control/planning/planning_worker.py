@@ -19,10 +19,10 @@ NICENESS = 10
 def main() -> None:
     """Plan until the other end closes, in the middle of a plan too."""
     connection = Connection(int(sys.argv[1]))
-    gives_way, processors, conditions = connection.recv()
+    gives_way, at_once, processors, conditions = connection.recv()
     with suppress(OSError):
         os.sched_setaffinity(0, processors)
-    if gives_way:
+    if gives_way and at_once:
         _give_way()
     orders: SimpleQueue[tuple[int, Any]] = SimpleQueue()
     threading.Thread(target=_take, args=(connection, orders), name="orders", daemon=True).start()
@@ -32,7 +32,7 @@ def main() -> None:
     if conditions.loads.declared:
         # such requests are also tried with the time law of least torque, whose solver takes as long again to load
         import_module("fivebar_control.trajectory.passage_torques")
-    if not gives_way:
+    if gives_way and not at_once:
         _give_way()
     connection.send((0, None))
     while True:

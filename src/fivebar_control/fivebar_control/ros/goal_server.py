@@ -90,7 +90,7 @@ class GoalServer:
         self._wait = 0.0 if by_the_clock else LOCKSTEP_WAIT
         self._rate_hz = scenario.rate_hz
         self._queue = queue
-        self._planning = PlanningProcess(conditions_of(scenario, by_the_clock and self._open))
+        self._planning = PlanningProcess(conditions_of(scenario, by_the_clock and self._open), gives_way=by_the_clock)
         if self._open and by_the_clock:
             # by the clock no cycle can wait until a process has been started, or while it loads
             self._planning.start()

@@ -40,7 +40,7 @@ DIED = "the planning process has died"
 @pytest.fixture
 def planning() -> Iterator[PlanningProcess]:
     """One of its own, for tests that end its process."""
-    process = PlanningProcess(CONDITIONS)
+    process = PlanningProcess(CONDITIONS, gives_way=True)
     yield process
     process.close()
 
@@ -48,7 +48,7 @@ def planning() -> Iterator[PlanningProcess]:
 @pytest.fixture(scope="module")
 def started() -> Iterator[PlanningProcess]:
     """One that was started beforehand, by a thread that had been bound to one processor after it was made."""
-    process = PlanningProcess(CONDITIONS)
+    process = PlanningProcess(CONDITIONS, gives_way=True)
     every = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(every)})
     try:
@@ -112,6 +112,14 @@ def test_it_answers_one_request_after_the_other_in_the_process_started_beforehan
 def test_one_started_beforehand_gives_way_to_the_cycle_and_leaves_its_processors(started: PlanningProcess) -> None:
     assert_gives_way(started.pid)
     assert os.sched_getaffinity(started.pid or 0) == os.sched_getaffinity(0)
+
+
+def test_in_lockstep_it_gives_way_to_nobody_since_time_waits_for_it() -> None:
+    process = PlanningProcess(CONDITIONS)
+    try:
+        assert os.getpriority(os.PRIO_PROCESS, loaded(process)) == os.getpriority(os.PRIO_PROCESS, 0)
+    finally:
+        process.close()
 
 
 def test_a_request_takes_the_place_of_the_one_under_way(started: PlanningProcess) -> None:
