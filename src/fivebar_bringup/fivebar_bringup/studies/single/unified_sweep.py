@@ -1,7 +1,7 @@
 """Sensitivity of the unified law to its settings, which justifies the defaults.
 
 `python -m fivebar_bringup.studies.single.unified_sweep OUT.png` runs it all, which takes some ten minutes, prints the
-table of docs/unified.md and draws its figure.
+table of which docs/unified.md has a part, and draws its figure.
 """
 
 from __future__ import annotations
