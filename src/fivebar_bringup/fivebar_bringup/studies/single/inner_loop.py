@@ -1,6 +1,6 @@
 """A crossing on the emulated motor board with and without its inner loop, in this process and without ROS.
 
-`python -m fivebar_bringup.studies.single.inner_loop` prints the table of docs/motkin.md.
+`python -m fivebar_bringup.studies.single.inner_loop` prints the errors and torques behind docs/motkin.md.
 """
 
 from __future__ import annotations
