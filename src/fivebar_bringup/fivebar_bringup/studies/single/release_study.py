@@ -3,7 +3,7 @@
 `python -m fivebar_bringup.studies.single.release_study [--rests 500] [--rig calibrated --rig good --rig middling]`
 draws robots of each rig, puts each on a place of its own locus or up to 5 mm beside, lets it come to rest at zero
 torque, and releases it by what its encoders and gyroscope read. Half of them rest stretched, half folded; of these the
-platform's place is known within 5 mm. A push of the rig comes while it is released. It prints the table of
+platform's place is known within 5 mm. A push of the rig comes while it is released. It prints the counts of
 docs/motions.md.
 """
 
