@@ -170,7 +170,7 @@ HISTORY = re.compile(
 DATA = "\n## Data\n"
 """Heading of the lines by which a page of results says how and when its data were made."""
 
-MOST_WORDS = 40
+MOST_WORDS = 35
 
 
 def sentences(page: Path) -> list[str]:

@@ -51,8 +51,8 @@ def test_a_load_is_held_by_two_motors_each_up_to_its_own_limit(dextar: FiveBar) 
     assert gamma == pytest.approx(held, rel=2e-3)
     assert euclidean == pytest.approx(np.linalg.norm(by_motor), rel=2e-3)
     rates = stated(
-        r"the platform by 2 mm from \$\\dot\\kappa\$ = ([\d.]+) /s on, 2 N from ([\d.]+) /s on;"
-        r" the middle crossing has ([\d.]+) /s"
+        r"the platform by 2 mm from \$\\dot\\kappa\$ = ([\d.]+) /s on, 2 N from ([\d.]+) /s on\."
+        r" The middle crossing has ([\d.]+) /s"
     )
     for force, rate in zip((1.0, 2.0), rates, strict=False):
         assert moved(force / dextar.mass, held * rate, 1e-5) == pytest.approx(2e-3, rel=0.06)

@@ -16,7 +16,7 @@ INTRODUCTION = """\
 # Settings
 
 All settings of a scenario, section by section. A node has the keys that it uses as ROS parameters under the same names,
-with dots (`zone.epsilon`), with description, unit and range (`ros2 param describe`); there 0, or an array with the
+with dots (`zone.epsilon`), with description, unit and range (`ros2 param describe`). There 0, or an array with the
 single element 0, stands for `null`.
 
 This page is printed by `fivebar settings`.
