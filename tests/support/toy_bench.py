@@ -137,6 +137,9 @@ class ToyBench:
         if self.cycles == self.interrupt_at:
             raise KeyboardInterrupt
 
+    def close(self) -> None:
+        """Nothing to leave."""
+
     def agrees(self, key: str, question: str) -> bool:
         self.asked += 1
         return True

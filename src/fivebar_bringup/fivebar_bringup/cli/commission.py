@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
@@ -31,6 +32,14 @@ def commission(
             " says, such as practice.yaml of an earlier practice.",
         ),
     ] = None,
+    realtime: Annotated[
+        bool,
+        typer.Option(
+            "--realtime",
+            help="With --practice: by the clock, as with a real robot: drives on a bus in another process, the graph of"
+            " nodes for every motion.",
+        ),
+    ] = False,
     imu_rate: Annotated[
         int,
         typer.Option(
@@ -87,9 +96,10 @@ def commission(
             imu_rate_hz=imu_rate,
             tell=tell,
             read=sys.stdin.readline,
+            realtime=realtime,
         )
         words = f"left: {session.folder} has what was found, and the same command resumes"
-        with resumable(words):
+        with closing(session), resumable(words):
             try:
                 ended = go_through(session, last)
             except PersonLeft as left:

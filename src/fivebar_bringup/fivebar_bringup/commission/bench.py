@@ -61,6 +61,10 @@ class RobotBench(Protocol):
         """
         ...
 
+    def close(self) -> None:
+        """Leave the robot."""
+        ...
+
 
 @contextmanager
 def opened_drives(open_drives: Callable[[], DriveInterface], allowed: Allowed) -> Iterator[AllowedDrives]:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from pydantic import Field
@@ -19,6 +19,7 @@ from fivebar_bringup.commission.bench import opened_drives
 from fivebar_bringup.commission.limits import Allowed, AllowedDrives
 from fivebar_bringup.commission.person import Lead, Person, PutAt, Task, Turn
 from fivebar_bringup.commission.record import imu_keys
+from fivebar_bringup.drives.run_files import GATHER_FRACTION
 from fivebar_bringup.motions.start import HOME_MODE
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
@@ -137,6 +138,7 @@ def drawn_practice(robot: str, seed: int, rate_hz: int = 500, counts: int = 20_0
 
 def assumed_drives(practice: PracticeFile, torque_limit: float) -> dict[str, Any]:
     """Return the drives as somebody sets them up who does not know which way they count, nor from where."""
+    cycles = practice.watchdog_ms * 1000 // practice.period_us
     motors = {
         joint: {
             "id": motor.id,
@@ -149,11 +151,13 @@ def assumed_drives(practice: PracticeFile, torque_limit: float) -> dict[str, Any
     }
     return {
         "name": practice.name,
-        "interface": "practice",
-        "pace": "commands",
+        "interface": practice.interface or "practice",
+        "pace": practice.pace,
         "period_us": practice.period_us,
-        "gather_deadline_us": practice.period_us // 2,
+        "gather_deadline_us": int(GATHER_FRACTION * practice.period_us),
+        "missing_limit": max(1, cycles - 3),
         "watchdog_ms": practice.watchdog_ms,
+        "link": dict(practice.link),
         "motors": motors,
     }
 
@@ -192,12 +196,12 @@ def _reading(state: ShaftState) -> ShaftReading:
 class PracticeRobot:
     """The simulated robot in simulated time."""
 
-    def __init__(self, file: PracticeFile, machine_code: bool) -> None:
-        """Put it home; with `machine_code` it moves twenty times as fast, once that has been compiled."""
+    def __init__(self, file: PracticeFile, machine_code: bool, now: float = 0.0) -> None:
+        """Put it home at a time (s); with `machine_code` it moves twenty times as fast, once that has been compiled."""
         self.file = file
         self.period = file.period_us / 1e6
         self.samples = 0
-        self.motors = EmulatedMotors(file, 0.0, imu=file.imu)
+        self.motors = EmulatedMotors(file, now, imu=file.imu)
         if machine_code:
             self.motors.plant.use_machine_code(compiled_motion())
         self.actual: FiveBar = actual_robot(read_robot(file.robot).five_bar(), file.plant())
@@ -236,10 +240,35 @@ class PracticeRobot:
         self.by_hand(wanted, HAND_TIME + REST_TIME, GRIP)
 
 
+    def does(self, task: Task) -> None:
+        """Have a hand do something to the robot, as well as it can; a motion along waypoints is left to the bench."""
+        match task:
+            case Turn(motor, angle):
+                state = self.state
+                angles = [state.leg1.q1, state.leg2.q1]
+                angles[motor] += angle
+                self.moved_to(*direct_geometry(self.actual, assembly_mode(state), *angles))
+            case PutAt(x, y):
+                first, second = self.file.placing
+                joints = inverse_geometry(self.actual, *HOME_MODE, x, y)
+                mode = assembly_mode(self.state)
+                self.moved_to(*direct_geometry(self.actual, mode, joints.q11 + first, joints.q21 + second))
+            case Lead():
+                pass
+
+
+class HandledRobot(Protocol):
+    """A simulated robot that a hand may move."""
+
+    def does(self, task: Task) -> None:
+        """Have a hand do something to the robot, and return when it is done."""
+        ...
+
+
 class SimulatedPerson:
     """The person at the simulated robot: agrees to everything, and acts as well as a hand can."""
 
-    def __init__(self, robot: PracticeRobot) -> None:
+    def __init__(self, robot: HandledRobot) -> None:
         """Stand at a robot."""
         self._robot = robot
         self.asked = 0
@@ -256,21 +285,7 @@ class SimulatedPerson:
 
     def act(self, task: Task) -> None:
         """Do it without being asked."""
-        robot = self._robot
-        match task:
-            case Turn(motor, angle):
-                state = robot.state
-                angles = [state.leg1.q1, state.leg2.q1]
-                angles[motor] += angle
-                robot.moved_to(*direct_geometry(robot.actual, assembly_mode(state), *angles))
-            case PutAt(x, y):
-                first, second = robot.file.placing
-                joints = inverse_geometry(robot.actual, *HOME_MODE, x, y)
-                mode = assembly_mode(robot.state)
-                robot.moved_to(*direct_geometry(robot.actual, mode, joints.q11 + first, joints.q21 + second))
-            case Lead():
-                # the motion itself is recorded by the bench
-                pass
+        self._robot.does(task)
 
 
 class PracticeBench:
@@ -326,6 +341,9 @@ class PracticeBench:
         run = new_run_directory(out, scenario)
         write_guided_bag(samples, as_it_is, run.bag)
         return run
+
+    def close(self) -> None:
+        """Have nothing to leave."""
 
     def run(self, scenario: Scenario, drives: Path, out: Path, page: bool) -> tuple[RunDirectory, Summary]:
         """Run a scenario in simulated time, through the drives."""

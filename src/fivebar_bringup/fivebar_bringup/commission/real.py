@@ -25,7 +25,8 @@ from fivebar_bringup.studies.engine.running import silent
 from fivebar_control.hardware.connection import connect
 from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_description.imu import ImuSettings
-from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, IMU_FRAME, MOTOR_STATES
+from fivebar_description.interface import ACTIVE_JOINTS, DEFAULT_PRIORITY, IMU_DATA, IMU_FRAME, MOTOR_STATES
+from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.ros_environment import domain_of_environment
 
 if TYPE_CHECKING:
@@ -45,8 +46,12 @@ class StampedAngles(NamedTuple):
 class RealBench:
     """The `RobotBench` of a robot on real drives."""
 
-    def __init__(self, rate_hz: int, imu_rate_hz: int = 0) -> None:
-        """Have drives with cycles at a rate (Hz), and maybe an IMU with so many readings a second."""
+    def __init__(self, rate_hz: int, imu_rate_hz: int = 0, domain: int | None = None) -> None:
+        """Have drives with cycles at a rate (Hz), and maybe an IMU with so many readings a second.
+
+        The IMU is in a DDS domain, by default that of the environment.
+        """
+        self._domain = domain
         self._began = time.monotonic()
         self._pace = CyclePace(1.0 / rate_hz)
         self._imu = ImuSettings(rate_hz=imu_rate_hz, latency=LATENCY) if imu_rate_hz else None
@@ -82,7 +87,7 @@ class RealBench:
                 # with ROS, which nothing else here needs
                 from fivebar_bringup.ros.imu_collector import ImuCollector
 
-                collector = stack.enter_context(ImuCollector(domain_of_environment()))
+                collector = stack.enter_context(ImuCollector(self._domain_of_imu()))
                 readings = collector.readings
             answering.start()
             while answering.is_alive():
@@ -102,9 +107,15 @@ class RealBench:
     def run(self, scenario: Scenario, drives: Path, out: Path, page: bool) -> tuple[RunDirectory, Summary]:
         """Run a scenario with the graph of nodes, whose bridge enables the drives as soon as all nodes are ready."""
         real = RealDrives(str(drives), None, activate=True)
-        # an IMU is in the domain of its driver
-        domain = None if self._imu is None else domain_of_environment()
-        return run_with_ros(scenario, Mode.REALTIME, out, domain, silent, with_page=page, real=real)
+        domain = self._domain if self._imu is None else self._domain_of_imu()
+        scheduling = Scheduling(DEFAULT_PRIORITY)
+        return run_with_ros(scenario, Mode.REALTIME, out, domain, silent, scheduling, with_page=page, real=real)
+
+    def close(self) -> None:
+        """Have nothing to leave: drives are opened for a step only."""
+
+    def _domain_of_imu(self) -> int:
+        return domain_of_environment() if self._domain is None else self._domain
 
 
 class _Answering(threading.Thread):

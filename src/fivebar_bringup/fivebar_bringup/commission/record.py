@@ -58,6 +58,7 @@ class CommissionState(StrictModel):
         robot: the robot file that it began with.
         drives: the configuration of the drives that it began with; empty for a simulated robot.
         practice: the simulated robot, by its number or file; empty for a real one.
+        realtime: whether the simulated robot moves by the clock.
         torque_nm, speed_rad_s: what the robot is allowed.
         imu: mounting and rates of the IMU as far as they are known, as in a scenario.
         transmissions: what was found of the transmissions, as in `plant.transmission`.
@@ -67,6 +68,7 @@ class CommissionState(StrictModel):
     robot: str
     drives: str = ""
     practice: str = ""
+    realtime: bool = False
     torque_nm: Annotated[float, Field(gt=0.0)]
     speed_rad_s: Annotated[float, Field(gt=0.0)]
     imu: dict[str, Any] | None = None
@@ -112,7 +114,7 @@ def resumed(folder: Path, asked: CommissionState) -> CommissionState:
             )
         return asked
     found = read_yaml(path, CommissionState)
-    for key in ("robot", "drives", "practice", "torque_nm", "speed_rad_s"):
+    for key in ("robot", "drives", "practice", "realtime", "torque_nm", "speed_rad_s"):
         before, now = getattr(found, key), getattr(asked, key)
         if before != now:
             raise InputError(

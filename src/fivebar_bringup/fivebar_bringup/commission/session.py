@@ -51,6 +51,10 @@ class Session:
         self.folder, self.state, self.bench, self.person, self.tell = folder, state, bench, person, tell
         self.allowed = Allowed(state.torque_nm, state.speed_rad_s)
 
+    def close(self) -> None:
+        """Leave the robot."""
+        self.bench.close()
+
     @property
     def robot_path(self) -> Path:
         """The robot file, as far as the robot is known."""

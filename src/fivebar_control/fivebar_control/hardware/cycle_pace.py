@@ -1,7 +1,8 @@
-"""The pace of cycles without a control law, such as while drives are being enabled."""
+"""The pace of cycles without a control law, such as while drives are being enabled, and how many periods have passed."""
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 
@@ -20,3 +21,30 @@ class CyclePace:
         now = time.monotonic()
         self._pause.wait(max(0.0, self._next - now))
         self._next = max(self._next, now) + self._period
+
+
+EARLY = 0.25
+"""Part of a period by which a cycle may come before its time and still count as the next one."""
+
+
+class CycleCount:
+    """Counts the periods between cycles by the clock, so that those in which the machine stood still count too.
+
+    Cycles come late, and hardly ever early: the earliest one so far tells when they are due.
+    """
+
+    def __init__(self, period: float) -> None:
+        """Count periods of a length (s)."""
+        self._period = period
+        self._number = 0
+        self._origin: float | None = None
+
+    def passed(self, now: float) -> int:
+        """Return how many periods have passed since the cycle before, at least one, for a cycle at a time (s)."""
+        if self._origin is None:
+            self._origin = now
+            return 1
+        before = self._number
+        self._number = max(before + 1, math.floor((now - self._origin) / self._period + EARLY))
+        self._origin = min(self._origin, now - self._number * self._period)
+        return self._number - before

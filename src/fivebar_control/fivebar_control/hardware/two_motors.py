@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import MICROSECONDS
-from fivebar_control.hardware.cycle_pace import CyclePace
+from fivebar_control.hardware.cycle_pace import CycleCount, CyclePace
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import (
     ZERO,
@@ -66,14 +66,14 @@ class PairAnswer(NamedTuple):
         readings: as the command found each motor; None where no answer has come in time.
         powered: whether both have power.
         fault: what a drive or the link reports, None while nothing is wrong.
-        periods: sampling periods since the last answer, by the drives' own clock where they have one.
+        periods: sampling periods since the last answer, by the drives' own clock; None where they have none.
         late: answers to earlier commands that have come since the last exchange.
     """
 
     readings: tuple[ShaftReading | None, ShaftReading | None]
     powered: bool
     fault: Fault | None = None
-    periods: int = 1
+    periods: int | None = None
     late: int = 0
 
 
@@ -107,6 +107,7 @@ class TwoMotors:
         self._file = file
         self._driver = driver
         self._pace = CyclePace(file.period_us / MICROSECONDS)
+        self._cycles = CycleCount(file.period_us / MICROSECONDS)
         self._power = self._enabled = False
         self._torques: Torques = ZERO
         self._silent = [0, 0]
@@ -163,7 +164,9 @@ class TwoMotors:
 
     def exchange(self) -> Exchange:
         """Send power and torques, and take the measurements that the commands found."""
-        return self._judged(self._driver.exchange(self._command, self._file.gather_time))
+        # a robot that moves on with the commands has moved on by one period, however late this one is
+        passed = 1 if self._file.paced_by_commands else self._cycles.passed(time.monotonic())
+        return self._judged(self._driver.exchange(self._command, self._file.gather_time), passed)
 
     def write(self, torques: Torques, target: JointTarget | None = None) -> None:
         """Keep torques (Nm, at the joints) for the next exchange, within the limits; zero unless both are enabled.
@@ -245,8 +248,13 @@ class TwoMotors:
     def _place(self, number: int) -> str:
         return f"{ACTIVE_JOINTS[number]} (id {self._file.pair[number].id})"
 
-    def _judged(self, answer: PairAnswer) -> Exchange:
-        """Return the exchange of an answer; for a fault both drives lose their power."""
+    def _judged(self, answer: PairAnswer, passed: int = 1) -> Exchange:
+        """Return the exchange of an answer; for a fault both drives lose their power.
+
+        Args:
+            answer: of the drives.
+            passed: periods since the last one, where the drives have no clock.
+        """
         fault = answer.fault
         self._late += answer.late
         for number, reading in enumerate(answer.readings):
@@ -265,7 +273,7 @@ class TwoMotors:
         )
         if first is not None and second is not None:
             self._positions = first.position, second.position
-        return Exchange((first, second), fault, answer.periods)
+        return Exchange((first, second), fault, passed if answer.periods is None else answer.periods)
 
 
 class PromptDriver(MotorDriver, Protocol):

@@ -116,6 +116,9 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
     inspect.getframeinfo(sys._getframe())
     executor = NodeExecutor()
     for node in nodes:
+        # those made while other nodes were loading would fire once for each period since, and then be silent as long
+        for timer in node.timers:
+            timer.reset()
         executor.add_node(node)
     for node in nodes:
         node.schedule()

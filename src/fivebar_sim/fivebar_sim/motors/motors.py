@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from typing import NamedTuple
 
 from fivebar_description.imu import ImuSettings
@@ -14,6 +15,10 @@ from fivebar_sim.plant import PlantDiverged
 
 LONGEST_CATCH_UP = 0.25
 """Longest time (s) that is simulated at once, after this process was stopped for a while."""
+
+
+RESTING = 0.03
+"""Speed (rad/s) of the fastest joint below which friction holds a robot that nothing moves."""
 
 
 class ShaftState(NamedTuple):
@@ -96,7 +101,7 @@ class SimulatedMotor:
 class EmulatedMotors(MovedRobot):
     """Both motors on the simulated robot, which a pair of commands or the clock moves on by a period.
 
-    Until one of them has power for the first time the robot stays where it stands.
+    Without power, and with no hand on it, the robot stays where it comes to rest.
     """
 
     def __init__(
@@ -121,6 +126,8 @@ class EmulatedMotors(MovedRobot):
         self._commanded: set[int] = set()
         self._commanded_at: float | None = None
         self._clock = now
+        self.before_step: Callable[[float], None] | None = None
+        """Called with the time (s) of the robot's state before that is moved on."""
         super().__init__(file, round(1.0 / self._period), imu)
 
     def go_home(self) -> None:
@@ -135,7 +142,7 @@ class EmulatedMotors(MovedRobot):
             motor.place(angle)
         self._noted = False
         # friction holds a robot that stands, but that of the simulated one is smoothed, and lets it creep
-        self._held = True
+        self._held, self._pulled = True, False
 
     def pull(self, x: float, y: float) -> None:
         """Have a hand pull the platform with a force (N) from now on.
@@ -143,7 +150,7 @@ class EmulatedMotors(MovedRobot):
         Raises:
             InputError: the simulated robot has no effects, and nothing can pull it.
         """
-        self._held = False
+        self._held, self._pulled = False, bool(x or y)
         self.plant.hold(x, y)
 
     def number_of(self, drive: int) -> int | None:
@@ -206,6 +213,8 @@ class EmulatedMotors(MovedRobot):
         first, second = self.motors
         self.measure()
         self._noted = False
+        if self.before_step is not None:
+            self.before_step(self._clock - self._period)
         if self._held:
             return
         try:
@@ -217,3 +226,5 @@ class EmulatedMotors(MovedRobot):
         for motor, angle in zip(self.motors, (q11, q21), strict=True):
             if math.isfinite(angle):
                 motor.sense(angle)
+        if not (self._pulled or first.powered or second.powered):
+            self._held = max(map(abs, self.plant.truth().velocity)) < RESTING

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fivebar_bringup.commission.bench import RobotBench
+from fivebar_bringup.commission.clocked import ClockedBench, by_the_clock
 from fivebar_bringup.commission.drives_file import DrivesFile, configuration_path
 from fivebar_bringup.commission.person import Answer, Person, PersonAtTerminal, PersonByFile
 from fivebar_bringup.commission.practice import (
@@ -53,11 +54,12 @@ def begun(
     imu_rate_hz: int,
     tell: Callable[[str], None],
     read: Callable[[], str],
+    realtime: bool = False,
 ) -> Session:
     """Return the session of a command's options; see the command.
 
     Args:
-        robot, torque, speed, drives, practice, answers, again, last, out, imu_rate_hz: as given.
+        robot, torque, speed, drives, practice, answers, again, last, out, imu_rate_hz, realtime: as given.
         tell: prints a line.
         read: reads a line of standard input.
 
@@ -76,10 +78,19 @@ def begun(
         raise InputError("--drives: expected without --practice, whose drives are simulated")
     if practice is not None and imu_rate_hz:
         raise InputError("--imu-rate: expected without --practice, whose IMU is simulated")
+    if realtime and practice is None:
+        raise InputError("--realtime: expected with --practice; a real robot follows the clock anyhow")
     stem = re.sub(r"[^\w.-]+", "-", file.name)
     folder = out or Path("runs") / f"commission-{stem}"
     given = _drives_of(file, drives) if practice is None else ""
-    asked = CommissionState(robot=robot, drives=given, practice=practice or "", torque_nm=torque, speed_rad_s=speed)
+    asked = CommissionState(
+        robot=robot,
+        drives=given,
+        practice=practice or "",
+        realtime=realtime,
+        torque_nm=torque,
+        speed_rad_s=speed,
+    )
     state = resumed(folder, asked)
     if again is not None:
         state = state.before(again)
@@ -122,16 +133,21 @@ def _session(
         write_file(folder / ROBOT_FILE, yaml_text(content))
     bench: RobotBench
     person: Person | None = None
+    known = None if answers is None else _answers_in(answers)
     if practice:
-        simulated = _practice_in(folder, robot, practice, torque)
-        bench = PracticeBench(simulated)
-        person = SimulatedPerson(bench.robot)
+        simulated = _practice_in(folder, robot, practice, torque, state.realtime)
+        if state.realtime:
+            bench = clocked = ClockedBench(folder / PRACTICE_FILE)
+            person = SimulatedPerson(clocked.robot)
+        else:
+            bench = practised = PracticeBench(simulated)
+            person = SimulatedPerson(practised.robot)
     else:
         _write_drives(folder, state.drives, torque)
         bench = RealBench(DrivesFile(folder / DRIVES_FILE).rate_hz, imu_rate_hz)
         person = PersonAtTerminal(read, tell) if answers is None else None
-    if answers is not None:
-        person = PersonByFile(_answers_in(answers), answers, person)
+    if answers is not None and known is not None:
+        person = PersonByFile(known, answers, person)
     assert person is not None, "somebody answers"
     state.write(folder)
     return Session(folder, state, bench, person, tell)
@@ -164,7 +180,7 @@ def _write_drives(folder: Path, configuration: str, torque: float) -> None:
         file.write(path)
 
 
-def _practice_in(folder: Path, robot: str, practice: str, torque: float) -> PracticeFile:
+def _practice_in(folder: Path, robot: str, practice: str, torque: float, realtime: bool) -> PracticeFile:
     """Return the simulated robot of a directory, which is written there once, as are its drives."""
     path = folder / PRACTICE_FILE
     if not path.exists():
@@ -174,6 +190,8 @@ def _practice_in(folder: Path, robot: str, practice: str, torque: float) -> Prac
         else:
             loaded = load_yaml(Path(practice))
             content = loaded if isinstance(loaded, dict) else {}
+        if realtime:
+            content = by_the_clock(content)
         validate(content, PracticeFile, practice)
         write_file(path, yaml_text(content))
     found = read_practice(path)

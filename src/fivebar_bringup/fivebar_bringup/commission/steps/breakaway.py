@@ -34,17 +34,21 @@ def run(session: Session) -> Findings:
     """Raise each motor's torque, either way, until it moves."""
     largest = SHARE * session.allowed.torque
     found: dict[str, list[float]] = {joint: [] for joint in ACTIVE_JOINTS}
+    # known before the drives have power: reading files takes longer than their watchdogs wait
+    file = session.drives
+    rate_hz, counts = file.rate_hz, [file.facts(joint).counts for joint in ACTIVE_JOINTS]
     with session.opened() as drives:
         drives.enable(2.0)
         for motor, joint in enumerate(ACTIVE_JOINTS):
+            needed = max(MOVED, COUNTS * math.tau / counts[motor])
             for direction in (1.0, -1.0):
-                found[joint].append(_breakaway(session, drives, motor, direction * largest))
+                found[joint].append(_breakaway(session, drives, motor, direction * largest, needed, rate_hz))
         drives.disable()
         torque, speed = drives.largest_torque, drives.largest_speed
     coulomb = {joint: 0.5 * (up - down) for joint, (up, down) in found.items()}
     offset = {joint: 0.5 * (up + down) for joint, (up, down) in found.items()}
-    file = session.robot
-    friction = file.friction.model_copy(
+    robot = session.robot
+    friction = robot.friction.model_copy(
         update={
             "f_s11": round(coulomb["q11"], 6),
             "f_s21": round(coulomb["q21"], 6),
@@ -52,7 +56,7 @@ def run(session: Session) -> Findings:
             "f_off21": round(offset["q21"], 6),
         }
     )
-    session.learn_robot(file.model_copy(update={"friction": friction}))
+    session.learn_robot(robot.model_copy(update={"friction": friction}))
     figures: dict[str, object] = {
         f"{joint}: moves at, Nm": [round(value, 4) for value in both] for joint, both in found.items()
     }
@@ -61,14 +65,23 @@ def run(session: Session) -> Findings:
     return Findings(f"the motors begin to move, {words}, in the direction of the torque", figures)
 
 
-def _breakaway(session: Session, drives: AllowedDrives, motor: int, largest: float) -> float:
+def _breakaway(
+    session: Session, drives: AllowedDrives, motor: int, largest: float, needed: float, rate_hz: int
+) -> float:
     """Return the torque (Nm) at which a motor begins to move, raised to `largest`, whose sign is the direction.
+
+    Args:
+        session: the session.
+        drives: with power, at zero torque.
+        motor: its number.
+        largest: torque (Nm).
+        needed: angle (rad) by which it has moved.
+        rate_hz: cycles a second.
 
     Raises:
         GateClosed: it does not move, moves the other way, or its drive applies another torque.
     """
-    joint, rate_hz = ACTIVE_JOINTS[motor], session.drives.rate_hz
-    needed = max(MOVED, COUNTS * math.tau / session.drives.facts(joint).counts)
+    joint = ACTIVE_JOINTS[motor]
     window: deque[tuple[float, float]] = deque(maxlen=max(2, round(WITHIN * rate_hz)))
     try:
         for number in range(round(RISE_TIME * rate_hz)):
@@ -101,12 +114,12 @@ def _breakaway(session: Session, drives: AllowedDrives, motor: int, largest: flo
             " friction beyond that",
         )
     finally:
-        _rest(session, drives)
+        _rest(session, drives, rate_hz)
 
 
-def _rest(session: Session, drives: AllowedDrives) -> None:
+def _rest(session: Session, drives: AllowedDrives, rate_hz: int) -> None:
     """Have no torque for a moment."""
-    for _ in range(round(PAUSE * session.drives.rate_hz)):
+    for _ in range(round(PAUSE * rate_hz)):
         drives.write(ZERO)
         session.bench.wait()
         drives.exchange()

@@ -12,7 +12,7 @@ from fivebar_bringup.studies.bench.estimator_speed import estimator_us
 from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.laws import plain_speed
 from fivebar_bringup.studies.bench.processes import HOPS, bare_chain_p50_ms, graph_speed, stamp
-from fivebar_bringup.studies.bench.real_time import real_time_rows
+from fivebar_bringup.studies.bench.real_time import ALONE, TOGETHER, real_time_rows
 from fivebar_bringup.studies.bench.stalls import bare_loop
 from fivebar_bringup.studies.bench.start_up import start_up_rows
 from fivebar_description.interface import DEFAULT_PRIORITY
@@ -21,10 +21,15 @@ ESTIMATED = {"from encoders": "middle_encoders", "with a gyroscope": "gyro_middl
 """Scenarios on which the estimator is measured, by what it has."""
 
 
+REHEARSED = "middle_moteus"
+"""Scenario that is rehearsed on emulated drives, whose bridge is in a process of its own, and in that of the chain."""
+
+
 def main() -> None:
     """Measure and print."""
     console = Console()
     scenario = load_scenario("middle")
+    rehearsed = load_scenario(REHEARSED)
     with console.status("start-up"):
         starts = [*start_up_rows()]
     with console.status("plain code, then the bare ring, the node graph, and the ring again"):
@@ -38,6 +43,9 @@ def main() -> None:
         clocked = graph_speed(longer, Mode.REALTIME)
         samples = longer.plan().path.samples(longer.rate_hz)
         stalls = bare_loop(longer.rate_hz, samples, DEFAULT_PRIORITY)
+        apart, together = (
+            graph_speed(rehearsed, Mode.REALTIME, rehearsed=True, sharing=sharing) for sharing in (None, Sharing.ROBOT)
+        )
         ring_after = bare_chain_p50_ms()
     ring = min(ring_before, ring_after)
     table = Table("what", "measured", "target", title=f"Measured {stamp()}, side by side in one run")
@@ -62,6 +70,13 @@ def main() -> None:
     for row in real_time_rows(clocked, stalls, samples):
         beside.add_row(*row)
     console.print(beside)
+    cycles = rehearsed.plan().path.samples(rehearsed.rate_hz)
+    for words, speed, latency in (("apart", apart, ALONE), ("in the chain's process", together, TOGETHER)):
+        title = f"{REHEARSED} on emulated drives at {rehearsed.rate_hz} Hz, bridge {words}"
+        bridged = Table("what", "robot", stalls.name, "target", title=title)
+        for row in real_time_rows(speed, stalls, cycles, latency):
+            bridged.add_row(*row)
+        console.print(bridged)
     periods = {"control chain": clocked.periods_ms, stalls.name: stalls.periods_ms}
     console.print(histogram("From one sample to the next, as recorded", 1e3 / longer.rate_hz, periods))
 

@@ -6,14 +6,16 @@ import statistics
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.runs.processes import CONTROLLERS
+from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.bench.histogram import histogram
 from fivebar_bringup.studies.bench.processes import GraphSpeed, graph_speed, stamp
@@ -25,7 +27,7 @@ RUNS = 20
 """Runs of each kind, by default."""
 
 LOOP_SECONDS = 10.0
-"""How long a bare loop is measured beside each kind."""
+"""How long a bare loop is measured beside each kind, at least."""
 
 
 class SeriesKind(NamedTuple):
@@ -37,6 +39,8 @@ class SeriesKind(NamedTuple):
         rate_hz: its rate.
         rehearsed: whether it goes over the bridge and emulated drives.
         sharing: which nodes share a process, None as in a run.
+        segment_s: duration of each segment (s), None for that of the scenario.
+        most_runs: how many runs are made at most.
     """
 
     name: str
@@ -44,6 +48,15 @@ class SeriesKind(NamedTuple):
     rate_hz: int
     rehearsed: bool = False
     sharing: Sharing | None = None
+    segment_s: float | None = None
+    most_runs: int = 1000
+
+    def loaded(self) -> Scenario:
+        """Return the scenario of a run."""
+        changed: dict[str, Any] = {"rate_hz": self.rate_hz}
+        if self.segment_s is not None:
+            changed["segment_duration"] = self.segment_s
+        return load_scenario(self.scenario).model_copy(update=changed)
 
 
 KINDS = (
@@ -51,7 +64,14 @@ KINDS = (
     SeriesKind("encoders", "middle_encoders", 500),
     SeriesKind("kilohertz", "middle", 1000),
     SeriesKind("rehearsal", "middle_robot", 500, rehearsed=True),
+    SeriesKind("odrive", "middle_odrive", 500, rehearsed=True),
+    SeriesKind("moteus", "middle_moteus", 500, rehearsed=True),
+    SeriesKind("ros2_control", "middle_ros2_control", 500, rehearsed=True),
+    SeriesKind("motkin", "motkin_middle", 500, rehearsed=True),
     SeriesKind("together", "middle_robot", 500, rehearsed=True, sharing=Sharing.ROBOT),
+    SeriesKind("odrive_together", "middle_odrive", 500, rehearsed=True, sharing=Sharing.ROBOT),
+    SeriesKind("moteus_together", "middle_moteus", 500, rehearsed=True, sharing=Sharing.ROBOT),
+    SeriesKind("minute", "middle_moteus", 1000, rehearsed=True, sharing=Sharing.ROBOT, segment_s=30.0, most_runs=1),
 )
 
 
@@ -64,7 +84,8 @@ class Series(NamedTuple):
 
 def run_series(kind: SeriesKind, runs: int) -> Series:
     """Run a kind so many times, one after the other."""
-    scenario = load_scenario(kind.scenario).model_copy(update={"rate_hz": kind.rate_hz})
+    scenario = kind.loaded()
+    runs = min(runs, kind.most_runs)
     found = []
     for _ in range(runs):
         try:
@@ -143,11 +164,16 @@ def main() -> None:
     for kind in kinds:
         with console.status(f"{kind.name}: {runs} runs"):
             series = run_series(kind, runs)
-            loop = bare_loop(kind.rate_hz, round(LOOP_SECONDS * kind.rate_hz), DEFAULT_PRIORITY)
+            seconds = max(LOOP_SECONDS, kind.loaded().plan().path.duration)
+            loop = bare_loop(kind.rate_hz, round(seconds * kind.rate_hz), DEFAULT_PRIORITY)
         row = series_row(series)
         rows.append(row)
         # as soon as it is known: a long series may be interrupted
         console.print(f"{kind.name}: " + "; ".join(f"{name}: {cell}" for name, cell in zip(FIGURES, row, strict=True)))
+        median, high = np.percentile(loop.lateness_ms, (50, 99))
+        console.print(
+            f"{loop.name}: late {loop.late} of {len(loop.periods_ms)}; from due to awake {median:.2f} ms, p99 {high:.2f} ms"
+        )
         periods = {kind.name: [time for run in series.runs for time in run.periods_ms], loop.name: loop.periods_ms}
         console.print(histogram(f"{kind.name}: from one sample to the next", 1e3 / kind.rate_hz, periods))
     # a column for each kind, which a terminal of 80 characters shows whole

@@ -1,0 +1,1 @@
+"""The simulated robot of a practice by the clock, which speaks ROS."""
