@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from closed_posture import closed_posture
 
+from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.motors_file import MotorsFile, load_motors
 from fivebar_control.hardware.two_motors import TwoMotors
 from fivebar_description.strict_yaml import validate
@@ -68,3 +69,32 @@ def expect_torques_that_have_acted(motors: TwoMotors) -> None:
         motors.write(torques)
         readings = motors.exchange().readings
         assert [None if one is None else one.torque for one in readings] == pytest.approx(before)
+
+
+MISPLACED = ("swapped", "reversed", "geared", "zero")
+"""How motors may differ from the bridge's file."""
+
+
+def misplaced(how: str, ids: tuple[int, int]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return keys of both motors that differ from the bridge's file."""
+    return {
+        "swapped": ({"id": ids[1]}, {"id": ids[0]}),
+        "reversed": ({"sign": -1}, {}),
+        "geared": ({}, {"gear_ratio": 2.0}),
+        "zero": ({"zero_rad": 0.1}, {}),
+    }[how]
+
+
+def posture_of(emulation: MotorsEmulation) -> dict[str, float]:
+    """Return the section `posture` of a bridge's file for a robot that stands where its emulation begins."""
+    angles = (motor.joint_angle for motor in emulation.motors.motors)
+    return {**dict(zip(("q11", "q21"), angles, strict=True)), "tolerance_rad": 0.02}
+
+
+def expect_no_power_where_it_stands(emulation: MotorsEmulation, motors: TwoMotors) -> None:
+    """Expect that drives whose posture is not the declared one are refused, and have no power."""
+    motors.set_up()
+    with pytest.raises(DriveError, match=r"posture_unconfirmed: q.1 reads .* declared"):
+        motors.confirm_start(2.0)
+    assert not any(motor.powered for motor in emulation.motors.motors)
+    motors.close()

@@ -29,6 +29,9 @@ IDLE, CLOSED_LOOP_CONTROL = 1, 8
 TORQUE_CONTROL, PASSTHROUGH = 1, 1
 """Control mode and input mode."""
 
+NOT_CALIBRATED = 14
+"""Result of a procedure: the axis has refused to be controlled."""
+
 FIRMWARE = (0, 6)
 
 ERRORS = {
@@ -68,6 +71,10 @@ FAULTS: Mapping[str, tuple[str, str]] = {
         "An axis is in error or was disarmed; the message names the vendor's errors.",
         "Remove the cause, then reset and enable.",
     ),
+    "odrive_uncalibrated": (
+        "An axis takes no power, since motor or encoder has not been calibrated.",
+        "Calibrate it with the vendor's tool and save that, then reset and enable.",
+    ),
     "odrive_firmware": ("A drive has another firmware than 0.6.", "Update the drive with the vendor's tool."),
     "drive_lost": ("A drive sends no heartbeat.", "Check cable, power and node id, then reset and enable."),
     "drive_missing": ("A drive does not answer.", "Check power, node id and bit rate, then configure again."),
@@ -82,7 +89,7 @@ class Axis(DriveOnBus):
     def __init__(self, node: int, joint: str) -> None:
         super().__init__(node, joint, "node")
         self.version: tuple[int, int] | None = None
-        self.state, self.errors, self.disarmed = 0, 0, 0
+        self.state, self.errors, self.disarmed, self.result = 0, 0, 0, 0
         self.heard = -math.inf
         self.estimate: tuple[float, float] | None = None
         self.torque: float | None = None
@@ -164,7 +171,7 @@ class ODrives(CanPair[Axis]):
     def _ask_for_power(self, axis: Axis, power: bool, now: float) -> None:
         wanted = CLOSED_LOOP_CONTROL if power else IDLE
         if power != self._power or (axis.state != wanted and now - axis.asked > ASK_PERIOD and not axis.errors):
-            axis.asked = now
+            axis.asked, axis.result = now, 0
             self._command(axis, SET_AXIS_STATE, struct.pack("<I", wanted))
 
     def _reading(self, axis: Axis, commanded: float) -> ShaftReading | None:
@@ -178,6 +185,8 @@ class ODrives(CanPair[Axis]):
         for axis in self.drives:
             if axis.errors or axis.disarmed:
                 return Fault("odrive_error", f"{axis.place}: {error_names(axis.errors | axis.disarmed)}")
+            if power and axis.state == IDLE and axis.result == NOT_CALIBRATED:
+                return Fault("odrive_uncalibrated", f"{axis.place}: NOT_CALIBRATED")
             if now - axis.heard > HEARTBEAT_TIMEOUT and axis.heard > 0.0:
                 return Fault("drive_lost", f"{axis.place}: no heartbeat for {HEARTBEAT_TIMEOUT:g} s")
             if power and self._power and axis.state == IDLE and now - axis.asked > ASK_PERIOD:
@@ -196,7 +205,7 @@ class ODrives(CanPair[Axis]):
         if axis is None or len(data) != 8:
             return
         if command == HEARTBEAT:
-            axis.errors, axis.state = struct.unpack_from("<IB", data)
+            axis.errors, axis.state, axis.result = struct.unpack_from("<IBB", data)
             axis.heard = time.monotonic()
         elif command == GET_ENCODER_ESTIMATES:
             position, velocity = struct.unpack("<ff", data)

@@ -26,6 +26,9 @@ PROTOCOL = 2
 
 IDLE, CLOSED_LOOP = 1, 8
 
+SUCCESS, NOT_CALIBRATED = 0, 14
+"""Results of the last procedure."""
+
 ERRORS = {
     "INITIALIZING": 0x1,
     "SYSTEM_LEVEL": 0x2,
@@ -62,10 +65,12 @@ class ODriveLinkFile(CanChannel, StrictModel):
     Attributes:
         bitrate: of the wire (bit/s), which an emulated bus has not.
         firmware: major and minor number.
+        calibrated: whether both axes know motor and encoder, without which they take no power.
     """
 
     bitrate: int = 1_000_000
     firmware: tuple[int, int] = (0, 6)
+    calibrated: bool = True
 
 
 class AxisState:
@@ -74,7 +79,7 @@ class AxisState:
     def __init__(self) -> None:
         self.wanted = False
         self.torque_mode = False
-        self.errors = self.disarmed = 0
+        self.errors = self.disarmed = self.result = 0
         self.found: ShaftState | None = None
 
 
@@ -129,7 +134,8 @@ class ODriveBus(CanLink[ODriveLinkFile]):
             return
         if command == 0x07:
             (wanted,) = struct.unpack_from("<I", data)
-            axis.wanted = wanted == CLOSED_LOOP and axis.torque_mode and not axis.errors
+            axis.result = SUCCESS if self.link.calibrated or wanted != CLOSED_LOOP else NOT_CALIBRATED
+            axis.wanted = wanted == CLOSED_LOOP and axis.torque_mode and not (axis.errors or axis.result)
             axis.found = None
             if not axis.wanted:
                 motor.command(False, 0.0)
@@ -147,7 +153,7 @@ class ODriveBus(CanLink[ODriveLinkFile]):
         axis, motor = self._axes[number], motors.motors[number]
         if not motor.silent:
             state = CLOSED_LOOP if axis.wanted else IDLE
-            self._send(motor, 0x01, struct.pack("<IBBBx", axis.errors, state, 0, 0))
+            self._send(motor, 0x01, struct.pack("<IBBBx", axis.errors, state, axis.result, 0))
 
     def _send(self, motor: SimulatedMotor, command: int, data: bytes) -> None:
         self.send(motor.facts.id << 5 | command, data)

@@ -17,7 +17,16 @@ import can
 import moteus
 import pytest
 from moteus.protocol import Register
-from served_motors import bridge_file, expect_torques_that_have_acted, served, virtual_link
+from served_motors import (
+    MISPLACED,
+    bridge_file,
+    expect_no_power_where_it_stands,
+    expect_torques_that_have_acted,
+    misplaced,
+    posture_of,
+    served,
+    virtual_link,
+)
 
 from fivebar_bringup.drives.kinds import MOTEUS_DRIVES
 from fivebar_bringup.drives.moteus_files import private_link
@@ -192,21 +201,12 @@ def test_a_drive_of_another_id_is_missing() -> None:
         connected(motors=motors)
 
 
-@pytest.mark.parametrize(
-    "facts",
-    [({"id": 2}, {"id": 1}), ({"sign": -1}, {}), ({}, {"gear_ratio": 2.0}), ({"zero_rad": 0.1}, {})],
-    ids=["swapped", "reversed", "geared", "zero"],
-)
-def test_a_robot_that_does_not_stand_where_it_is_said_to_gets_no_power(facts: tuple[dict[str, Any], ...]) -> None:
+@pytest.mark.parametrize("how", MISPLACED)
+def test_a_robot_that_does_not_stand_where_it_is_said_to_gets_no_power(how: str) -> None:
     with drives() as emulation:
-        stands = dict(zip(("q11", "q21"), (motor.joint_angle for motor in emulation.motors.motors), strict=True))
-    with drives(motors=facts) as emulation:
-        motors = connected(posture={**stands, "tolerance_rad": 0.02})
-        motors.set_up()
-        with pytest.raises(DriveError, match=r"posture_unconfirmed: q.1 reads .* declared"):
-            motors.confirm_start(2.0)
-        assert not any(motor.powered for motor in emulation.motors.motors)
-        motors.close()
+        stands = posture_of(emulation)
+    with drives(motors=misplaced(how, (1, 2))) as emulation:
+        expect_no_power_where_it_stands(emulation, connected(posture=stands))
 
 
 def test_an_answer_that_comes_late_is_counted_and_not_taken_for_the_next() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import threading
 from contextlib import AbstractContextManager
@@ -10,7 +11,15 @@ from typing import Any
 
 import can
 import pytest
-from served_motors import bridge_file, expect_torques_that_have_acted, served
+from served_motors import (
+    MISPLACED,
+    bridge_file,
+    expect_no_power_where_it_stands,
+    expect_torques_that_have_acted,
+    misplaced,
+    posture_of,
+    served,
+)
 
 from fivebar_bringup.drives.odrive_files import private_link
 from fivebar_control.hardware import odrive
@@ -27,11 +36,25 @@ def drives(**changed: Any) -> AbstractContextManager[MotorsEmulation]:
     return served("odrive", ODriveBus, emulated.ERRORS, (0, 1), **changed)
 
 
+def connected(**changed: Any) -> TwoMotors:
+    file = bridge_file("odrive", **changed)
+    return TwoMotors(file, ODrives(file))
+
+
+def enabled(**changed: Any) -> TwoMotors:
+    motors = connected(**changed)
+    motors.set_up()
+    motors.enable(2.0)
+    return motors
+
+
+def fault_of(motors: TwoMotors) -> str:
+    return str(next(fault for _ in range(50) if (fault := motors.exchange().fault) is not None))
+
+
 def test_torque_and_angle_go_over_the_bus() -> None:
     with drives() as emulation:
-        motors = TwoMotors(bridge_file("odrive"), ODrives(bridge_file("odrive")))
-        motors.set_up()
-        motors.enable(2.0)
+        motors = enabled()
         motors.write((1.5, -1.5))
         exchanges = [motors.exchange() for _ in range(10)]
         assert not any(one.fault for one in exchanges)
@@ -48,27 +71,66 @@ def test_torque_and_angle_go_over_the_bus() -> None:
 
 def test_a_torque_that_is_answered_has_acted() -> None:
     with drives():
-        motors = TwoMotors(bridge_file("odrive"), ODrives(bridge_file("odrive")))
-        motors.set_up()
-        motors.enable(2.0)
+        motors = enabled()
         expect_torques_that_have_acted(motors)
         motors.close()
 
 
-@pytest.mark.parametrize("name", ["DC_BUS_UNDER_VOLTAGE", "BRAKE_RESISTOR_DISARMED", "ESTOP_REQUESTED"])
-def test_an_error_has_the_vendor_s_name_and_is_cleared_by_a_reset(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "cycles"),
+    [
+        ("DC_BUS_UNDER_VOLTAGE", 0),
+        ("BRAKE_RESISTOR_DISARMED", 1),
+        ("MISSING_ESTIMATE", 2),
+        ("ESTOP_REQUESTED", 20),
+        ("DC_BUS_UNDER_VOLTAGE", 60),
+    ],
+)
+def test_an_error_has_the_vendor_s_name_and_is_cleared_by_a_reset(name: str, cycles: int) -> None:
     with drives() as emulation:
-        motors = TwoMotors(bridge_file("odrive"), ODrives(bridge_file("odrive")))
-        motors.set_up()
-        motors.enable(2.0)
+        motors = enabled()
+        motors.write((0.2, -0.2))
+        for _ in range(cycles):
+            assert motors.exchange().fault is None
         emulation.obey(f"fault 2 {name}")
-        fault = next(fault for _ in range(50) if (fault := motors.exchange().fault) is not None)
-        assert str(fault) == f"odrive_error: q21 (node 1): {name}"
+        assert fault_of(motors) == f"odrive_error: q21 (node 1): {name}"
         assert not motors.enabled
+        # it stays until somebody resets it
+        assert fault_of(motors) == f"odrive_error: q21 (node 1): {name}"
+        assert [motor.torque for motor in emulation.motors.motors] == [0.0, 0.0]
         emulation.obey("mend")
         motors.reset(2.0)
         motors.enable(2.0)
         motors.close()
+
+
+@pytest.mark.parametrize(("order", "silent"), [("silent 2", r"q21 \(id 1\)"), ("unplug", r"q.1 \(id .\)")])
+def test_a_cable_that_is_pulled_is_a_fault(order: str, silent: str) -> None:
+    with drives() as emulation:
+        motors = enabled(missing_limit=3, gather_deadline_us=500)
+        emulation.obey(order)
+        assert re.match(rf"feedback_missing: {silent}: no answer in 4 cycles in a row", fault_of(motors))
+        assert not motors.enabled
+        emulation.obey("mend")
+        motors.close()
+
+
+def test_an_axis_that_is_not_calibrated_gets_no_power_and_says_why() -> None:
+    with drives(calibrated=False) as emulation:
+        motors = connected()
+        motors.set_up()
+        with pytest.raises(DriveError, match=r"odrive_uncalibrated: q11 \(node 0\): NOT_CALIBRATED"):
+            motors.enable(1.0)
+        assert not any(motor.powered for motor in emulation.motors.motors)
+        motors.close()
+
+
+@pytest.mark.parametrize("how", MISPLACED)
+def test_a_robot_that_does_not_stand_where_it_is_said_to_gets_no_power(how: str) -> None:
+    with drives() as emulation:
+        stands = posture_of(emulation)
+    with drives(motors=misplaced(how, (0, 1))) as emulation:
+        expect_no_power_where_it_stands(emulation, connected(posture=stands))
 
 
 def test_another_firmware_is_refused() -> None:
@@ -85,14 +147,11 @@ def test_a_drive_of_another_id_is_missing() -> None:
 
 def test_the_watchdog_of_a_drive_disarms_it() -> None:
     with drives(watchdog_ms=500) as emulation:
-        motors = TwoMotors(bridge_file("odrive"), ODrives(bridge_file("odrive")))
-        motors.set_up()
-        motors.enable(2.0)
+        motors = enabled()
         deadline = threading.Event()
         while any(motor.powered for motor in emulation.motors.motors):
             deadline.wait(0.005)
-        fault = next(fault for _ in range(50) if (fault := motors.exchange().fault) is not None)
-        assert fault.detail.endswith("WATCHDOG_TIMER_EXPIRED")
+        assert fault_of(motors).endswith("WATCHDOG_TIMER_EXPIRED")
         motors.close()
 
 
@@ -101,7 +160,7 @@ def test_both_sides_know_the_same_errors() -> None:
     assert emulated.EMULATOR.understands("fault 1 THERMISTOR_DISCONNECTED")
     assert not emulated.EMULATOR.understands("fault 1 DC_BUS_UNDERVOLTAGE")
     assert error_names(0x28 | 0x80) == "MISSING_ESTIMATE, DRV_FAULT, 0x80"
-    assert set(FAULTS) >= {"odrive_error", "odrive_firmware"}
+    assert set(FAULTS) >= {"odrive_error", "odrive_firmware", "odrive_uncalibrated"}
 
 
 def test_a_wrong_link_is_refused() -> None:
@@ -124,6 +183,8 @@ def test_every_frame_is_the_vendor_s() -> None:
     assert mode == struct.pack("<II", odrive.TORQUE_CONTROL, odrive.PASSTHROUGH)
     state = of(odrive.SET_AXIS_STATE).encode({"Axis_Requested_State": "CLOSED_LOOP_CONTROL"})
     assert state[:4] == struct.pack("<I", odrive.CLOSED_LOOP_CONTROL)
+    results = of(odrive.HEARTBEAT).get_signal_by_name("Procedure_Result").choices
+    assert str(results[odrive.NOT_CALIBRATED]) == "NOT_CALIBRATED"
     names = of(odrive.GET_ERROR).get_signal_by_name("Active_Errors").choices
     assert {int(value): str(name) for value, name in names.items() if value} == odrive.ERRORS
     sent: list[can.Message] = []
