@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import threading
 import time
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -26,7 +27,7 @@ from fivebar_control.hardware.connection import connect
 from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import ACTIVE_JOINTS, DEFAULT_PRIORITY, IMU_DATA, IMU_FRAME, MOTOR_STATES
-from fivebar_description.ros.scheduling import Scheduling
+from fivebar_description.ros.scheduling import Scheduling, punctual
 from fivebar_description.ros_environment import domain_of_environment
 
 if TYPE_CHECKING:
@@ -66,9 +67,11 @@ class RealBench:
         """Time since the beginning (s)."""
         return time.monotonic() - self._began
 
-    def opened(self, drives: Path, allowed: Allowed) -> AbstractContextManager[AllowedDrives]:
-        """Have the drives open within a block."""
-        return opened_drives(connect(str(drives)).open, allowed)
+    @contextmanager
+    def opened(self, drives: Path, allowed: Allowed) -> Iterator[AllowedDrives]:
+        """Have the drives open within a block, which their watchdogs do not allow to pause."""
+        with opened_drives(connect(str(drives)).open, allowed) as found, punctual(DEFAULT_PRIORITY):
+            yield found
 
     def wait(self) -> None:
         """Wait for the next cycle."""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import os
 import resource
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -53,10 +55,31 @@ class Scheduling(NamedTuple):
     ] = ""
 
 
+def _threads() -> list[int]:
+    return [int(path.name) for path in Path("/proc/self/task").iterdir()]
+
+
+@contextmanager
+def punctual(priority: int) -> Iterator[None]:
+    """Run a block with a priority under SCHED_FIFO, where that is granted, and without garbage collection."""
+    collected = gc.isenabled()
+    gc.collect()
+    gc.disable()
+    apply_scheduling(Scheduling(priority), lambda words: None)
+    try:
+        yield
+    finally:
+        for thread in _threads():
+            with suppress(OSError):
+                os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
+        if collected:
+            gc.enable()
+
+
 def apply_scheduling(scheduling: Scheduling, warn: Callable[[str], None]) -> None:
     """Put all threads of this process under a priority and onto processors; report what is refused to `warn`."""
     priority, processors = scheduling
-    threads = [int(path.name) for path in Path("/proc/self/task").iterdir()]
+    threads = _threads()
     if processors:
         try:
             for thread in threads:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,8 @@ from fivebar_bringup.commission.record import PASSED, STATE_FILE, CommissionStat
 from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE
 from fivebar_bringup.commission.steps.begin import PRACTICE_FILE
 from fivebar_bringup.commission.steps.sequence import STEPS
+from fivebar_bringup.recorded.summary import Summary
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.motors_file import load_motors
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import read_yaml, validate, yaml_text
@@ -82,6 +85,41 @@ def test_a_hand_turns_a_link_and_puts_the_platform_on_its_mark(tmp_path: Path) -
 
 def read_practice_of(bench: PracticeBench) -> PracticeFile:
     return bench.robot.file
+
+
+def crossing_on(content: dict[str, Any], tmp_path: Path, signs: tuple[int, int], gear: float) -> Summary:
+    """Cross with drives whose file has other signs, and another gear of q11, and whose zeros agree where it stands."""
+    practice = validate(content, PracticeFile, "test")
+    drives, file = tmp_path / "drives.yaml", assumed_drives(practice, 5.0)
+    angles = practice.initial_joints[0], practice.initial_joints[2]
+    for joint, motor, sign, angle in zip(("q11", "q21"), practice.pair, signs, angles, strict=True):
+        ratio = gear if joint == "q11" else 1.0
+        read = sign * (angle - motor.zero_rad) / ratio
+        file["motors"][joint] |= {"sign": sign * motor.sign, "gear_ratio": ratio, "zero_rad": angle - read}
+    drives.write_text(yaml_text(file))
+    scenario = load_scenario("middle_robot").model_copy(update={"rate_hz": RATE_HZ})
+    bench = PracticeBench(practice, machine_code=False)
+    _, summary = bench.run(scenario, drives, tmp_path / "run", False)
+    assert [(motor.torque, motor.powered) for motor in bench.robot.motors.motors] == [(0.0, False)] * 2
+    return summary
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize(
+    ("signs", "gear"),
+    [((1, 1), 1.0), ((-1, 1), 1.0), ((1, -1), 1.0), ((-1, -1), 1.0), ((1, 1), 2.0), ((1, 1), 0.5)],
+)
+def test_wrong_signs_and_gears_stop_the_robot_even_where_it_is_said_to_stand_right(
+    tmp_path: Path, signs: tuple[int, int], gear: float
+) -> None:
+    content = drawn_practice("dextar", 3, RATE_HZ)
+    content |= {"effects": {}, "mass_scale": 1.0, "inertia_scale": 1.0, "friction_scale": 1.0}
+    summary = crossing_on(content, tmp_path, signs, gear)
+    if (signs, gear) == ((1, 1), 1.0):
+        assert summary.outcome == "succeeded", summary.fault_details
+    else:
+        assert summary.outcome == "stopped"
+        assert summary.faults[0] in ("estimate_inconsistent", "tracking_lost", "over_speed")
 
 
 @pytest.mark.extra
