@@ -20,6 +20,7 @@ ELSEWHERE = {
     "ros/test_one_publisher.py": ("fivebar_description.ros.endpoints", "fivebar_description.ros.publisher_watch"),
     "unit/sim/test_effects.py": ("fivebar_description.transmission",),
     "unit/sim/test_payload_of_plants.py": ("fivebar_sim.moved_robot",),
+    "system/test_practised_robot.py": ("fivebar_bringup.commission.clocked",),
     "system/test_own_drives.py": ("fivebar_control.nodes.drive_bridge",),
     "unit/description/test_watches.py": (
         "fivebar_description.ros.latency_watch",
@@ -44,7 +45,6 @@ ELSEWHERE = {
     ),
     "unit/control/hardware/test_two_motors.py": (
         "fivebar_control.hardware.connection",
-        "fivebar_control.hardware.cycle_pace",
         "fivebar_control.hardware.drive_connection",
         "fivebar_control.hardware.motors_file",
         "fivebar_control.hardware.paced_file",

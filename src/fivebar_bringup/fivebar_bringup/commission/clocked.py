@@ -1,4 +1,4 @@
-"""A practice by the clock: the robot is simulated in a process of its own, and everything else is as with a real one."""
+"""A practice by the clock: the robot is simulated in a process of its own, everything else is as with a real one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_bringup.commission.person import Task
-from fivebar_bringup.commission.practice import LOADING, read_practice
+from fivebar_bringup.commission.practice import read_practice
 from fivebar_bringup.commission.practice_tasks import DONE, READY, task_line
 from fivebar_bringup.commission.real import RealBench
 from fivebar_bringup.drives.run_files import private_bus

@@ -51,7 +51,8 @@ def html_page(state: CommissionState, steps: Sequence[GatedStep[Any]]) -> str:
         title=f"{state.robot}: commissioning",
         setting=(
             f"allowed: {state.torque_nm:g} Nm, {state.speed_rad_s:g} rad/s"
-            + (f" · simulated robot {state.practice}{' by the clock' * state.realtime}" if state.practice else f" · drives {state.drives}")
+            + (f" · simulated robot {state.practice}" if state.practice else f" · drives {state.drives}")
+            + " by the clock" * state.realtime
         ),
         good=closed is None,
         word=f"{passed} of {len(steps)} steps passed" if closed is None else "stopped",

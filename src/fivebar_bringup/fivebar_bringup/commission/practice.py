@@ -239,7 +239,6 @@ class PracticeRobot:
 
         self.by_hand(wanted, HAND_TIME + REST_TIME, GRIP)
 
-
     def does(self, task: Task) -> None:
         """Have a hand do something to the robot, as well as it can; a motion along waypoints is left to the bench."""
         match task:

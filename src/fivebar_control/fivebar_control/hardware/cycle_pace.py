@@ -1,4 +1,4 @@
-"""The pace of cycles without a control law, such as while drives are being enabled, and how many periods have passed."""
+"""The pace of cycles without a control law, such as while drives are being enabled, and periods that have passed."""
 
 from __future__ import annotations
 

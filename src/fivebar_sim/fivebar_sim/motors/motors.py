@@ -72,6 +72,12 @@ class SimulatedMotor:
         speed = (self._counts - self._before) * turn / self._period
         return ShaftState(self._counts * turn, speed, self.torque, self.powered, self.faulty)
 
+    def state_at(self, joint_angle: float) -> ShaftState:
+        """Return the state where the encoder is read at a joint angle (rad), between two times of the period."""
+        found = self.state
+        turn = math.tau / self.facts.counts_per_revolution
+        return found if self.frozen else found._replace(position=self._read(joint_angle) * turn)
+
     def joint_torque(self) -> float:
         """Return the torque (Nm) at the joint."""
         return self.facts.sign * self.facts.gear_ratio * self.torque
@@ -172,7 +178,7 @@ class EmulatedMotors(MovedRobot):
             now: the time (s).
         """
         motor = self.motors[number]
-        found = motor.state
+        found = motor.state if self._file.pace == "commands" else motor.state_at(self._angle_at(number, now))
         motor.command(power, torque)
         self._held = self._held and not motor.powered
         self._commanded_at = now
@@ -196,6 +202,12 @@ class EmulatedMotors(MovedRobot):
         while self._clock + self._period <= now:
             self._clock += self._period
             self._advance()
+
+    def _angle_at(self, number: int, now: float) -> float:
+        """Return a joint angle (rad) at a time (s) since the robot was last moved on."""
+        angles, speeds = self.plant.seen()
+        passed = 0.0 if self._held else min(max(0.0, now - self._clock), 2.0 * self._period)
+        return angles[2 * number] + passed * speeds[2 * number]
 
     def measure(self) -> MeasuredRecord:
         """Return what is measured now, which is noted once."""

@@ -7,7 +7,6 @@ each on standard input. It ends with its input.
 from __future__ import annotations
 
 import argparse
-import os
 import queue
 import sys
 import threading

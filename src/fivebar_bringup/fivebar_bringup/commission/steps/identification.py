@@ -104,11 +104,9 @@ def exciting(session: Session) -> Scenario:
 def finished(summary: Summary, directory: RunDirectory) -> None:
     """Close the gate where a run has not been finished without a fault."""
     if summary.outcome not in (RunOutcome.SUCCEEDED, RunOutcome.OFF_REFERENCE):
-        details = [*summary.fault_details, *summary.not_completed_because]
-        raise GateClosed(
-            fault_or_outcome(summary),
-            f"{details[0] if details else summary.outcome}: look at {directory.path}",
-        )
+        details, name = [*summary.fault_details, *summary.not_completed_because], fault_or_outcome(summary)
+        words = (details[0] if details else str(summary.outcome)).removeprefix(f"{name}: ")
+        raise GateClosed(name, f"{words}: look at {directory.path}")
 
 
 IDENTIFICATION = GatedStep(

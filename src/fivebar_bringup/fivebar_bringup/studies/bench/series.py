@@ -172,7 +172,8 @@ def main() -> None:
         console.print(f"{kind.name}: " + "; ".join(f"{name}: {cell}" for name, cell in zip(FIGURES, row, strict=True)))
         median, high = np.percentile(loop.lateness_ms, (50, 99))
         console.print(
-            f"{loop.name}: late {loop.late} of {len(loop.periods_ms)}; from due to awake {median:.2f} ms, p99 {high:.2f} ms"
+            f"{loop.name}: late {loop.late} of {len(loop.periods_ms)};"
+            f" from due to awake {median:.2f} ms, p99 {high:.2f} ms"
         )
         periods = {kind.name: [time for run in series.runs for time in run.periods_ms], loop.name: loop.periods_ms}
         console.print(histogram(f"{kind.name}: from one sample to the next", 1e3 / kind.rate_hz, periods))
