@@ -106,12 +106,17 @@ def identify(robot: FiveBar, record: Record) -> Identification:
 
 def longest_stretch(angles: FloatArray) -> FloatArray:
     """Return the rows of the longest stretch without a gap."""
-    known = np.isfinite(angles).all(axis=1)
+    longest = max(stretches(angles), key=len, default=angles[:0])
+    if len(longest) < LEAST_SAMPLES:
+        raise NotIdentifiable(f"too short: {len(longest)} samples without a gap, expected at least {LEAST_SAMPLES}")
+    return longest
+
+
+def stretches(rows: FloatArray) -> list[FloatArray]:
+    """Return the stretches of rows without a gap, in their order."""
+    known = np.isfinite(rows).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8))).reshape(-1, 2)
-    start, end = max(edges.tolist(), key=lambda edge: edge[1] - edge[0], default=(0, 0))
-    if end - start < LEAST_SAMPLES:
-        raise NotIdentifiable(f"too short: {end - start} samples without a gap, expected at least {LEAST_SAMPLES}")
-    return angles[start:end]
+    return [rows[start:end] for start, end in edges.tolist()]
 
 
 def _refuse_too_little(robot: FiveBar, equations: Equations, used: NDArray[np.bool_], motor: int, rows: float) -> None:

@@ -9,7 +9,7 @@ current loop and bus, is an unknown delay. docs/identification.md has the method
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from scipy.signal import csd
 from scipy.special import stdtrit
 
 from fivebar_control.identification.equations import Record
-from fivebar_control.identification.identification import NotIdentifiable, longest_stretch
+from fivebar_control.identification.identification import NotIdentifiable, stretches
 from fivebar_control.identification.least_squares import CONFIDENCE
 from fivebar_control.identification.motor_map import MotorValue
 from fivebar_control.model.dynamics import inverse_dynamics
@@ -282,19 +282,25 @@ def frequency_response(record: Record) -> Response:
         NotIdentifiable: it is too short, or the torques are not those of sweeps of both kinds.
     """
     rate = record.rate_hz
-    samples = longest_stretch(np.hstack([record.angles, record.torques]))
     length = round(WINDOW * rate)
-    if len(samples) < 4 * length:
+    # each between two gaps, as a loaded machine leaves them
+    parts = [one for one in stretches(np.hstack([record.angles, record.torques])) if len(one) >= length]
+    total = sum(map(len, parts))
+    if total < 4 * length:
         raise NotIdentifiable(
-            f"too short: {len(samples) / rate:.1f} s without a gap, expected at least {4 * WINDOW:.0f} s of a chirp"
+            f"too short: {total / rate:.1f} s without a gap, expected at least {4 * WINDOW:.0f} s of a chirp"
         )
-    angles, torques = samples[:, :2], samples[:, 2:]
-    inputs = 0.5 * np.array([torques[:, 0] + torques[:, 1], torques[:, 0] - torques[:, 1]]).T
+    angles, torques = [one[:, :2] for one in parts], [one[:, 2:] for one in parts]
+    inputs = [0.5 * np.array([one[:, 0] + one[:, 1], one[:, 0] - one[:, 1]]).T for one in torques]
 
-    def spectra(one: FloatArray, other: FloatArray) -> ComplexArray:
-        """Return [n, 2, 2], the spectra of columns times the conjugates of other columns."""
+    def spectra(ones: Sequence[FloatArray], others: Sequence[FloatArray]) -> ComplexArray:
+        """Return [n, 2, 2], the spectra of columns times the conjugates of other columns, over all parts."""
         given = {"fs": rate, "window": "hann", "nperseg": length, "detrend": "linear"}
-        return np.array([[csd(b, a, **given)[1] for b in other.T] for a in one.T]).transpose(2, 0, 1)
+        found = [
+            len(one) / total * np.array([[csd(b, a, **given)[1] for b in other.T] for a in one.T]).transpose(2, 0, 1)
+            for one, other in zip(ones, others, strict=True)
+        ]
+        return np.sum(found, axis=0)
 
     frequencies = np.fft.rfftfreq(length, 1.0 / rate)
     used = (frequencies >= LOWEST_HZ) & (frequencies <= HIGHEST * rate)
@@ -311,9 +317,9 @@ def frequency_response(record: Record) -> Response:
     values = across @ np.linalg.inv(driving)
     unexplained = np.einsum("nii->ni", own) - np.einsum("nij,nij->ni", values, across.conj()).real
     # overlapping windows are worth some two thirds of independent ones; half of a variance is that of the real part
-    windows = (2.0 * len(samples) / length - 1.0) / 1.5
+    windows = (2.0 * total / length - len(parts)) / 1.5
     variance = np.maximum(unexplained, 0.0)[:, :, None] / (2.0 * windows * power[:, None, :])
-    amplitude = math.sqrt(2.0) * np.std(torques)
+    amplitude = math.sqrt(2.0) * np.std(np.concatenate(torques))
     return Response(frequencies[used][swept], values, np.sqrt(variance), float(amplitude))
 
 

@@ -53,9 +53,19 @@ def chirped(frequencies: tuple[float, float] | None, share: float = 0.7, against
     return Record(RATE, COUNT * np.round(angles / COUNT), torques, np.full(samples, ASSEMBLY))
 
 
-@pytest.mark.parametrize("frequencies", [(60.0, 60.0), (45.0, 110.0)])
-def test_transmissions_come_back_with_intervals(frequencies: tuple[float, float]) -> None:
-    found = find_resonance(ROBOT, chirped(frequencies))
+def with_gaps(record: Record, places: tuple[int, ...]) -> Record:
+    """Leave three samples out at each of these places, as where a machine stood still."""
+    angles = record.angles.copy()
+    for place in places:
+        angles[place : place + 3] = np.nan
+    return record._replace(angles=angles)
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "gaps"), [((60.0, 60.0), ()), ((45.0, 110.0), ()), ((60.0, 60.0), (700, 720, 1350, 2010))]
+)
+def test_transmissions_come_back_with_intervals(frequencies: tuple[float, float], gaps: tuple[int, ...]) -> None:
+    found = find_resonance(ROBOT, with_gaps(chirped(frequencies), gaps))
     for leg, true in zip(found.legs, frequencies, strict=True):
         assert leg.frequency.value == pytest.approx(true, rel=0.03)
         assert 0.0 < leg.frequency.half_width < 0.1 * true
