@@ -300,7 +300,8 @@ def frequency_response(record: Record) -> Response:
             len(one) / total * np.array([[csd(b, a, **given)[1] for b in other.T] for a in one.T]).transpose(2, 0, 1)
             for one, other in zip(ones, others, strict=True)
         ]
-        return np.sum(found, axis=0)
+        pooled: ComplexArray = np.sum(found, axis=0)
+        return pooled
 
     frequencies = np.fft.rfftfreq(length, 1.0 / rate)
     used = (frequencies >= LOWEST_HZ) & (frequencies <= HIGHEST * rate)
