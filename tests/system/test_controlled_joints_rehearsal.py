@@ -22,6 +22,7 @@ pytestmark = pytest.mark.clock
 REHEARSED = ("run", "middle_ros2_control", "--hardware", "emulated", "--json")
 
 
+@pytest.mark.extra
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     call = fivebar(*REHEARSED, "--out", str(folder / "ros2_control"))
     expect_crossing(call)

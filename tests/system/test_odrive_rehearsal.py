@@ -17,6 +17,7 @@ pytestmark = pytest.mark.clock
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--drives", "odrive", "--json")
 
 
+@pytest.mark.extra
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     call = fivebar(*REHEARSED, "--out", str(folder / "odrive"))
     expect_crossing(call)

@@ -22,7 +22,7 @@ def both(scenario: Scenario) -> tuple[PredictedRun, PredictedRun]:
     )
 
 
-@pytest.mark.parametrize("controller", ["multi_cartesian", "unified"])
+@pytest.mark.parametrize("controller", [pytest.param("multi_cartesian", marks=pytest.mark.extra), "unified"])
 def test_both_predict_the_same(controller: str) -> None:
     """Whatever the plant and the sensors of the scenario are: predicted is the robot as modelled."""
     scenario = Scenario(
