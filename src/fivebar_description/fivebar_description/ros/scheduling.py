@@ -72,6 +72,7 @@ def punctual(priority: int) -> Iterator[None]:
         for thread in _threads():
             with suppress(OSError):
                 os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))
+        ctypes.CDLL(None).munlockall()
         if collected:
             gc.enable()
 
