@@ -132,6 +132,8 @@ class EmulatedMotors(MovedRobot):
         self._commanded: set[int] = set()
         self._commanded_at: float | None = None
         self._clock = now
+        self._impulses = [0.0, 0.0]
+        self._changed = [now, now]
         self.before_step: Callable[[float], None] | None = None
         """Called with the time (s) of the robot's state before that is moved on."""
         super().__init__(file, round(1.0 / self._period), imu)
@@ -178,7 +180,10 @@ class EmulatedMotors(MovedRobot):
             now: the time (s).
         """
         motor = self.motors[number]
-        found = motor.state if self._file.pace == "commands" else motor.state_at(self._angle_at(number, now))
+        found = motor.state
+        if self._file.pace != "commands":
+            found = motor.state_at(self._angle_at(number, now))
+            self._note_torque(number, now)
         motor.command(power, torque)
         self._held = self._held and not motor.powered
         self._commanded_at = now
@@ -209,6 +214,22 @@ class EmulatedMotors(MovedRobot):
         passed = 0.0 if self._held else min(max(0.0, now - self._clock), 2.0 * self._period)
         return angles[2 * number] + passed * speeds[2 * number]
 
+    def _note_torque(self, number: int, now: float) -> None:
+        """Note the torque of a motor until a time (s), at which it changes within a period."""
+        until = min(now, self._clock + self._period)
+        since = max(self._changed[number], self._clock)
+        self._impulses[number] += self.motors[number].joint_torque() * max(0.0, until - since)
+        self._changed[number] = until
+
+    def _torque(self, number: int) -> float:
+        """Return the torque (Nm) at a joint in the next period: by the clock its mean over the one that has passed."""
+        if self._file.pace == "commands":
+            return self.motors[number].joint_torque()
+        # its end is the present time of the clock
+        left = self._clock - max(self._changed[number], self._clock - self._period)
+        impulse, self._impulses[number] = self._impulses[number], 0.0
+        return (impulse + self.motors[number].joint_torque() * max(0.0, left)) / self._period
+
     def measure(self) -> MeasuredRecord:
         """Return what is measured now, which is noted once."""
         if not self._noted:
@@ -227,10 +248,11 @@ class EmulatedMotors(MovedRobot):
         self._noted = False
         if self.before_step is not None:
             self.before_step(self._clock - self._period)
+        torques = self._torque(0), self._torque(1)
         if self._held:
             return
         try:
-            self.plant.advance((first.joint_torque(), second.joint_torque()))
+            self.plant.advance(torques)
         except PlantDiverged:
             first.faulty = second.faulty = True
             return

@@ -205,3 +205,26 @@ def test_a_robot_stands_still_until_it_first_has_power() -> None:
     driver.motors.tend(2.2)
     (first, _, second, _), _, _ = driver.motors.history[-1].truth
     assert (first, second) != (q11, q21), "the offset of its friction moves it"
+
+
+def test_by_the_clock_torques_act_when_they_come_and_angles_are_read_when_they_are_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    motors = {joint: {**facts, "counts_per_revolution": 1_000_000} for joint, facts in MOTORS.items()}
+    content = {"name": "test", "robot": "dextar", "initial_joints": closed_posture(), "motors": motors, "pace": "clock"}
+    robot = EmulatedMotors(validate(content, MotorsEmulationFile, "test"), 0.0)
+    applied: list[tuple[float, float]] = []
+    advance = robot.plant.advance
+    monkeypatch.setattr(robot.plant, "advance", lambda torques: (applied.append(torques), advance(torques)))
+    # of q21, whose shaft is its joint, a quarter of a period late
+    robot.command(0, True, 0.0, 0.0005)
+    robot.command(1, True, 1.0, 0.0005)
+    robot.tend(0.002)
+    robot.tend(0.004)
+    robot.command(1, True, -1.0, 0.005)
+    robot.tend(0.006)
+    assert [torque for _, torque in applied] == pytest.approx([0.75, 1.0, 0.0])
+    angles, speeds = robot.plant.seen()
+    found = robot.command(1, True, 0.0, 0.0071)
+    assert found.position == pytest.approx(angles[2] + 0.0011 * speeds[2], abs=1e-5)
+    assert abs(0.0011 * speeds[2]) > 2e-5

@@ -18,9 +18,9 @@ from pathlib import Path
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import Imu
 
-from fivebar_bringup.commission.person import Lead, Task
+from fivebar_bringup.commission.person import PutAt, Turn
 from fivebar_bringup.commission.practice import PracticeFile, PracticeRobot, read_practice
-from fivebar_bringup.commission.practice_tasks import DONE, READY, task_of
+from fivebar_bringup.commission.practice_tasks import DONE, READY, Led, task_of
 from fivebar_bringup.simulation.guided import pulled
 from fivebar_control.model.state import Platform
 from fivebar_description.imu import ImuSettings
@@ -102,13 +102,12 @@ class ClockedRobot(PracticeRobot):
         self._pull = None
         self.motors.pull(0.0, 0.0)
 
-    def does(self, task: Task) -> None:
-        """Have a hand do something, and lead the robot along waypoints too."""
-        if isinstance(task, Lead):
-            path = task.scenario.plan().path
-            self.by_hand(path.at, path.samples(task.scenario.rate_hz) / task.scenario.rate_hz)
+    def obeys(self, task: Turn | PutAt | Led) -> None:
+        """Have a hand do something, and return when it is done."""
+        if isinstance(task, Led):
+            self.by_hand(task.at, task.duration)
         else:
-            super().does(task)
+            self.does(task)
 
     def close(self) -> None:
         """Leave the bus."""
@@ -152,7 +151,7 @@ def main() -> None:
                 line = lines.get()
                 if line is None:
                     return
-                robot.does(task_of(line))
+                robot.obeys(task_of(line))
                 print(DONE, flush=True)
         finally:
             robot.close()
