@@ -124,6 +124,7 @@ def test_a_notebook_runs_in_jupyter(path: Path, tmp_path: Path, monkeypatch: pyt
 
 NOTEBOOK_SHOWS = {
     "read_a_bag": (2, "sensor_msgs/msg/JointState"),
+    "sweep_a_gain": (1, "as in the table: True"),
     "lecture": (2, "lecture_law:LAW  succeeded, at most 0.21 mm"),
 }
 """Pictures of each notebook, and what it prints among others."""

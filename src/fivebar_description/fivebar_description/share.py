@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -22,17 +23,27 @@ def share_file(package: str, *parts: str) -> Path:
     Raises:
         ModuleNotFoundError: the package is not installed.
     """
+    return _share_of(package).joinpath(*parts)
+
+
+@cache
+def _share_of(package: str) -> Path:
+    """Return the folder of a package's data files, found once, since robots are asked for by name again and again.
+
+    Raises:
+        ModuleNotFoundError: the package is not installed.
+    """
     spec = importlib.util.find_spec(package)
     if spec is None or spec.origin is None:
         raise ModuleNotFoundError(f"package {package} is not installed")
     module = Path(spec.origin).resolve()
     source = module.parents[1]
     if (source / "package.xml").is_file():
-        return source.joinpath(*parts)
+        return source
     for prefix in (*module.parents, Path(sys.prefix)):
         if (prefix / "share" / package / "package.xml").is_file():
-            return (prefix / "share" / package).joinpath(*parts)
-    return Path(sys.prefix, "share", package).joinpath(*parts)
+            return prefix / "share" / package
+    return Path(sys.prefix, "share", package)
 
 
 def is_yaml_path(name: str) -> bool:

@@ -8,8 +8,9 @@ import pytest
 
 from fivebar_description.errors import InputError
 from fivebar_description.imu import ImuSettings
+from fivebar_description.interface import late_stamp_ns, moment_of_stamp
 from fivebar_sim.effects.encoders import EncoderErrors, EncoderReading, angle_seen_as, disc_of, read_at, seen
-from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock, SampleSpan, missing_samples
+from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock, SampleSpan, jump, jumps, missing_samples
 from fivebar_sim.imu import Gyroscope, Imu
 from fivebar_sim.readings import ReadingQueue, made_readings
 
@@ -100,3 +101,13 @@ def test_interpolation_repeats_in_every_line_and_is_taken_back_at_the_start() ->
 def test_what_no_encoder_can_have_is_refused(errors: EncoderErrors, words: str) -> None:
     with pytest.raises(InputError, match=words):
         disc_of(errors, 1, 0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(("offset", "drift", "jitter"), [(0.0, 0.0, 0.0), (-0.0123, 2e-3, 0.0), (0.1, 1e-3, 5e-3)])
+def test_all_stamps_and_jumps_at_once_are_those_of_each_sample(offset: float, drift: float, jitter: float) -> None:
+    faults = GyroscopeFaults(clock_drift=drift, clock_jitter=jitter, bias_jump=0.5, bias_time=0.333)
+    clock = ImuClock(ImuSettings(clock_offset=offset), faults, 250, 7)
+    samples = range(300)
+    stamps = [late_stamp_ns(sample, 250, clock.offset(sample)) for sample in samples]
+    assert clock.moments(300).tolist() == [moment_of_stamp(stamp, 250) for stamp in stamps]
+    assert jumps(faults, 250, 300).tolist() == [jump(faults, 250, sample) for sample in samples]

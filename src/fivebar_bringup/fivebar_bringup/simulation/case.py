@@ -19,12 +19,11 @@ from fivebar_control.trajectory.desired import desired_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.reference_row import REFERENCE_VALUES
-from fivebar_description.interface import late_stamp_ns, moment_of_stamp
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
-from fivebar_sim.effects.gyroscope import ImuClock, SampleSpan, frozen_samples, gain, jump, missing_samples
+from fivebar_sim.effects.gyroscope import ImuClock, SampleSpan, frozen_samples, gain, jumps, missing_samples
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects, without_effects
@@ -160,8 +159,7 @@ def readings_of_gyro(scenario: Scenario) -> FloatArray:
         return np.zeros(0)
     samples, faults = _samples(scenario), scenario.plant.gyroscope
     errors = gyro_errors(scenario.imu, gyro_stream(scenario.plant.seed), samples)
-    errors += [jump(faults, scenario.rate_hz, sample) for sample in range(samples)]
-    return errors
+    return errors + jumps(faults, scenario.rate_hz, samples)
 
 
 def _gyro_made(scenario: Scenario) -> BoolArray:
@@ -178,12 +176,8 @@ def _samples(scenario: Scenario) -> int:
 
 def _stamps(scenario: Scenario) -> FloatArray:
     """Return the moments of the stamps of the gyroscope's readings, as `Estimation` has them."""
-    rate_hz = scenario.rate_hz
-    clock = ImuClock(scenario.imu, scenario.plant.gyroscope, rate_hz, scenario.plant.seed)
-    stamps = [
-        late_stamp_ns(one, rate_hz, clock.offset(one)) for one in range(_samples(scenario) if scenario.gyro else 0)
-    ]
-    return np.array([moment_of_stamp(stamp, rate_hz) for stamp in stamps], np.float64)
+    clock = ImuClock(scenario.imu, scenario.plant.gyroscope, scenario.rate_hz, scenario.plant.seed)
+    return clock.moments(_samples(scenario) if scenario.gyro else 0)
 
 
 def _passive_made(scenario: Scenario) -> BoolArray:

@@ -6,8 +6,10 @@ import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivebar_description.imu import ImuSettings
+from fivebar_description.interface import NANOSECONDS
 from fivebar_description.settings import Setting
 from fivebar_sim.effects.timing import MOMENT, RANGE, drawn, moment_setting
 
@@ -104,6 +106,11 @@ def jump(faults: GyroscopeFaults, rate_hz: int, sample: int) -> float:
     return faults.bias_jump if sample >= first_sample(faults.bias_time, rate_hz) else 0.0
 
 
+def jumps(faults: GyroscopeFaults, rate_hz: int, samples: int) -> NDArray[np.float64]:
+    """Return the same for samples 0, 1, ..., [samples]."""
+    return np.where(np.arange(samples) >= first_sample(faults.bias_time, rate_hz), faults.bias_jump, 0.0)
+
+
 class ImuClock:
     """The clock of a simulated IMU."""
 
@@ -117,3 +124,14 @@ class ImuClock:
         """Return by how much the stamp of the reading of a sample is late (s)."""
         offset = self._offset + self._drift * (sample / self._rate_hz)
         return offset + self._jitter * (2.0 * drawn(self._key, sample) - 1.0) if self._jitter > 0.0 else offset
+
+    def moments(self, samples: int) -> NDArray[np.float64]:
+        """Return the moments that the stamps of the readings of samples 0, 1, ... name, in samples, [samples]."""
+        if self._jitter > 0.0:
+            offsets = np.array([self.offset(sample) for sample in range(samples)])
+        else:
+            offsets = self._offset + self._drift * (np.arange(samples) / self._rate_hz)
+        period = NANOSECONDS // self._rate_hz
+        # whole numbers of nanoseconds below 2^53, whose sums are exact
+        moments: NDArray[np.float64] = (np.arange(samples) * period + np.rint(offsets * NANOSECONDS)) / period
+        return moments

@@ -10,12 +10,18 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.studies.assess.assess import ASSESSMENT
+from fivebar_bringup.studies.benchmark.study import BENCHMARK
+from fivebar_bringup.studies.compare.compare import COMPARISON
 from fivebar_bringup.studies.engine.running import run_study
+from fivebar_bringup.studies.engine.study import Study
+from fivebar_bringup.studies.robustness.robustness import ROBUSTNESS
 from fivebar_bringup.studies.sweep.sweep import SWEEP
 from fivebar_description.strict_yaml import InputError
 
@@ -60,13 +66,24 @@ def cluster() -> Iterator[tuple[str, list[subprocess.Popen[str]]]]:
         yield address, [stack.enter_context(program(*words)) for _ in range(2)]
 
 
+STUDIES: list[tuple[Study[Any, Any], dict[str, Any]]] = [
+    (SWEEP, {"seed": 3, "cases": 12, "controllers": ("unified", TOY)}),
+    (COMPARISON, {"scenarios": ("middle",), "controllers": (TOY,), "durations": (0.8, 1.0), "rigs": ("ideal",)}),
+    (BENCHMARK, {"controllers": (TOY,), "cases": 8}),
+    (ROBUSTNESS, {"effects": ("mass",), "controllers": (TOY,), "draws": 10, "durations": (0.5, 1.0)}),
+    (ASSESSMENT, {"robot": str(ROOT / "tests" / "data" / "belt.yaml"), "controllers": (TOY,), "cases": 2, "robots": 2}),
+]
+"""Every study that runs laws, with settings of a few chunks."""
+
+
+@pytest.mark.timeout(1800)  # the compilation alone takes minutes on a busy machine
+@pytest.mark.parametrize(("study", "given"), STUDIES, ids=[study.name for study, _ in STUDIES])
 def test_a_toy_law_has_its_local_rows_on_a_cluster_that_loses_a_worker(
-    cluster: tuple[str, list[subprocess.Popen[str]]], tmp_path: Path
+    cluster: tuple[str, list[subprocess.Popen[str]]], tmp_path: Path, study: Study[Any, Any], given: dict[str, Any]
 ) -> None:
     from fivebar_bringup.studies.engine.cluster import cluster_of
 
     address, workers = cluster
-    given = {"seed": 3, "cases": 12, "controllers": ("unified", TOY)}
     told: list[str] = []
     done: list[int] = []
 
@@ -76,13 +93,14 @@ def test_a_toy_law_has_its_local_rows_on_a_cluster_that_loses_a_worker(
             workers[0].send_signal(signal.SIGKILL)
 
     with cluster_of(address, None, told.append) as executor:
-        shared = run_study(SWEEP, given, tmp_path / "shared", executor, kill_after_a_chunk)
+        shared = run_study(study, given, tmp_path / "shared", executor, kill_after_a_chunk)
     assert workers[0].wait(PATIENCE) == -signal.SIGKILL and workers[1].poll() is None
     assert len(done) > 2 and not told
-    local = run_study(SWEEP, given, tmp_path / "local")
-    assert (tmp_path / "shared" / "sweep.csv").read_bytes() == (tmp_path / "local" / "sweep.csv").read_bytes()
+    local = run_study(study, given, tmp_path / "local")
+    name = f"{study.name}.csv"
+    assert (tmp_path / "shared" / name).read_bytes() == (tmp_path / "local" / name).read_bytes()
     assert shared.content == local.content
-    assert {row.controller for row in shared.rows} == {"", "unified", TOY}
+    assert TOY in (tmp_path / "local" / name).read_text(encoding="utf-8")
 
 
 def test_a_law_that_a_worker_cannot_import_is_refused_in_one_line(

@@ -37,18 +37,18 @@ def screened(case: Draw, controller: str, judge_loads: bool = True) -> Feasibili
 
     The last ones are remembered: a case is judged when it is timed, and again for its row.
     """
-    plan, scenario, samples = plan_of(case), case.scenario(controller), sampled_case(case)
+    plan, scenario = plan_of(case), case.scenario(controller)
     limits = limits_for(case, scenario)
     if not judge_loads:
         limits = limits.without_loads()
     verdict = screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits)
     if only_torque(verdict, scenario.tuned()):
         weaker = scenario.plant._replace(torque_limit=limits.torque_share * limits.torque)
-        spare = predicted_on_engine(scenario.model_copy(update={"plant": weaker}), samples)
+        spare = predicted_on_engine(scenario.model_copy(update={"plant": weaker}), sampled_case(case))
         verdict = with_reserve(verdict, spare, limits)
     if not verdict.feasible:
         return verdict
-    predicted = predicted_on_engine(scenario, samples)
+    predicted = predicted_on_engine(scenario, sampled_case(case))
     return with_sensing(
         with_prediction(verdict, predicted, plan, limits),
         predicted,
