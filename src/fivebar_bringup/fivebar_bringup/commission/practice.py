@@ -99,12 +99,9 @@ def drawn_practice(robot: str, seed: int, rate_hz: int = 500, counts: int = 20_0
         },
     }
     upside_down = bool(random.integers(2))
-    imu = ImuSettings(
-        gyro_noise=0.01,
-        noise=0.05,
+    part = file.imu or ImuSettings(gyro_noise=0.01, noise=0.05, rate_hz=min(250, rate_hz), latency=0.004)
+    imu = part._replace(
         gyro_bias=within(0.02),
-        rate_hz=min(250, rate_hz),
-        latency=0.004,
         clock_offset=within(0.01),
         roll=(math.pi if upside_down else 0.0) + (-1.0 if upside_down else 1.0) * abs(within(3.0 * DEGREE)),
         pitch=within(3.0 * DEGREE),
@@ -298,9 +295,16 @@ class PracticeBench:
 
     @property
     def imu(self) -> ImuSettings | None:
-        """What a data sheet says of the gyroscope: its rate, and how late its readings come."""
+        """What a data sheet says of the gyroscope: its rate, range and low-pass, and how late its readings come."""
         true = self._file.imu
-        return None if true is None else ImuSettings(rate_hz=true.rate_hz, latency=true.latency)
+        if true is None:
+            return None
+        return ImuSettings(
+            rate_hz=true.rate_hz,
+            latency=true.latency,
+            gyro_bandwidth_hz=true.gyro_bandwidth_hz,
+            gyro_range=true.gyro_range,
+        )
 
     @property
     def time(self) -> float:

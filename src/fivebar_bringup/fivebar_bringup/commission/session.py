@@ -180,6 +180,8 @@ class Session:
             "working_mode": list(HOME_MODE),
             "rate_hz": drives.rate_hz,
             "estimator": "ekf",
+            # what the robot file says of a sensor is a claim until it has been commissioned
+            "ekf": {"gyro": False} | content.pop("ekf", {}),
             "plant": plant | content.pop("plant", {}),
             "safety": safety | content.pop("safety", {}),
         }

@@ -23,7 +23,7 @@ from fivebar_bringup.commission.practice import (
     read_practice,
 )
 from fivebar_bringup.commission.record import PASSED, STATE_FILE, CommissionState
-from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE
+from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, Session
 from fivebar_bringup.commission.steps.begin import PRACTICE_FILE
 from fivebar_bringup.commission.steps.sequence import STEPS
 from fivebar_bringup.recorded.summary import Summary
@@ -81,6 +81,26 @@ def test_a_hand_turns_a_link_and_puts_the_platform_on_its_mark(tmp_path: Path) -
         # the drives' file knows neither the sign nor the zero
         assert motor.sign * reading.position + motor.zero_rad == pytest.approx(leg.q1, abs=2.0 * math.tau / 20000)
     assert person.asked == 2
+
+
+def test_an_imu_that_the_robot_file_declares_is_the_one_that_is_drawn_and_is_not_used_before_it_is_commissioned(
+    tmp_path: Path,
+) -> None:
+    robot = str(Path(__file__).parents[3] / "data/belt.yaml")
+    practice = validate(drawn_practice(robot, 1), PracticeFile, "test")
+    declared = read_robot(robot).imu
+    assert practice.imu is not None and declared is not None
+    assert practice.imu.gyro_bandwidth_hz == declared.gyro_bandwidth_hz == 40.0
+    assert practice.imu.rate_hz == declared.rate_hz
+    bench = PracticeBench(practice, machine_code=False)
+    (tmp_path / ROBOT_FILE).write_text(yaml_text(read_robot(robot).model_dump(mode="json", exclude_none=True)))
+    (tmp_path / DRIVES_FILE).write_text(yaml_text(assumed_drives(practice, 2.0)))
+    state = CommissionState(robot=robot, practice="1", torque_nm=2.0, speed_rad_s=5.0)
+    session = Session(tmp_path, state, bench, SimulatedPerson(bench.robot), print)
+    home = session.robot.home_m
+    moved = {"waypoints": [home, (home[0] + 0.01, home[1])], "segment_duration": 1.0}
+    assert not session.scenario("before", **moved).gyro
+    assert session.scenario("after", ekf={"gyro": True}, **moved).gyro
 
 
 def read_practice_of(bench: PracticeBench) -> PracticeFile:
