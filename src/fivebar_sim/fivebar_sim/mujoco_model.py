@@ -13,6 +13,7 @@ from xml.sax.saxutils import escape
 
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.links import DistalBar, bar_of
 from fivebar_sim.effects.loads import weight_of
 from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.effects.settings import PlantSettings
@@ -25,6 +26,8 @@ TINY_MASS = 1e-9
 
 QUOTE = {'"': "&quot;"}
 
+NO_BAR = DistalBar(0.0, 0.0, 0.0)
+
 PIN_SHARE = 0.1
 """Share of the mass at the tip of leg 1 that an elastic loop gives to the pin of leg 2, to which that tip is fixed."""
 
@@ -35,6 +38,13 @@ class Lump(NamedTuple):
     mass: float
     place: float
     inertia: float
+
+    def with_another(self, other: Lump) -> Lump:
+        """Return both as one body."""
+        mass = self.mass + other.mass
+        apart = self.mass * other.mass / mass * (self.place - other.place) ** 2
+        place = (self.mass * self.place + other.mass * other.place) / mass
+        return Lump(mass, place, self.inertia + other.inertia + apart)
 
     def inertial(self) -> str:
         """Return the element; the inertias about the axes that nothing turns about do not matter."""
@@ -49,7 +59,9 @@ class LegLinks(NamedTuple):
     distal: Lump
 
 
-def links_of(leg: LegParameters, inertia: float, tip_mass: float, extra: float, moment: float) -> LegLinks:
+def links_of(
+    leg: LegParameters, inertia: float, tip_mass: float, extra: float, moment: float, bar: DistalBar = NO_BAR
+) -> LegLinks:
     """Return the links of a leg as bodies.
 
     A distal link whose inertia is less than that of its point masses has some of its mass at the elbow, which the
@@ -61,6 +73,7 @@ def links_of(leg: LegParameters, inertia: float, tip_mass: float, extra: float, 
         tip_mass: at the tip (kg).
         extra: inertia of the distal link beyond its point masses (kg m^2).
         moment: first mass moment of the proximal link, with the distal link's mass at the elbow (kg m).
+        bar: what the distal link has besides.
     """
     elbow = 0.0
     if extra < 0.0:
@@ -78,6 +91,8 @@ def links_of(leg: LegParameters, inertia: float, tip_mass: float, extra: float, 
         leg.distal * tip_mass / (elbow + tip_mass),
         max(TINY_INERTIA, reduced * leg.distal**2 + extra),
     )
+    if bar.mass > 0.0:
+        distal = distal.with_another(Lump(*bar))
     about_axis, first = inertia - elbow * leg.proximal**2, moment - elbow * leg.proximal
     if first == 0.0:
         return LegLinks(Lump(TINY_MASS, 0.0, about_axis), distal)
@@ -152,6 +167,7 @@ def mjcf_text(robot: FiveBar, settings: PlantSettings, step: float, details: Det
             half_mass - pin_mass if number == 1 else half_mass,
             leg.residual + settings.links.distal_inertia,
             settings.tilt.leg_moment,
+            bar_of(settings.links, leg.distal),
         )
         if elastic:
             bodies += f"""

@@ -11,16 +11,21 @@ import numpy as np
 
 from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
+from fivebar_sim.effects.cable import cable_force, stretched_energy
 from fivebar_sim.effects.encoders import EncoderReading, read_at, seen
-from fivebar_sim.effects.friction import friction
+from fivebar_sim.effects.friction import friction, sliding_friction
+from fivebar_sim.effects.heating import heat_after, hot_share
 from fivebar_sim.effects.loads import held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
 from fivebar_sim.effects.motors import current_after, motor_torque
 from fivebar_sim.effects.observation import ImuMotion
+from fivebar_sim.effects.platform_joint import Force
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.simulation import started_at
+from fivebar_sim.effects.supply import supplied_share
 from fivebar_sim.effects.timing import moments_after
 from fivebar_sim.effects.transmission import transmitted
+from fivebar_sim.effects.vibration import felt_weight
 from fivebar_sim.mujoco_robot import MujocoRobot, mujoco_robot
 
 MAX_STEP = 1e-4
@@ -38,7 +43,8 @@ class MujocoMotion:
     MuJoCo has the bodies, the springs of transmissions and loop, viscous friction, weight, and the closed loop as an
     equality constraint; it integrates by classical Runge-Kutta. What it has not is applied to it as forces, held over
     a step at their values in its middle: the motors' torque, friction by the robot file's tanh and the Stribeck curve,
-    the dampers of flanks that touch, and a push.
+    the dampers of flanks that touch, a push and a cable. Over a step the base's vibration is added to the weight, and
+    viscous friction is that of the motors' heat.
     """
 
     def __init__(self, robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Sequence[float]) -> None:
@@ -60,6 +66,9 @@ class MujocoMotion:
         self._distal = [self._model.body(name).id for name in ("distal_1", "distal_2")]
         self._arms = self._arms_of_distal_links()
         self._sites = [self._model.site(name).id for name in ("tip_1", "tip_2")]
+        self._weight: Vector = self._model.opt.gravity.copy()
+        self._damping: Vector = self._model.dof_damping[self._motors].copy()
+        self._heats = [0.0, 0.0]
         self._currents = [0.0, 0.0]
         self._wanted = (0.0, 0.0)
         self._number = 0
@@ -125,9 +134,23 @@ class MujocoMotion:
         self._model.opt.timestep = step = length / steps
         for number in range(steps):
             middle = (number + 0.5) * step
+            before = self._data.qpos[self._motors].tolist()
             self._apply(self._currents_after(middle), begin + middle, 0.5 * step)
             mujoco.mj_step(self._model, self._data)
+            self._heat(before, step)
         self._currents = self._currents_after(length)
+
+    def _heat(self, before: Sequence[float], time: float) -> None:
+        """Heat the motors, which were at some angles (rad) a time (s) ago, by their friction since."""
+        robot, heating = self._robot, self._robot.heating
+        if heating.change == 0.0:
+            return
+        places = self._data.qpos[self._motors].tolist()
+        for motor, leg in enumerate((robot.leg1, robot.leg2)):
+            moved, heat = places[motor] - before[motor], self._heats[motor]
+            curve = leg.motor_friction._replace(viscous=float(self._damping[motor]))
+            lost = hot_share(heating, heat) * sliding_friction(curve, moved / time)
+            self._heats[motor] = heat_after(heating, heat, lost, moved, time)
 
     def _currents_after(self, time: float) -> list[float]:
         band = self._robot.bandwidth
@@ -170,10 +193,10 @@ class MujocoMotion:
         return ImuMotion(along, across, link + elbow, rate_change)
 
     def energy(self) -> float:
-        """Return the energy (J) of motion, and in springs and weight."""
+        """Return the energy (J) of motion, and in springs, a stretched cable and weight."""
         mujoco.mj_energyPos(self._model, self._data)
         mujoco.mj_energyVel(self._model, self._data)
-        return float(self._data.energy.sum())
+        return float(self._data.energy.sum()) + stretched_energy(self._robot.cable, *self._platform(self._data.qpos))
 
     def _apply(self, currents: Sequence[float], time: float, ahead: float) -> None:
         """Apply what MuJoCo has not, at a time (s) after sample 0, which is ahead (s) of the state."""
@@ -182,9 +205,19 @@ class MujocoMotion:
         places = data.qpos + ahead * data.qvel
         force = np.zeros_like(rates)
         q11, q12, q21, q22 = self._links
-        for leg, current, motor, link in zip((robot.leg1, robot.leg2), currents, self._motors, (q11, q21), strict=True):
-            dry = friction(leg.motor_friction, 0.0, rates[motor])
-            force[motor] += motor_torque(leg.motor, current, places[motor]) - dry
+        hot = [hot_share(robot.heating, heat) for heat in self._heats]
+        if robot.heating.change != 0.0:
+            self._model.dof_damping[self._motors] = self._damping * hot
+        if robot.shaking.pulsation > 0.0:
+            x, y, z = self._weight.tolist()
+            self._model.opt.gravity[:] = *felt_weight(robot.shaking, x, y, time), z
+        one, two = self._motors
+        share = supplied_share(robot.supply, currents[0], rates[one], currents[1], rates[two])
+        for leg, current, motor, link, warm in zip(
+            (robot.leg1, robot.leg2), currents, self._motors, (q11, q21), hot, strict=True
+        ):
+            dry = warm * friction(leg.motor_friction, 0.0, rates[motor])
+            force[motor] += motor_torque(leg.motor, share * current, places[motor]) - dry
             if robot.half_play > 0.0:
                 twist, rate = places[motor] - places[link], rates[motor] - rates[link]
                 spring = transmitted(leg.stiffness, 0.0, robot.half_play, twist, 0.0)
@@ -199,12 +232,25 @@ class MujocoMotion:
             force[[q11, q12]] -= between
             force[[q21, q22]] += between
         data.qfrc_applied[:] = force
-        if robot.push.force > 0.0:
+        if robot.push.force > 0.0 or robot.cable.force > 0.0 or robot.cable.stiffness > 0.0:
             self._push(places, time)
+
+    def _platform(self, places: Vector) -> tuple[float, float]:
+        """Return the middle between both tips (m) with the joints at places (rad)."""
+        x = y = 0.0
+        links = zip((self.mechanism.leg1, self.mechanism.leg2), self._links[::2], self._links[1::2], strict=True)
+        for leg, proximal, elbow in links:
+            angle = float(places[proximal])
+            theta = angle + float(places[elbow])
+            x += 0.5 * (leg.base_x + leg.proximal * math.cos(angle) + leg.distal * math.cos(theta))
+            y += 0.5 * (leg.proximal * math.sin(angle) + leg.distal * math.sin(theta))
+        return x, y
 
     def _push(self, places: Vector, time: float) -> None:
         theta = [float(places[one] + places[two]) for one, two in zip(self._links[::2], self._links[1::2], strict=True)]
         push = push_at(self._robot.push, time, math.cos(theta[0]), math.sin(theta[0]))
+        pull = cable_force(self._robot.cable, *self._platform(places))
+        push = Force(push.x + pull.x, push.y + pull.y)
         for body, angle, arm in zip(self._distal, theta, self._arms, strict=True):
             # half of it on each tip, as a force at the centre of mass and a torque
             torque = 0.5 * arm * (math.cos(angle) * push.y - math.sin(angle) * push.x)

@@ -7,13 +7,17 @@ from typing import NamedTuple
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import declared, sections
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderDisc
 from fivebar_sim.effects.friction import FrictionCurve
+from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.loads import Push
 from fivebar_sim.effects.mechanism import LegNumbers, Mechanism, mechanism_of
 from fivebar_sim.effects.motors import Motor
 from fivebar_sim.effects.settings import PlantSettings
+from fivebar_sim.effects.supply import Supply
 from fivebar_sim.effects.timing import Delays
+from fivebar_sim.effects.vibration import Shaking
 from fivebar_sim.mujoco_model import mjcf_text
 
 STEP = 1e-4
@@ -43,7 +47,8 @@ class MujocoRobot(NamedTuple):
     Attributes:
         model: the mechanism as MJCF.
         leg1, leg2: see `LegForces`.
-        half_play, platform_friction, bandwidth, push, delays: as in the mechanism; the friction without bristles.
+        half_play, platform_friction, bandwidth, shaking, push, cable, heating, supply, delays: as in the mechanism; the
+            friction without bristles.
     """
 
     model: str
@@ -52,7 +57,11 @@ class MujocoRobot(NamedTuple):
     half_play: float
     platform_friction: FrictionCurve
     bandwidth: float
+    shaking: Shaking
     push: Push
+    cable: Cable
+    heating: Heating
+    supply: Supply
     delays: Delays
 
 
@@ -75,7 +84,11 @@ def mujoco_robot(robot: FiveBar, settings: PlantSettings, mechanism: Mechanism, 
         mechanism.half_play,
         _dry(mechanism.platform_friction),
         mechanism.bandwidth,
+        mechanism.shaking,
         mechanism.push,
+        mechanism.cable,
+        mechanism.heating,
+        mechanism.supply,
         mechanism.delays,
     )
 

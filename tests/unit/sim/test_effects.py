@@ -19,8 +19,10 @@ from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.transmission import Transmission
 from fivebar_sim.effects.bus import BusEffects, lost_commands
+from fivebar_sim.effects.cable import Cable, cable_force
 from fivebar_sim.effects.encoders import EncoderDisc, EncoderErrors, angle_seen_as, seen
 from fivebar_sim.effects.friction import FrictionCurve, FrictionEffects, bristle_after, friction, stribeck
+from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import LinkErrors, with_another_model, with_links
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt, push_at
 from fivebar_sim.effects.mechanism import MAX_STEP, Mechanism, actual_robot, mechanism_of
@@ -30,7 +32,9 @@ from fivebar_sim.effects.motors import MotorEffects, current_after, motor_of, mo
 from fivebar_sim.effects.observation import energy, joints_of
 from fivebar_sim.effects.platform_joint import PlatformJoint, joint_force
 from fivebar_sim.effects.settings import PlantSettings, has_effects, without_effects
+from fivebar_sim.effects.supply import Supply, supplied_share
 from fivebar_sim.effects.transmission import transmitted
+from fivebar_sim.effects.vibration import Vibration
 from fivebar_sim.plant import Plant
 from fivebar_sim.sensors import TorqueOutput
 
@@ -94,8 +98,10 @@ def test_with_effects_of_size_zero_the_mechanism_is_pinocchios_robot(robot: Five
         {"platform_joint": COMPLIANT},
         {"transmission": ELASTIC, "platform_joint": COMPLIANT},
         {"links": LinkErrors(l_11=1e-4, distal_inertia=-5e-4)},
+        {"links": LinkErrors(distal_mass=0.05, distal_centre=0.4, base_rise=1e-3, base_height=5e-3)},
+        {"cable": Cable(stiffness=30.0, anchor_x=0.05)},
     ],
-    ids=["rigid", "elastic", "compliant", "both", "links"],
+    ids=["rigid", "elastic", "compliant", "both", "links", "heavy links", "cable"],
 )
 def test_without_damping_and_friction_energy_stays(effects: dict[str, Any], dextar: FiveBar) -> None:
     """Through the Type 2 locus: what the integrator takes is less than a damping ratio of 2e-4, and falls with h^5."""
@@ -105,7 +111,8 @@ def test_without_damping_and_friction_energy_stays(effects: dict[str, Any], dext
     def lost(steps: int) -> float:
         finer = mechanism._replace(step=mechanism.period / steps)
         total = energy(mechanism, after(finer, state, 100))
-        assert (total.elastic > 1e-4 * total.kinetic) == (mechanism.elastic or mechanism.compliant)
+        springs = mechanism.elastic or mechanism.compliant or mechanism.cable.stiffness > 0.0
+        assert (total.elastic > 1e-4 * total.kinetic) == springs
         return abs(sum(total) / before - 1.0)
 
     steps = round(mechanism.period / mechanism.step)
@@ -339,6 +346,93 @@ def test_a_push_acts_for_its_time_and_in_its_direction() -> None:
     assert push_at(push, 1.01, 0.6, 0.8) == pytest.approx((2.0 * math.cos(0.3), 2.0 * math.sin(0.3)))
     across = as_numbers(Push(2.0, 0.0, LOCUS, 1.0, 0.05))
     assert push_at(across, 1.01, 0.6, 0.8) == pytest.approx((-1.6, 1.2))
+
+
+def test_a_free_robot_stays_behind_a_base_that_vibrates(dextar: FiveBar) -> None:
+    """Along its line of symmetry: the platform's inertia there is that of the mass and of both legs' motors."""
+    free = FiveBar(*(leg._replace(inertia=1e-9, offset=0.0) for leg in dextar[:2]), dextar.mass)
+    mechanism = mechanism_of(free, frictionless(vibration=Vibration(1e-4, 15.0, math.pi / 2.0), seed=3), RATE)
+    state = started(mechanism, *home(free)).state
+    shaking = mechanism.shaking
+    assert math.hypot(shaking.x, shaking.y) == pytest.approx(1e-4 * (30.0 * math.pi) ** 2)
+    # without other forces the platform keeps still in space, where the base was when it began
+    velocity = 1e-4 * shaking.pulsation * math.cos(shaking.phase)
+    for number in range(60):
+        state = advanced(mechanism, state, number, 0.0, 0.0).state
+        time = (number + 1) / RATE
+        base = 1e-4 * (math.sin(shaking.pulsation * time + shaking.phase) - math.sin(shaking.phase))
+        y = state_from_joints(free, *joints_of(state)).y
+        assert y - HOME[1] == pytest.approx(velocity * time - base, abs=1e-7)
+    feels = [
+        Plant(dextar, home(dextar), RATE, PlantSettings(vibration=Vibration(a))).measure_imu() for a in (1e-4, 0.0)
+    ]
+    assert math.dist(feels[0].acceleration, feels[1].acceleration) > 0.01
+
+
+def test_a_cable_drags_always_and_pulls_only_where_it_is_taut() -> None:
+    assert cable_force(Cable(), 0.1, 0.2) == (0.0, 0.0)
+    cable = Cable(0.5, math.pi / 2.0, 20.0, 0.1, 0.3, 0.4)
+    assert cable_force(cable, 0.3, 0.32) == pytest.approx((0.0, 0.5))
+    # 0.5 m away, 0.4 m beyond its length: 8 N
+    assert cable_force(cable, 0.0, 0.0) == pytest.approx((4.8, 6.9))
+
+
+@pytest.mark.parametrize("change", [-0.5, 1.0])
+def test_friction_changes_with_its_own_work(change: float, dextar: FiveBar) -> None:
+    """The heat is the work of the friction; what is not lost to cooling changes it."""
+    plant = PlantSettings(heating=Heating(change, 2.0, 0.5))
+    mechanism = mechanism_of(dextar, plant, RATE)
+    cold = mechanism_of(dextar, PlantSettings(tilt=Tilt(1e-9)), RATE)
+    one, other = (after(each, started(each, *home(dextar)).state, 40, 1.2, -1.2) for each in (mechanism, cold))
+    assert other.bristles.heat1 == 0.0
+    turned = one.at.link1 - home(dextar)[0]
+    heat = one.bristles.heat1
+    assert 0.0 < heat < dextar.leg1.coulomb * turned * (1.0 + max(0.0, change))
+    assert (one.rate.link1 > other.rate.link1) == (change < 0.0)
+    rested = after(mechanism, one._replace(rate=started(mechanism, *home(dextar)).state.rate), 1, 0.0, 0.0)
+    assert rested.bristles.heat1 == pytest.approx(heat * math.exp(-1.0 / RATE / 0.5), rel=2e-3)
+
+
+def test_a_supply_sags_with_the_power_of_both_motors(dextar: FiveBar) -> None:
+    supply = Supply(20.0, 5.0)
+    assert supplied_share(Supply(), 2.0, 9.0, 2.0, 9.0) == 1.0
+    assert supplied_share(supply, 2.0, 0.0, 0.0, 3.0) == pytest.approx(0.5)
+    assert supplied_share(supply, 1.0, 8.0, -1.0, -2.0) == pytest.approx(0.5)
+    # what brakes gives power back
+    assert supplied_share(supply, 1.0, -30.0, 0.0, 0.0) == 1.0
+    sagging = mechanism_of(dextar, frictionless(supply=supply), RATE)
+    exact = mechanism_of(dextar, frictionless(tilt=Tilt(1e-9)), RATE)
+    rates = [after(one, started(one, *home(dextar)).state, 1, 2.0, 0.0).rate.link1 for one in (sagging, exact)]
+    assert rates[0] / rates[1] == pytest.approx(0.5, abs=0.03)
+
+
+def test_a_heavy_distal_link_is_its_point_masses_and_the_inertia_about_its_centre(dextar: FiveBar) -> None:
+    """A bar with its centre in the middle: half of it at each end, less a third of what that is too much."""
+    bar, length = 0.06, dextar.leg1.distal
+    heavy = mechanism_of(dextar, PlantSettings(links=LinkErrors(distal_mass=bar)), RATE)
+    grouped = FiveBar(
+        *(leg._replace(inertia=leg.inertia + 0.5 * bar * leg.proximal**2) for leg in dextar[:2]), dextar.mass + bar
+    )
+    lumped = mechanism_of(grouped, PlantSettings(links=LinkErrors(distal_inertia=-bar * length**2 / 6.0)), RATE)
+    for name in ("inertia", "coupling", "distal_inertia"):
+        assert getattr(heavy.leg1, name) == pytest.approx(getattr(lumped.leg1, name), rel=1e-12)
+    # all of it weighs on the elbow, half of it at the end
+    assert (heavy.leg1.moment, heavy.leg1.distal_moment) == pytest.approx(
+        (bar * dextar.leg1.proximal, 0.5 * bar * length)
+    )
+
+
+def test_a_raised_base_turns_the_frame_and_shortens_the_links(dextar: FiveBar) -> None:
+    raised = PlantSettings(links=LinkErrors(base_rise=1e-3, base_height=4e-3))
+    actual, mechanism = actual_robot(dextar, raised), mechanism_of(dextar, raised, RATE)
+    apart = dextar.leg2.base_x - dextar.leg1.base_x
+    assert actual.leg2.base_x - actual.leg1.base_x == pytest.approx(math.hypot(apart, 1e-3), rel=1e-12)
+    assert actual.leg1.distal == pytest.approx(math.sqrt(dextar.leg1.distal**2 - 2e-3**2), rel=1e-12)
+    assert mechanism.leg1.disc.zero == mechanism.leg2.disc.zero == pytest.approx(1e-3 / apart, rel=1e-3)
+    with pytest.raises(InputError, match=r"plant\.links\.base_height: 0\.1: .* climb half of it: expected below"):
+        actual_robot(
+            FiveBar(dextar.leg1._replace(distal=0.04), *dextar[1:]), PlantSettings(links=LinkErrors(base_height=0.1))
+        )
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-0.1, 0.1), st.floats(0.0, 0.1), st.floats(0.0, 6.3))

@@ -17,16 +17,20 @@ from fivebar_description.strict_yaml import InputError
 from fivebar_description.transmission import Transmission
 from fivebar_sim import mujoco_motion, mujoco_robot
 from fivebar_sim.effects.bus import BusEffects
+from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.gyroscope import GyroscopeFaults
+from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings
 from fivebar_sim.effects.simulation import EffectsMotion
+from fivebar_sim.effects.supply import Supply
 from fivebar_sim.effects.timing import Timing
+from fivebar_sim.effects.vibration import Vibration
 from fivebar_sim.engines import SimulatedMechanism, check_engine, motion_of
 from fivebar_sim.mujoco_model import links_of
 from fivebar_sim.mujoco_motion import MujocoMotion
@@ -38,7 +42,8 @@ SPRINGS: dict[str, Any] = {
     "transmission": Transmission(60.0, 0.0, 0.7),
     "platform_joint": PlatformJoint(3e5, 0.0),
     "tilt": Tilt(0.3, -1.0, 0.03),
-    "links": LinkErrors(distal_inertia=-7e-5),
+    "links": LinkErrors(distal_inertia=-7e-5, distal_mass=0.02),
+    "cable": Cable(stiffness=20.0, length=0.1),
 }
 
 
@@ -65,8 +70,25 @@ def places(motion: SimulatedMechanism, torque: float, samples: int = SAMPLES) ->
         ({"platform_joint": PlatformJoint(3e5, 0.05)}, 2e-3),
         ({"tilt": Tilt(0.2, -1.0, 0.03), "links": LinkErrors(distal_inertia=2e-3)}, 1e-6),
         ({"tilt": Tilt(0.2, -1.0, 0.03), "links": LinkErrors(distal_inertia=-5e-4)}, 1e-6),
+        ({"tilt": Tilt(0.2, -1.0, 0.03), "links": LinkErrors(distal_mass=0.1, distal_centre=0.3)}, 1e-6),
+        ({"links": LinkErrors(base_rise=2e-3, base_height=4e-3)}, 1e-6),
+        ({"vibration": Vibration(3e-4, 15.0, 0.5)}, 1e-3),
+        ({"cable": Cable(0.5, 1.0, 20.0, 0.05, 0.1, 0.25)}, 1e-4),
+        ({"supply": Supply(30.0)}, 1e-3),
     ],
-    ids=["transmission", "backlash", "passive friction", "loop", "tilt and inertia", "tilt and a slender link"],
+    ids=[
+        "transmission",
+        "backlash",
+        "passive friction",
+        "loop",
+        "tilt and inertia",
+        "tilt and a slender link",
+        "tilt and a heavy link",
+        "raised base",
+        "vibration",
+        "cable",
+        "supply",
+    ],
 )
 def test_it_moves_the_same_robot_alike(effects: dict[str, Any], share: float, dextar: FiveBar) -> None:
     """Through the locus under constant torque, where nothing corrects what differs, to a share of the effect's size."""
@@ -76,6 +98,23 @@ def test_it_moves_the_same_robot_alike(effects: dict[str, Any], share: float, de
     wanted = places(EffectsMotion(smooth, plant, RATE, home(smooth)), 0.6)
     ideal = places(EffectsMotion(smooth, PlantSettings(friction_scale=0.0), RATE, home(smooth)), 0.6)
     assert np.abs(found - wanted).max() < share * np.abs(ideal - wanted).max()
+
+
+def test_its_friction_heats_up_alike(dextar: FiveBar) -> None:
+    smooth = FiveBar(dextar.leg1._replace(width=0.5), dextar.leg2._replace(width=0.5), dextar.mass)
+    hot, cold = (
+        [
+            places(
+                kind(
+                    smooth, PlantSettings(friction=FrictionEffects(viscous=0.02), heating=heating), RATE, home(smooth)
+                ),
+                1.2,
+            )
+            for kind in (MujocoMotion, EffectsMotion)
+        ]
+        for heating in (Heating(-0.5, 1.0), Heating())
+    )
+    assert np.abs(hot[0] - hot[1]).max() < 1e-3 * np.abs(hot[1] - cold[1]).max()
 
 
 def test_it_keeps_the_energy_of_a_robot_with_springs_on_a_slope(dextar: FiveBar) -> None:
@@ -117,16 +156,20 @@ def test_a_slender_link_has_the_mass_matrix_that_the_parameters_say(dextar: Five
 
 
 EVERYTHING = PlantSettings(
-    links=LinkErrors(1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 1e-6),
+    links=LinkErrors(1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 1e-4, 1e-6, 0.01, 0.4, 1e-4, 1e-3),
     friction=FrictionEffects(stribeck=1.3, stribeck_speed=0.2, viscous=0.01, passive=0.003),
+    heating=Heating(-0.3, 10.0, 100.0),
     motors=MotorEffects(0.05, 0.05, 0.03, 40.0, 0.04, 80.0, 1000.0),
+    supply=Supply(100.0, 4.0),
     transmission=Transmission(250.0, 0.05, 0.6, 1e-4),
     platform_joint=PlatformJoint(3e5, 0.06),
     encoder_counts=20_000,
     encoders=EncoderErrors(1e-4, 1e-4, 1e-3, 1e-5, 2000, 5, -5, 0.1, 1, 0.2, 0.1),
     gyroscope=GyroscopeFaults(0.01, 0.02, 0.1, 0.1, 0.2, 0.01, 0.3, 0.01, 1e-4, 1e-4),
     tilt=Tilt(0.03, 1.0, 0.02),
+    vibration=Vibration(1e-5, 12.0, 0.3),
     push=Push(1.0, 0.5, LOCUS, 0.1, 0.06),
+    cable=Cable(0.1, 0.2, 5.0, 0.05, 0.1, 0.2),
     bus=BusEffects(2, 0.1, 0.2),
     timing=Timing(1e-4, 1e-4, 1e-4, 1e-4),
 )

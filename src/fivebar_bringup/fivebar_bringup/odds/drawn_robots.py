@@ -10,7 +10,7 @@ from fivebar_description.loads import Loads
 from fivebar_description.settings import sections
 from fivebar_description.tolerances import Tolerances
 from fivebar_sim.effects.bus import BusEffects
-from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.effects.links import with_modelled_geometry
 from fivebar_sim.effects.loads import Push, Tilt
 from fivebar_sim.effects.settings import PINOCCHIO, PlantSettings
 
@@ -73,7 +73,7 @@ def with_drawn_robot(scenario: S, errors: RobotErrors, seed: int, number: int, c
 def as_modelled(plant: PlantSettings) -> PlantSettings:
     """Return the settings of a simulated robot without what differs from one robot to the next."""
     return plant._replace(
-        links=LinkErrors(distal_inertia=plant.links.distal_inertia),
+        links=with_modelled_geometry(plant.links),
         encoders=plant.encoders._replace(zero_1=0.0, zero_2=0.0),
         motors=plant.motors._replace(constant_1=0.0, constant_2=0.0),
         tilt=Tilt(),

@@ -24,7 +24,7 @@ from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.gyroscope import ImuClock, SampleSpan, frozen_samples, gain, jumps, missing_samples
-from fivebar_sim.effects.links import LinkErrors
+from fivebar_sim.effects.links import with_modelled_geometry
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects, without_effects
 from fivebar_sim.imu import gyro_errors, gyro_stream
@@ -271,7 +271,7 @@ def _lost(scenario: Scenario, plant: PlantSettings) -> BoolArray:
 
 def _unchanged_by(plant: PlantSettings) -> PlantSettings:
     """Return settings that leave the parameters of a robot as they are: it is the actual one already."""
-    links = LinkErrors(distal_inertia=plant.links.distal_inertia)
+    links = with_modelled_geometry(plant.links)
     return plant._replace(mass_scale=1.0, inertia_scale=1.0, friction_scale=1.0, links=links)
 
 

@@ -10,13 +10,17 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from fivebar_sim.effects.cable import cable_force
 from fivebar_sim.effects.friction import friction
+from fivebar_sim.effects.heating import hot_share
 from fivebar_sim.effects.loads import push_at
 from fivebar_sim.effects.mechanism import LegNumbers, Mechanism
 from fivebar_sim.effects.mechanism_state import Bristles, PerBody
 from fivebar_sim.effects.motors import motor_torque
 from fivebar_sim.effects.platform_joint import Force, joint_force
+from fivebar_sim.effects.supply import supplied_share
 from fivebar_sim.effects.transmission import transmitted
+from fivebar_sim.effects.vibration import felt_weight
 
 
 class LegDynamics(NamedTuple):
@@ -78,7 +82,12 @@ def chain(
         + tip_mass * (jx_link * weight_x + jy_link * weight_y)
         + leg.moment * (r_x * weight_y - r_y * weight_x)
     )
-    right_distal = distal_torque - centrifugal * dq1 * dq1 + tip_mass * (jx_distal * weight_x + jy_distal * weight_y)
+    right_distal = (
+        distal_torque
+        - centrifugal * dq1 * dq1
+        + tip_mass * (jx_distal * weight_x + jy_distal * weight_y)
+        + leg.distal_moment * (u_x * weight_y - u_y * weight_x)
+    )
     link, distal = n11 * right_link + n12 * right_distal, n12 * right_link + n22 * right_distal
     link_x, link_y = n11 * jx_link + n12 * jx_distal, n11 * jy_link + n12 * jy_distal
     distal_x, distal_y = n12 * jx_link + n22 * jx_distal, n12 * jy_link + n22 * jy_distal
@@ -118,8 +127,12 @@ def accelerations(
     elastic = mechanism.elastic
     motor1, motor2 = (at.rotor1, at.rotor2) if elastic else (at.link1, at.link2)
     speed1, speed2 = (rate.rotor1, rate.rotor2) if elastic else (rate.link1, rate.link2)
-    drive1 = motor_torque(leg1.motor, current1, motor1) - friction(leg1.motor_friction, bristles.motor1, speed1)
-    drive2 = motor_torque(leg2.motor, current2, motor2) - friction(leg2.motor_friction, bristles.motor2, speed2)
+    share = supplied_share(mechanism.supply, current1, speed1, current2, speed2)
+    hot1, hot2 = hot_share(mechanism.heating, bristles.heat1), hot_share(mechanism.heating, bristles.heat2)
+    drive1 = motor_torque(leg1.motor, share * current1, motor1)
+    drive2 = motor_torque(leg2.motor, share * current2, motor2)
+    drive1 -= hot1 * friction(leg1.motor_friction, bristles.motor1, speed1)
+    drive2 -= hot2 * friction(leg2.motor_friction, bristles.motor2, speed2)
     rotor1 = rotor2 = 0.0
     torque1, torque2 = drive1, drive2
     if elastic:
@@ -130,7 +143,8 @@ def accelerations(
     elbow1 = friction(leg1.elbow_friction, bristles.elbow1, rate.distal1 - rate.link1)
     elbow2 = friction(leg2.elbow_friction, bristles.elbow2, rate.distal2 - rate.link2)
     between = friction(mechanism.platform_friction, bristles.platform, rate.distal1 - rate.distal2)
-    g_x, g_y, mass = mechanism.weight_x, mechanism.weight_y, mechanism.tip_mass
+    weight, mass = felt_weight(mechanism.shaking, mechanism.weight_x, mechanism.weight_y, time), mechanism.tip_mass
+    g_x, g_y = weight.x, weight.y
     one = chain(
         leg1, at.link1, at.distal1, rate.link1, rate.distal1, torque1 + elbow1, -elbow1 - between, g_x, g_y, mass
     )
@@ -138,7 +152,8 @@ def accelerations(
         leg2, at.link2, at.distal2, rate.link2, rate.distal2, torque2 + elbow2, between - elbow2, g_x, g_y, mass
     )
     push = push_at(mechanism.push, time, one.u_x, one.u_y)
-    half_x, half_y = 0.5 * push.x, 0.5 * push.y
+    pull = cable_force(mechanism.cable, 0.5 * (one.x + two.x), 0.5 * (one.y + two.y))
+    half_x, half_y = 0.5 * (push.x + pull.x), 0.5 * (push.y + pull.y)
     if mechanism.compliant:
         joint = joint_force(
             mechanism.joint_stiffness,

@@ -135,6 +135,11 @@ def bristle_after(curve: FrictionCurve, bristle: float, moved: float, time: floa
     return bristle * math.exp(-x) + moved * share
 
 
+def sliding_friction(curve: FrictionCurve, speed: float) -> float:
+    """Return the size of steady sliding friction (Nm) at a speed (rad/s), without the offset."""
+    return stribeck(curve, speed) * abs(math.tanh(speed / curve.width)) + curve.viscous * abs(speed)
+
+
 def friction(curve: FrictionCurve, bristle: float, speed: float) -> float:
     """Return the friction torque (Nm) against a speed (rad/s)."""
     level = stribeck(curve, speed)

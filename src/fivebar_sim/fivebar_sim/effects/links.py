@@ -1,11 +1,13 @@
-"""Actual link lengths, bases and the inertia of the distal links."""
+"""Actual link lengths, bases, and mass and inertia of the distal links."""
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import Setting
+from fivebar_description.strict_yaml import InputError
 
 
 def _longer(what: str) -> Setting:
@@ -37,19 +39,106 @@ class LinkErrors(NamedTuple):
             at_most=0.1,
         ),
     ] = 0.0
+    distal_mass: Annotated[
+        float,
+        Setting(
+            "Mass of each distal link that the model does not have, as a uniform bar; typical: 0.005 to 0.02.",
+            "kg",
+            at_least=0.0,
+            at_most=100.0,
+        ),
+    ] = 0.0
+    distal_centre: Annotated[
+        float,
+        Setting(
+            "Where its centre is, as a share of the link from the elbow on; 0.5 for a bar as long as the link.",
+            at_least=-1.0,
+            at_most=2.0,
+        ),
+    ] = 0.5
+    base_rise: Annotated[
+        float,
+        Setting(
+            "Motor axis 2 above the x axis, on which motor axis 1 is, in the plane; typical: 2e-5 to 5e-4. The robot's"
+            " frame is then that through both axes, from which the encoders' zeros are off.",
+            "m",
+            at_least=-0.01,
+            at_most=0.01,
+        ),
+    ] = 0.0
+    base_height: Annotated[
+        float,
+        Setting(
+            "Leg 2 above leg 1, across the plane: each distal link climbs half of it and is shorter in the plane;"
+            " typical: 1e-4 to 2e-3.",
+            "m",
+            at_least=0.0,
+            at_most=0.1,
+        ),
+    ] = 0.0
+
+
+def with_modelled_geometry(links: LinkErrors) -> LinkErrors:
+    """Return what a robot's links have besides errors of its geometry: mass and inertia."""
+    return LinkErrors(
+        distal_inertia=links.distal_inertia, distal_mass=links.distal_mass, distal_centre=links.distal_centre
+    )
+
+
+class DistalBar(NamedTuple):
+    """What a distal link has besides its model: mass (kg), its centre from the elbow (m), inertia about it (kg m^2)."""
+
+    mass: float
+    centre: float
+    inertia: float
+
+
+def bar_of(links: LinkErrors, distal: float) -> DistalBar:
+    """Return the uniform bar that a distal link of a length (m) has besides its model."""
+    mass = float(links.distal_mass)
+    return DistalBar(mass, links.distal_centre * distal, mass * distal**2 / 12.0)
+
+
+def axis_turn(robot: FiveBar, links: LinkErrors) -> float:
+    """Return by how much (rad) the line through both motor axes is turned against the modelled robot's x axis."""
+    return math.atan2(links.base_rise, _apart(robot, links)) if links.base_rise != 0.0 else 0.0
+
+
+def _apart(robot: FiveBar, links: LinkErrors) -> float:
+    """Return the distance of the motor axes along the modelled x axis (m)."""
+    return robot.leg2.base_x + links.base_2 - (robot.leg1.base_x + links.base_1)
 
 
 def with_links(robot: FiveBar, links: LinkErrors) -> FiveBar:
-    """Return the robot with its actual lengths and bases (m)."""
+    """Return the robot with its actual lengths and bases (m), in the frame through both motor axes.
+
+    Raises:
+        InputError: a distal link is too short to climb.
+    """
+    apart = _apart(robot, links)
+    further = math.hypot(apart, links.base_rise) - abs(apart) if links.base_rise != 0.0 else 0.0
 
     def leg(one: LegParameters, base: float, proximal: float, distal: float) -> LegParameters:
-        return one._replace(base_x=one.base_x + base, proximal=one.proximal + proximal, distal=one.distal + distal)
+        flat = one.distal + distal
+        if links.base_height > 0.0:
+            flat = _flat(flat, 0.5 * links.base_height)
+        return one._replace(base_x=one.base_x + base, proximal=one.proximal + proximal, distal=flat)
 
     return FiveBar(
         leg(robot.leg1, links.base_1, links.l_11, links.l_12),
-        leg(robot.leg2, links.base_2, links.l_21, links.l_22),
+        leg(robot.leg2, links.base_2 + further, links.l_21, links.l_22),
         robot.mass,
     )
+
+
+def _flat(length: float, climbed: float) -> float:
+    """Return the length (m) in the plane of a link that climbs by some (m)."""
+    if climbed >= length:
+        raise InputError(
+            f"plant.links.base_height: {2.0 * climbed:g}: distal links of {length:g} m cannot climb half of it:"
+            f" expected below {2.0 * length:g}"
+        )
+    return math.sqrt(length * length - climbed * climbed)
 
 
 def with_another_model(links: LinkErrors, before: FiveBar, after: FiveBar) -> LinkErrors:

@@ -10,13 +10,17 @@ import numpy as np
 from fivebar_description.parameters import FiveBar, LegParameters, scaled
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderDisc, disc_of
 from fivebar_sim.effects.friction import FrictionCurve, curve_of
-from fivebar_sim.effects.links import with_links
+from fivebar_sim.effects.heating import Heating
+from fivebar_sim.effects.links import axis_turn, bar_of, with_links
 from fivebar_sim.effects.loads import Push, weight_of
 from fivebar_sim.effects.motors import Motor, motor_of
 from fivebar_sim.effects.settings import PlantSettings
+from fivebar_sim.effects.supply import Supply
 from fivebar_sim.effects.timing import Delays, delays_of
+from fivebar_sim.effects.vibration import Shaking, shaking_of
 
 MAX_STEP = 1e-3
 """Longest integration step (s), that of the plant without effects."""
@@ -41,7 +45,8 @@ class LegNumbers(NamedTuple):
         inertia, coupling, distal_inertia: mass matrix of link and distal link about the absolute angles q1 and theta:
             [[inertia, coupling cos], [coupling cos, distal_inertia]] (kg m^2), with half of the platform at the tip.
         stiffness, damping: of the transmission (Nm/rad, Nm s/rad).
-        moment: first mass moment of the proximal link (kg m).
+        moment, distal_moment: first mass moments (kg m) of the proximal link about the motor axis, and of the distal
+            link about the elbow beyond that of the tip's mass.
         motor, motor_friction, elbow_friction, disc: see their modules.
     """
 
@@ -56,6 +61,7 @@ class LegNumbers(NamedTuple):
     stiffness: float
     damping: float
     moment: float
+    distal_moment: float
     motor: Motor
     motor_friction: FrictionCurve
     elbow_friction: FrictionCurve
@@ -77,7 +83,8 @@ class Mechanism(NamedTuple):
         platform_friction: between both distal links.
         bandwidth: of the current loops (rad/s), 0 for ideal ones.
         weight_x, weight_y: gravity in the plane (N/kg).
-        push: as numbers.
+        shaking: of the base.
+        push, cable, heating, supply: as numbers.
         delays: of commands and readings.
     """
 
@@ -97,7 +104,11 @@ class Mechanism(NamedTuple):
     bandwidth: float
     weight_x: float
     weight_y: float
+    shaking: Shaking
     push: Push
+    cable: Cable
+    heating: Heating
+    supply: Supply
     delays: Delays
 
 
@@ -118,6 +129,7 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
     phases = np.random.default_rng([settings.seed, STREAM]).uniform(0.0, 2.0 * math.pi, (2, 3)).tolist()
     line_phases = np.random.default_rng([settings.seed, LINE_STREAM]).uniform(0.0, 2.0 * math.pi, 2).tolist()
     motors, joint = settings.motors, settings.platform_joint
+    turn = axis_turn(robot, settings.links)
     leg1, leg2 = (
         _leg(
             settings,
@@ -126,8 +138,11 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
             motors.constant_1 if motor == 1 else motors.constant_2,
             phases[motor - 1][0],
             phases[motor - 1][1],
-            disc_of(
-                settings.encoders, motor, settings.encoder_counts or 0, phases[motor - 1][2], line_phases[motor - 1]
+            _turned(
+                disc_of(
+                    settings.encoders, motor, settings.encoder_counts or 0, phases[motor - 1][2], line_phases[motor - 1]
+                ),
+                turn,
             ),
         )
         for motor, leg in enumerate(actual[:2], start=1)
@@ -152,7 +167,11 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
         bandwidth=2.0 * math.pi * motors.current_loop_hz,
         weight_x=weight.x,
         weight_y=weight.y,
+        shaking=shaking_of(settings.vibration, settings.seed),
         push=as_numbers(settings.push),
+        cable=as_numbers(settings.cable),
+        heating=as_numbers(settings.heating),
+        supply=as_numbers(settings.supply),
         delays=delays_of(settings.timing, settings.seed, 1.0 / rate_hz),
     )
     steps = math.ceil(mechanism.period / longest_step(mechanism) - 1e-9)
@@ -173,6 +192,11 @@ def _check(settings: PlantSettings) -> None:
         )
 
 
+def _turned(disc: EncoderDisc, turn: float) -> EncoderDisc:
+    """Return an encoder that was mounted in a frame from which the robot's is turned by some (rad)."""
+    return disc._replace(zero=disc.zero + turn) if turn != 0.0 else disc
+
+
 def _leg(
     settings: PlantSettings,
     leg: LegParameters,
@@ -186,18 +210,21 @@ def _leg(
     share = transmission.rotor_share if transmission.frequency > 0.0 else 0.0
     link = (1.0 - share) * leg.inertia
     pulsation = 2.0 * math.pi * transmission.frequency
+    bar = bar_of(settings.links, leg.distal)
     numbers = LegNumbers(
         base_x=float(leg.base_x),
         proximal=float(leg.proximal),
         distal=float(leg.distal),
         link=link,
         rotor=share * leg.inertia,
-        inertia=link + tip_mass * leg.proximal**2,
-        coupling=tip_mass * leg.proximal * leg.distal,
-        distal_inertia=tip_mass * leg.distal**2 + (leg.residual + settings.links.distal_inertia),
+        inertia=link + (tip_mass + bar.mass) * leg.proximal**2,
+        coupling=tip_mass * leg.proximal * leg.distal + bar.mass * bar.centre * leg.proximal,
+        distal_inertia=tip_mass * leg.distal**2
+        + (leg.residual + settings.links.distal_inertia + bar.inertia + bar.mass * bar.centre**2),
         stiffness=leg.inertia * pulsation**2,
         damping=2.0 * transmission.damping * leg.inertia * pulsation,
-        moment=float(settings.tilt.leg_moment),
+        moment=settings.tilt.leg_moment + bar.mass * leg.proximal,
+        distal_moment=bar.mass * bar.centre,
         motor=motor_of(settings.motors, constant_error, ripple_phase, cogging_phase),
         motor_friction=curve_of(friction, float(leg.coulomb), float(leg.offset), float(leg.width), friction.viscous),
         elbow_friction=curve_of(friction, friction.passive, 0.0, float(leg.width), 0.0),
@@ -220,6 +247,7 @@ def longest_step(mechanism: Mechanism) -> float:
     constrains, and only lowers them. The bristles are springs; beyond presliding they are solved exactly.
     """
     springs = dampers = tips = platform = 0.0
+    hottest = 1.0 + max(0.0, mechanism.heating.change)
     for leg in (mechanism.leg1, mechanism.leg2):
         # the inverse of the mass matrix is largest with the leg stretched or folded
         determinant = leg.inertia * leg.distal_inertia - leg.coupling**2
@@ -227,7 +255,7 @@ def longest_step(mechanism: Mechanism) -> float:
         elbow = link + 2.0 * leg.coupling / determinant + distal
         motor = 1.0 / leg.rotor if mechanism.elastic else link
         spring = leg.motor_friction.stiffness * motor + leg.elbow_friction.stiffness * elbow
-        damper = leg.motor_friction.slope() * motor + leg.elbow_friction.slope() * elbow
+        damper = hottest * leg.motor_friction.slope() * motor + leg.elbow_friction.slope() * elbow
         if mechanism.elastic:
             spring += leg.stiffness * (motor + link)
             damper += leg.damping * (motor + link)
@@ -236,7 +264,7 @@ def longest_step(mechanism: Mechanism) -> float:
         platform += distal
         # a tip moves at most as its own point mass does, less what a negative distal inertia takes away
         tips += 1.0 / min(mechanism.tip_mass, leg.distal_inertia / leg.distal**2)
-    springs += mechanism.platform_friction.stiffness * platform
+    springs += mechanism.platform_friction.stiffness * platform + mechanism.cable.stiffness * tips
     dampers += mechanism.platform_friction.slope() * platform
     if mechanism.compliant:
         springs += mechanism.joint_stiffness * tips
@@ -244,6 +272,8 @@ def longest_step(mechanism: Mechanism) -> float:
     bounds = [MAX_STEP, mechanism.period]
     if springs > 0.0:
         bounds.append(OSCILLATION / math.sqrt(springs))
+    if mechanism.shaking.pulsation > 0.0:
+        bounds.append(OSCILLATION / mechanism.shaking.pulsation)
     if dampers > 0.0:
         bounds.append(DECAY / dampers)
     return min(bounds)

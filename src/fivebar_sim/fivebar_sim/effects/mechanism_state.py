@@ -20,13 +20,15 @@ ZERO = PerBody(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Bristles(NamedTuple):
-    """Deflections (rad) of the bristles in the five joints with friction."""
+    """Deflections (rad) of the bristles in the five joints with friction, and the heat (J) in both motors."""
 
     motor1: float
     motor2: float
     elbow1: float
     elbow2: float
     platform: float
+    heat1: float
+    heat2: float
 
 
 class MechanismState(NamedTuple):
@@ -34,7 +36,7 @@ class MechanismState(NamedTuple):
 
     Attributes:
         at, rate: angles and rates.
-        bristles: their deflections.
+        bristles: their deflections, and the motors' heat.
         current1, current2: currents, as torques (Nm), at the last sample or change of torque.
         wanted1, wanted2: torques (Nm) that the drives are set to.
         read_at, read_rate: angles and rates when the encoders were read last, those of the rotors as the motors'

@@ -6,9 +6,11 @@ import math
 from typing import NamedTuple
 
 from fivebar_sim.effects.body_dynamics import accelerations, chain
+from fivebar_sim.effects.cable import stretched_energy
 from fivebar_sim.effects.encoders import EncoderReading
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.mechanism_state import MechanismState, PerBody
+from fivebar_sim.effects.vibration import felt_weight
 
 
 class JointMotion(NamedTuple):
@@ -78,12 +80,13 @@ def imu_motion(mechanism: Mechanism, state: MechanismState, time: float) -> ImuM
     link, distal = rate.link2 * rate.link2, rate.distal2 * rate.distal2
     a_x = -leg.proximal * (r_y * change.link2 + r_x * link) - leg.distal * (u_y * change.distal2 + u_x * distal)
     a_y = leg.proximal * (r_x * change.link2 - r_y * link) + leg.distal * (u_x * change.distal2 - u_y * distal)
-    a_x, a_y = a_x - mechanism.weight_x, a_y - mechanism.weight_y
+    weight = felt_weight(mechanism.shaking, mechanism.weight_x, mechanism.weight_y, time)
+    a_x, a_y = a_x - weight.x, a_y - weight.y
     return ImuMotion(u_x * a_x + u_y * a_y, u_x * a_y - u_y * a_x, rate.distal2, change.distal2)
 
 
 class Energy(NamedTuple):
-    """Energies (J): of motion, and in springs and bristles."""
+    """Energies (J): of motion, and in springs, a stretched cable and bristles."""
 
     kinetic: float
     elastic: float
@@ -127,4 +130,5 @@ def energy(mechanism: Mechanism, state: MechanismState) -> Energy:
     elastic += 0.5 * mechanism.platform_friction.stiffness * bristles.platform**2
     stretch = max(0.0, math.hypot(ends[0].x - ends[1].x, ends[0].y - ends[1].y) - mechanism.clearance)
     elastic += 0.5 * mechanism.joint_stiffness * stretch**2
+    elastic += stretched_energy(mechanism.cable, 0.5 * (ends[0].x + ends[1].x), 0.5 * (ends[0].y + ends[1].y))
     return Energy(kinetic, elastic)

@@ -8,14 +8,18 @@ from fivebar_description.settings import Section, Setting, sections
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, DelaySamples, DriveTorqueLimit, EncoderCounts
 from fivebar_description.transmission import Transmission
 from fivebar_sim.effects.bus import BusEffects
+from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.gyroscope import GyroscopeFaults
+from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import Push, Tilt
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.supply import Supply
 from fivebar_sim.effects.timing import Timing
+from fivebar_sim.effects.vibration import Vibration
 
 MassScale = Annotated[float, Setting("Factor on the platform's mass.", at_least=1e-3, at_most=1e3)]
 InertiaScale = Annotated[float, Setting("Factor on the legs' inertias.", at_least=1e-3, at_most=1e3)]
@@ -53,13 +57,17 @@ class PlantSettings(NamedTuple):
     seed: Annotated[int, Setting("Seed of the sensors' noise.", at_least=0, at_most=2**31 - 1)] = 0
     links: Section[LinkErrors] = LinkErrors()
     friction: Section[FrictionEffects] = FrictionEffects()
+    heating: Section[Heating] = Heating()
     motors: Section[MotorEffects] = MotorEffects()
+    supply: Section[Supply] = Supply()
     transmission: Section[Transmission] = Transmission()
     platform_joint: Section[PlatformJoint] = PlatformJoint()
     encoders: Section[EncoderErrors] = EncoderErrors()
     gyroscope: Section[GyroscopeFaults] = GyroscopeFaults()
     tilt: Section[Tilt] = Tilt()
+    vibration: Section[Vibration] = Vibration()
     push: Section[Push] = Push()
+    cable: Section[Cable] = Cable()
     bus: Section[BusEffects] = BusEffects()
     timing: Section[Timing] = Timing()
 

@@ -19,14 +19,25 @@ from fivebar_sim.effects.settings import PlantSettings
 pytestmark = pytest.mark.extra  # compiling two engines takes a minute
 
 EFFECTS: dict[str, dict[str, Any]] = {
-    "links": {"l_11": 1e-5, "l_12": -1e-5, "base_2": 1e-5, "distal_inertia": -5e-5},
+    "links": {
+        "l_11": 1e-5,
+        "l_12": -1e-5,
+        "base_2": 1e-5,
+        "distal_inertia": -5e-5,
+        "distal_mass": 0.005,
+        "base_rise": 1e-6,
+    },
     "friction": {"stribeck": 1.3, "viscous": 0.01, "presliding": 1e-3, "presliding_damping": 0.2, "passive": 0.003},
+    "heating": {"change": -0.3, "work": 1.0},
+    "supply": {"half_power": 100.0},
     "motors": {"constant_1": 0.05, "constant_2": -0.05, "ripple": 0.03, "cogging": 0.04, "current_loop_hz": 1000.0},
     "transmission": {"frequency": 250.0, "backlash": 1e-4},
     "platform_joint": {"stiffness": 1e6, "clearance": 5e-6},
     "encoders": {"zero_1": 5e-5, "zero_2": -5e-5, "eccentricity": 1e-4, "interpolation": 2e-5},
     "gyroscope": {"scale": 0.01, "misalignment": 0.02, "bias_jump": 0.01, "clock_jitter": 5e-4},
     "tilt": {"angle": 0.03, "heading": 1.0, "leg_moment": 0.03},
+    "vibration": {"amplitude": 1e-5},
+    "cable": {"force": 0.1, "stiffness": 1.0, "length": 0.2},
     "push": {"force": 0.7, "along": "locus", "start": 0.2, "length": 0.05},
     "bus": {"lost_commands": 40, "lost_within": 0.4},
     "timing": {"command_delay": 2e-4, "command_jitter": 3e-4, "reading_age": 1e-4, "reading_jitter": 2e-4},

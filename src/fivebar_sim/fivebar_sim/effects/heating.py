@@ -1,0 +1,51 @@
+"""Friction that changes as the motors' gears and bearings heat up by it."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, NamedTuple
+
+from fivebar_description.settings import Setting
+
+
+class Heating(NamedTuple):
+    """How the friction of each motor changes with the heat that it has made, which is lost again with time.
+
+    All of it changes in proportion: Coulomb and viscous friction, and the offset.
+    """
+
+    change: Annotated[
+        float,
+        Setting(
+            "Relative change of a hot motor's friction; typical: -0.3 where grease thins, 0.2 where bearings tighten.",
+            at_least=-0.95,
+            at_most=10.0,
+        ),
+    ] = 0.0
+    work: Annotated[
+        float,
+        Setting(
+            "Work of the friction after which 63 % of the change are reached; typical: 5 to 500.",
+            "J",
+            at_least=1e-3,
+            at_most=1e6,
+        ),
+    ] = 20.0
+    cooling: Annotated[
+        float,
+        Setting("Time after which a motor at rest has lost 63 % of its heat.", "s", at_least=1e-2, at_most=1e6),
+    ] = 300.0
+
+
+def hot_share(heating: Heating, heat: float) -> float:
+    """Return the friction of a motor relative to that of a cold one, with a heat (J) in it."""
+    if heating.change == 0.0:
+        return 1.0
+    return 1.0 - heating.change * math.expm1(-heat / heating.work)
+
+
+def heat_after(heating: Heating, heat: float, friction: float, moved: float, time: float) -> float:
+    """Return the heat (J) of a motor after a time (s) in which it has moved (rad) against a friction (Nm)."""
+    if heating.change == 0.0:
+        return 0.0
+    return heat * math.exp(-time / heating.cooling) + abs(friction * moved)
