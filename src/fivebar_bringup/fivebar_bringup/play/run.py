@@ -170,7 +170,11 @@ def pushed(mechanism: Mechanism, force: float, start: float) -> Mechanism:
         bandwidth=mechanism.bandwidth,
         weight_x=mechanism.weight_x,
         weight_y=mechanism.weight_y,
+        shaking=mechanism.shaking,
         push=Push(force, push.heading, push.along, start, push.length),
+        cable=mechanism.cable,
+        heating=mechanism.heating,
+        supply=mechanism.supply,
         delays=mechanism.delays,
     )
 

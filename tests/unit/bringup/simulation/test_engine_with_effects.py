@@ -36,7 +36,7 @@ EFFECTS: dict[str, dict[str, Any]] = {
     "encoders": {"zero_1": 5e-5, "zero_2": -5e-5, "eccentricity": 1e-4, "interpolation": 2e-5},
     "gyroscope": {"scale": 0.01, "misalignment": 0.02, "bias_jump": 0.01, "clock_jitter": 5e-4},
     "tilt": {"angle": 0.03, "heading": 1.0, "leg_moment": 0.03},
-    "vibration": {"amplitude": 1e-5},
+    "vibration": {"amplitude": 1e-4, "heading": 1.0},
     "cable": {"force": 0.1, "stiffness": 1.0, "length": 0.2},
     "push": {"force": 0.7, "along": "locus", "start": 0.2, "length": 0.05},
     "bus": {"lost_commands": 40, "lost_within": 0.4},

@@ -22,13 +22,18 @@ from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.settings import MUJOCO, PINOCCHIO, PlantSettings
 
 EFFECTS: dict[str, dict[str, Any]] = {
-    "links": {"l_11": 2e-5, "l_12": -1e-5, "l_21": -1e-5, "l_22": 2e-5, "base_2": 1e-5, "distal_inertia": -7e-5},
+    "links": {"l_11": 2e-5, "l_12": -1e-5, "l_21": -1e-5, "l_22": 2e-5, "base_2": 1e-5, "distal_inertia": -7e-5}
+    | {"distal_mass": 0.02, "base_rise": 1e-5, "base_height": 1e-3},
     "friction": {"stribeck": 1.3, "viscous": 0.02, "passive": 0.005},
+    "heating": {"change": -0.6, "work": 0.3},
+    "supply": {"half_power": 100.0},
     "motors": {"constant_1": 0.05, "constant_2": -0.05, "ripple": 0.05, "cogging": 0.05, "current_loop_hz": 300.0},
     "transmission": {"frequency": 80.0},
     "platform_joint": {"stiffness": 3e5},
     "encoders": {"zero_1": 5e-5, "zero_2": -5e-5, "eccentricity": 2e-4},
     "tilt": {"angle": 0.03, "heading": 1.0, "leg_moment": 0.03},
+    "vibration": {"amplitude": 5e-5},
+    "cable": {"force": 0.2, "stiffness": 5.0, "length": 0.2},
     "push": {"force": 0.7, "heading": 0.7, "along": "locus", "start": 0.2, "length": 0.05},
     "bus": {"lost_commands": 40, "lost_within": 0.4},
     "timing": {"command_delay": 5e-4, "command_jitter": 1e-3, "reading_age": 3e-4, "reading_jitter": 3e-4},
