@@ -106,13 +106,7 @@ GEOMETRY = {
     "elasticity": "transmissions of {}",
     "backlash": "backlash of {}",
 }
-LOADS = {
-    "push": "a push of {}",
-    "passive": "{} in each passive joint",
-    "drag": "a cable that pulls with {}",
-    "vibration": "a table that vibrates by {} at 15 Hz",
-    "tilt": "a tilt of {}",
-}
+LOADS = {"push": "a push of {}", "passive": "{} in each passive joint", "tilt": "a tilt of {}"}
 """Effects in words, with a place for their size."""
 
 
