@@ -360,6 +360,12 @@ def test_another_robot_makes_the_motion_in_proportion_and_is_judged_by_its_own_l
     run = ComparisonResult(ComparisonCase(given, "unified", 1.0, "ideal"), True, made=True, tracking_error=0.7e-3)
     judged = [findings([run._replace(applied=applied)], [])[0].met for applied in (7.2, 7.3)]
     assert judged == [True, False]
+    tight = [
+        ComparisonResult(ComparisonCase(given, "unified", duration, "ideal", torque * TIGHT_LIMIT))
+        for duration in (1.0, None)
+    ]
+    assert findings([], tight)[-1].title == "unified with 4.36 Nm per motor"
+    assert tight_table(tight).title == "With 4.36 Nm per motor"
     assert command_of(ComparisonSettings(scenarios=("middle",), robot=belt)).endswith(f"--robot {belt}")
 
 

@@ -7,9 +7,9 @@ from itertools import groupby
 
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.recorded.outcome import RunOutcome
-from fivebar_bringup.studies.compare.cases import AS_GIVEN, TIGHT_LIMIT, ComparisonExtent, on_rig
+from fivebar_bringup.studies.compare.cases import AS_GIVEN, ComparisonExtent, on_rig
 from fivebar_bringup.studies.compare.results import ComparisonResult
-from fivebar_bringup.studies.compare.verdicts import lost
+from fivebar_bringup.studies.compare.verdicts import lost, tight_words
 from fivebar_bringup.studies.reproduce.rows import largest
 from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.units import error_of, plain
@@ -127,7 +127,7 @@ def tight_table(results: Sequence[ComparisonResult]) -> Table:
         )
     return Table(
         "tight",
-        f"With {TIGHT_LIMIT:g} Nm per motor",
+        f"With {tight_words(results)} per motor",
         "Run at the requested pace, whether or not the screen allows it, to see the effect of the limit alone; and at"
         " the quickest pace that the screen allows, found segment by segment. The screen allows the reference 85 % of"
         " the limit. unified respects the limit and requests no more. The column before the last counts the samples"

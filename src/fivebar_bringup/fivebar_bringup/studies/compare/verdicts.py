@@ -87,7 +87,7 @@ def _under_tight_limit(tight: Sequence[ComparisonResult]) -> Requirement:
     runs = [result for result in tight if result.case.controller == UNIFIED]
     asked = [run for run in runs if run.case.duration is not None]
     quickest = [run for run in runs if run.case.duration is None]
-    title = f"{UNIFIED} with {TIGHT_LIMIT:g} Nm per motor"
+    title = f"{UNIFIED} with {tight_words(runs)} per motor"
     expected = (
         "every motion that is lost under the limit (not completed, or with an error above that of the rig) is refused"
         " by the planner's screen; slowed down to the quickest pace that the screen allows, every motion is completed"
@@ -106,6 +106,12 @@ def _under_tight_limit(tight: Sequence[ComparisonResult]) -> Requirement:
         f" their error ({error_of(largest([run.tracking_error for run in quickest]), 'm')} at most)"
     )
     return Requirement(title, expected, measured, not missed and not slowed_lost)
+
+
+def tight_words(runs: Sequence[ComparisonResult]) -> str:
+    """Return the tight torque limits of runs with their unit: one for each robot; DexTAR's of no runs."""
+    limits = {run.case.torque_limit for run in runs if run.case.torque_limit is not None} or {TIGHT_LIMIT}
+    return " and ".join(f"{limit:.3g}" for limit in sorted(limits)) + " Nm"
 
 
 def _where(runs: Sequence[ComparisonResult], value: float | None, figure: str) -> str:
