@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fivebar_bringup.studies.single.path_study import PathRun, accepted, line, path_run
+from fivebar_bringup.studies.single.path_study import PathRun, line, path_run, single_crossings
 
 
 def test_a_line_counts_both_distances_and_a_lost_run_for_neither() -> None:
@@ -19,7 +19,7 @@ def test_a_line_counts_both_distances_and_a_lost_run_for_neither() -> None:
 
 @pytest.mark.extra
 def test_the_path_law_is_late_where_unified_is_in_time_and_both_keep_to_the_path() -> None:
-    case = next(accepted(404041, "ideal"))
+    case = next(single_crossings(404041, "ideal"))
     unified, path = path_run(case, "unified", 1.0), path_run(case, "path", 1.0)
     assert path.timed > unified.timed
     assert max(unified.path, path.path) < 2e-3

@@ -6,7 +6,7 @@ from itertools import islice
 
 import pytest
 
-from fivebar_bringup.studies.single.supervision_study import SupervisedRun, accepted, supervised_run, table
+from fivebar_bringup.studies.single.supervision_study import SupervisedRun, supervised_run, table, timed_crossings
 from fivebar_control.laws.registry import SUPERVISIONS
 
 
@@ -24,7 +24,7 @@ def test_the_table_has_a_row_for_each_supervision_of_a_rig() -> None:
 
 @pytest.mark.extra
 def test_the_supervisions_make_three_runs_of_one_crossing() -> None:
-    (case,) = islice(accepted(31331, "ideal"), 1)
+    (case,) = islice(timed_crossings(31331, "ideal"), 1)
     runs = [supervised_run(case, supervision) for supervision in SUPERVISIONS]
     assert all(run.success for run in runs)
     assert len({run.error for run in runs}) == len(SUPERVISIONS)

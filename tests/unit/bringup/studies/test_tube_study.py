@@ -11,7 +11,7 @@ from fivebar_bringup.studies.single.tube_study import (
     BELIEVED,
     OFF_MODEL,
     TubeRun,
-    accepted,
+    believed_crossings,
     off_model,
     read,
     table,
@@ -43,7 +43,7 @@ def test_a_table_counts_runs_at_a_limit_apart() -> None:
 
 @pytest.mark.extra
 def test_a_crossing_of_the_sweep_stays_within_its_tube_with_either_law() -> None:
-    (case,) = islice(accepted(1), 1)
+    (case,) = islice(believed_crossings(1), 1)
     for controller in ("unified", "mpc"):
         believed = tube_run(case, controller, BELIEVED)
         off = tube_run(off_model(case), controller, OFF_MODEL)

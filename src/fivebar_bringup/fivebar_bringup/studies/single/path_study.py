@@ -11,19 +11,18 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator, Sequence
-from itertools import count, islice
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 
 from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.odds.success import PEAK_LIMIT
-from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, draw
+from fivebar_bringup.studies.sweep.drawing import Draw, draw
 from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.screening import planned, screened
+from fivebar_bringup.studies.sweep.screening import accepted, planned
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_description.strict_yaml import InputError
 
 LAWS, FORCES, LENGTH, STREAM = ("unified", "path"), (0.0, 1.0, 4.0), 0.05, 13
 """Laws that are compared, pushes (N), how long they are (s), and the random stream of their directions."""
@@ -40,15 +39,10 @@ class PathRun(NamedTuple):
     final: float
 
 
-def accepted(seed: int, rig: str) -> Iterator[Draw]:
-    """Yield random crossings that the screen accepts."""
-    for number in count():
-        case = draw(seed, number, rig)
-        try:
-            if len(planned(case).crossings) == 1 and screened(case, PLANNED_FOR).feasible:
-                yield case
-        except InputError:
-            continue
+def single_crossings(seed: int, rig: str) -> Iterator[Draw]:
+    """Yield random motions with one crossing that the screen accepts."""
+    cases = accepted(lambda number: draw(seed, number, rig))
+    return (case for case in cases if len(planned(case).crossings) == 1)
 
 
 def path_run(case: Draw, law: str, force: float) -> PathRun:
@@ -89,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rig", default="ideal")
     options = parser.parse_args(arguments)
     expect_many_motions()
-    cases = list(islice(accepted(options.seed, options.rig), options.crossings))
+    cases = list(islice(single_crossings(options.seed, options.rig), options.crossings))
     print(
         "| push | law | within 2 mm of the timed reference | of the path | median, timed | median, path | worst end |"
     )

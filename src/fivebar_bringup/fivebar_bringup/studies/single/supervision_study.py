@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
-from itertools import count, islice
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +17,10 @@ import numpy as np
 from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
 from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.screening import planned, screened
+from fivebar_bringup.studies.sweep.screening import accepted, planned
 from fivebar_bringup.studies.sweep.timing import timed_for_loads
 from fivebar_control.laws.registry import SUPERVISIONS
 from fivebar_control.machine_code import expect_many_motions
-from fivebar_description.strict_yaml import InputError
 
 CONTROLLER, TORQUE_LIMIT = "multi_cartesian", 2.0
 RIGS = ("ideal", "encoders", "calibrated")
@@ -44,16 +43,9 @@ class SupervisedRun(NamedTuple):
     torque: float
 
 
-def accepted(seed: int, rig: str) -> Iterator[Draw]:
-    """Yield the crossings of a rig that the planner and the controller's screen accept."""
-    for number in count():
-        try:
-            case = timed_for_loads(draw(seed, number, rig))
-            planned(case)
-            if screened(case, CONTROLLER).feasible:
-                yield case
-        except InputError:
-            continue
+def timed_crossings(seed: int, rig: str) -> Iterator[Draw]:
+    """Yield the crossings of a rig that the planner and the controller's screen accept, as timed for its loads."""
+    return accepted(lambda number: timed_for_loads(draw(seed, number, rig)), CONTROLLER)
 
 
 def supervised_run(case: Draw, supervision: str) -> SupervisedRun:
@@ -93,7 +85,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=31331)
     given = parser.parse_args()
     expect_many_motions()
-    cases = [case for rig in given.rigs for case in islice(accepted(given.seed, rig), given.crossings)]
+    cases = [case for rig in given.rigs for case in islice(timed_crossings(given.seed, rig), given.crossings)]
     print(table([supervised_run(case, supervision) for case in cases for supervision in SUPERVISIONS]))
 
 

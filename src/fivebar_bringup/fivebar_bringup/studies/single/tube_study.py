@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import csv
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import count, islice
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.simulation.case import X, Y, case_of, sampled
 from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
-from fivebar_bringup.studies.sweep.screening import planned, screened
+from fivebar_bringup.studies.sweep.screening import accepted, planned
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.machine_code import expect_many_motions
@@ -29,7 +29,6 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.tube import Mismatch, tube
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.rounding import in_millimetres
-from fivebar_description.strict_yaml import InputError
 
 RIG = "ideal"
 
@@ -69,16 +68,11 @@ class TubeRun(NamedTuple):
         return self.share < 1.0
 
 
-def accepted(seed: int) -> Iterator[Draw]:
+def believed_crossings(seed: int) -> Iterator[Draw]:
     """Yield the crossings of a sweep that the planner and the screen accept, on the robot as believed."""
-    for number in count():
-        case = draw(seed, number, RIG)._replace(mass_scale=1.0, inertia_scale=1.0, friction_scale=1.0)
-        try:
-            planned(case)
-        except InputError:
-            continue
-        if screened(case, PLANNED_FOR).feasible:
-            yield case
+    return accepted(
+        lambda number: draw(seed, number, RIG)._replace(mass_scale=1.0, inertia_scale=1.0, friction_scale=1.0)
+    )
 
 
 def off_model(case: Draw) -> Draw:
@@ -153,7 +147,7 @@ def main() -> None:
     runs = read(given.out.read_text(encoding="utf-8").splitlines()) if given.out.exists() else []
     done = {(run.number, run.robots) for run in runs}
     with given.out.open("a", encoding="utf-8", newline="") as file:
-        for case in islice(accepted(given.seed), given.crossings):
+        for case in islice(believed_crossings(given.seed), given.crossings):
             for robots, one in ((BELIEVED, case), (OFF_MODEL, off_model(case))):
                 if (case.number, robots) not in done:
                     runs.append(tube_run(one, given.controller, robots))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from functools import lru_cache
+from itertools import count
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Sampled, sampled
@@ -14,6 +16,7 @@ from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
 from fivebar_control.trajectory.planner import Plan
+from fivebar_description.strict_yaml import InputError
 
 
 def planned(case: Draw) -> Plan:
@@ -27,6 +30,22 @@ def planned(case: Draw) -> Plan:
     if scenario.estimated:
         check_declared(scenario.five_bar(), scenario.homing())
     return plan
+
+
+def accepted(drawn: Callable[[int], Draw], controller: str = PLANNED_FOR) -> Iterator[Draw]:
+    """Yield the cases that planner and screen accept for a controller, without end; `drawn` returns one by its number.
+
+    A case that `drawn` refuses by an `InputError` is left out, too.
+    """
+    for number in count():
+        try:
+            case = drawn(number)
+            planned(case)
+            feasible = screened(case, controller).feasible
+        except InputError:
+            continue
+        if feasible:
+            yield case
 
 
 @lru_cache(maxsize=8)
