@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import threading
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,9 @@ from fivebar_description.interpreter import module_command
 from fivebar_description.strict_yaml import InputError
 
 PROGRAM = "fivebar_bringup.commission.ros.practised_robot"
+
+LONGEST_TASK = 600.0
+"""Longest time (s) that the robot's process may take to begin, which compiles the first time, or for a task."""
 
 END_TIMEOUT = 10.0
 """Longest time (s) until the robot's process has ended."""
@@ -69,10 +73,15 @@ class PractisedRobot:
 
     def _expect(self, word: str) -> None:
         assert self._process.stdout is not None
-        # what loads ROS may print a line of its own
-        for line in self._process.stdout:
-            if line.strip() == word:
-                return
+        late = threading.Timer(LONGEST_TASK, self._process.kill)
+        late.start()
+        try:
+            # what loads ROS may print a line of its own
+            for line in self._process.stdout:
+                if line.strip() == word:
+                    return
+        finally:
+            late.cancel()
         raise InputError(f"the simulated robot's process has ended: exit status {self._process.wait()}")
 
 
