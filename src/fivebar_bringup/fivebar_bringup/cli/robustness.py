@@ -48,7 +48,7 @@ def robustness(
         typer.Option("--sensors", metavar="RIG", help="Instead: faults of the sensors on random crossings of a rig."),
     ] = None,
     cases: Annotated[
-        int | None, typer.Option("--cases", min=1, help="With --sensors: random crossings [default: 300]")
+        int | None, typer.Option("--cases", min=1, help="With --sensors: random crossings [default: 200]")
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="With --sensors: of all [default: 1]")] = None,
     out: StudyOutOption = None,

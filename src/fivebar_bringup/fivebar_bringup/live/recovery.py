@@ -45,6 +45,7 @@ ADVICE = {
     ),
     "gyroscope_missing": Advice("No reading of the gyroscope comes.", "Check power, cable and driver. " + _NEW_RUN),
     "gyroscope_late": Advice("The gyroscope's stamps are too old.", "Check its clock and latency. " + _NEW_RUN),
+    "gyroscope_early": Advice("The gyroscope's stamps are ahead.", "Check its clock. " + _NEW_RUN),
     "gyroscope_saturated": Advice(
         "The gyroscope is at the end of its range.", "Choose a larger range, or move slower. " + _NEW_RUN
     ),

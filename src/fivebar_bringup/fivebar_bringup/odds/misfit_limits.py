@@ -9,7 +9,7 @@ the upper end of the interval that drawing the runs again gives.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from fivebar_bringup.odds.robot_errors import RobotErrors
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_control.estimation.watch_limits import NO_LIMITS, WatchLimits
 from fivebar_control.safety.stages import NO_FAULT
 
 ALARMS = 10_000
@@ -33,17 +34,6 @@ FEWEST = 20
 
 REDRAWS, UPPER, SEED = 200, 0.975, 39
 """How often the runs are drawn again for the interval, its upper end, and the seed of the draws."""
-
-
-class MisfitLimits(NamedTuple):
-    """Limits of the watch, by their names among the settings of the estimator."""
-
-    misfit_limit: float
-    offset_limit: float
-    jump_limit: float
-
-
-NO_LIMITS = MisfitLimits(1e9, math.inf, math.inf)
 
 
 class FittedLimit(NamedTuple):
@@ -62,7 +52,7 @@ class FittedLimit(NamedTuple):
     runs: int
 
 
-def fitted_limit(maxima: Sequence[float], alarms: float = len(MisfitLimits._fields) * ALARMS) -> FittedLimit:
+def fitted_limit(maxima: Sequence[float], alarms: float = len(WatchLimits._fields) * ALARMS) -> FittedLimit:
     """Return the limit that a run's maximum exceeds once in so many runs, of the maxima of at least `FEWEST` runs.
 
     Raises:
@@ -72,29 +62,81 @@ def fitted_limit(maxima: Sequence[float], alarms: float = len(MisfitLimits._fiel
     if runs < FEWEST:
         raise ValueError(f"{runs} runs: expected at least {FEWEST}")
     values = np.array(maxima, dtype=np.float64)
-    random = np.random.default_rng(SEED)
-    redrawn = [_quantile(random.choice(values, runs), alarms) for _ in range(REDRAWS)]
-    largest = float(values.max())
-    return FittedLimit(max(float(np.quantile(redrawn, UPPER)), largest), _quantile(values, alarms), largest, runs)
+    redrawn = [one.quantile(alarms) for one in _redrawn(values)]
+    largest, quantile = float(values.max()), tail_of(values).quantile(alarms)
+    return FittedLimit(max(float(np.quantile(redrawn, UPPER)), largest), quantile, largest, runs)
 
 
-def _quantile(values: NDArray[np.float64], alarms: float) -> float:
-    """Return what one in so many exceeds, by the tail of values."""
+class Tail(NamedTuple):
+    """The tail of a distribution.
+
+    Attributes:
+        threshold: where it begins.
+        share: of the values that are beyond.
+        scale, shape: of the generalised Pareto distribution there, exponential where the shape is 0.
+    """
+
+    threshold: float
+    share: float
+    scale: float
+    shape: float
+
+    def quantile(self, one_in: float) -> float:
+        """Return what one value in so many exceeds."""
+        wanted = math.log(one_in * self.share)
+        if self.shape == 0.0:
+            return self.threshold + self.scale * wanted
+        return self.threshold + self.scale / self.shape * (math.exp(self.shape * wanted) - 1.0)
+
+    def beyond(self, limit: float) -> float:
+        """Return the share of values beyond a limit, which is not below the threshold."""
+        if self.scale == 0.0:
+            return 0.0
+        excess = (limit - self.threshold) / self.scale
+        if self.shape == 0.0:
+            return self.share * math.exp(-excess)
+        return self.share * math.exp(-math.log(1.0 + self.shape * excess) / self.shape)
+
+
+def tail_of(values: NDArray[np.float64]) -> Tail:
+    """Return the tail of at least `FEWEST` values, fitted by moments."""
     runs = len(values)
     ordered = np.sort(values)
     number = min(runs - 1, max(FEWEST, round(TAIL * runs)))
     threshold = float(ordered[-number - 1])
     excess = ordered[-number:] - threshold
     mean, variance = float(excess.mean()), float(excess.var())
-    wanted = alarms * number / runs
     if variance <= mean * mean or mean == 0.0:
-        return threshold + mean * math.log(wanted)
+        return Tail(threshold, number / runs, mean, 0.0)
     ratio = mean * mean / variance
-    shape, scale = 0.5 * (1.0 - ratio), 0.5 * mean * (1.0 + ratio)
-    return threshold + scale / shape * (math.exp(shape * math.log(wanted)) - 1.0)
+    return Tail(threshold, number / runs, 0.5 * mean * (1.0 + ratio), 0.5 * (1.0 - ratio))
 
 
-def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> list[MisfitLimits]:
+def _redrawn(values: NDArray[np.float64]) -> Iterator[Tail]:
+    """Yield the tails of the same runs drawn again."""
+    random = np.random.default_rng(SEED)
+    for _ in range(REDRAWS):
+        yield tail_of(random.choice(values, len(values)))
+
+
+class AlarmRate(NamedTuple):
+    """The share of sound runs that exceed a limit, by the fitted tail, and the upper end of its interval."""
+
+    rate: float
+    upper: float
+
+
+def alarm_rate(uses: Sequence[float]) -> AlarmRate | None:
+    """Return how often sound runs exceed their limit, of the share of it that each reaches; None of too few runs."""
+    if len(uses) < FEWEST:
+        return None
+    values = np.array(uses, dtype=np.float64)
+    drawn = [one.beyond(max(1.0, one.threshold)) for one in _redrawn(values)]
+    tail = tail_of(values)
+    return AlarmRate(tail.beyond(max(1.0, tail.threshold)), float(np.quantile(drawn, UPPER)))
+
+
+def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> list[WatchLimits]:
     """Return the largest of what the watch limits, on each drawn robot that makes the motion without another fault.
 
     Args:
@@ -115,13 +157,13 @@ def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Ite
         drawn = with_drawn_robot(unlimited, errors, seed, number, times[number % len(times)])
         outcome = crossing(case_of(drawn, stop_at_fault=True), samples)
         if outcome.fault == NO_FAULT and outcome.mode_changes == len(plan.crossings) and outcome.left_sample < 0:
-            found.append(MisfitLimits(outcome.misfit, outcome.misfit_offset, outcome.misfit_jump))
+            found.append(WatchLimits(outcome.misfit, outcome.misfit_offset, outcome.misfit_jump))
     return found
 
 
-def fitted_limits(maxima: Sequence[MisfitLimits]) -> dict[str, FittedLimit]:
+def fitted_limits(maxima: Sequence[WatchLimits]) -> dict[str, FittedLimit]:
     """Return the limits by their names; raises as `fitted_limit`."""
-    return {name: fitted_limit([one[place] for one in maxima]) for place, name in enumerate(MisfitLimits._fields)}
+    return {name: fitted_limit([one[place] for one in maxima]) for place, name in enumerate(WatchLimits._fields)}
 
 
 def as_settings(limits: dict[str, FittedLimit]) -> dict[str, float]:

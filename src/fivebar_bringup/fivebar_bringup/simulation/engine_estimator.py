@@ -9,7 +9,7 @@ import numpy as np
 
 from fivebar_bringup.simulation.case import EngineRun, FloatArray, X, Y
 from fivebar_bringup.simulation.engine_robot import Robot
-from fivebar_control.estimation.frozen import FrozenMemory, nothing_read, trip_with_encoders
+from fivebar_control.estimation.frozen import FrozenMemory, nothing_read
 from fivebar_control.estimation.readings import EstimatorMemory, longest_gap, with_readings
 from fivebar_control.estimation.step import estimator_step, first_update
 from fivebar_control.estimation.trips import ESTIMATE_LOST
@@ -156,7 +156,7 @@ def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) ->
         stepped = estimator_step(estimation.model, memory, frozen, start, robot.commands, number - delay, coasts)
         result, frozen = stepped.prediction, stepped.frozen
         memory, deviations = result.memory, result.ambiguity.deviations
-        trip = trip_with_encoders(estimation.model, result.trip, frozen)
+        trip = result.trip
         if not result.lost:
             joints = result.joints
             if number - before.came > longest_gap(case.rate_hz):

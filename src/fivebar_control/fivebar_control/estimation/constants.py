@@ -8,6 +8,7 @@ from typing import NamedTuple
 from fivebar_control.estimation.ekf import EkfSettings, FilterModel, filter_model
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.mirror import AmbiguityLimits
+from fivebar_control.estimation.watch_limits import share_of_one, watch_limits
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
@@ -46,6 +47,7 @@ class EstimatorModel(NamedTuple):
         camera_variance: least variance of a coordinate by the camera (m^2).
         camera_gate: standard deviations beyond which a position by the camera is not taken.
         misfit_share: weight of a sample in the mean of the squared innovations.
+        offset_share: weight of an innovation in the mean of one sensor's with their signs.
         misfit_limit: of that mean.
         offset_limit: of the mean of one sensor's innovations with their signs, in standard deviations.
         jump_limit: of a motor encoder's innovation in a single sample, in standard deviations.
@@ -69,6 +71,7 @@ class EstimatorModel(NamedTuple):
     camera_variance: float
     camera_gate: float
     misfit_share: float
+    offset_share: float
     misfit_limit: float
     offset_limit: float
     jump_limit: float
@@ -88,6 +91,7 @@ def estimator_model(
 ) -> EstimatorModel:
     """Return the constants for a robot in a working mode at a sampling rate, each a number of one type."""
     numbers = as_numbers(settings)
+    limits = watch_limits(numbers, rate_hz)
     others = settings.gyro or settings.camera or passive.leg > 0
     return EstimatorModel(
         filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), others),
@@ -110,10 +114,11 @@ def estimator_model(
         elbow_zero=float(known.passive_zero),
         camera_variance=numbers.camera_deviation * numbers.camera_deviation,
         camera_gate=numbers.camera_gate,
-        misfit_share=1.0 - math.exp(-1.0 / (rate_hz * numbers.misfit_time)),
-        misfit_limit=numbers.misfit_limit,
-        offset_limit=numbers.offset_limit,
-        jump_limit=numbers.jump_limit,
+        misfit_share=share_of_one(rate_hz, numbers.misfit_time),
+        offset_share=share_of_one(rate_hz, numbers.offset_time),
+        misfit_limit=limits.misfit_limit,
+        offset_limit=limits.offset_limit,
+        jump_limit=limits.jump_limit,
         history=_history(rate_hz, settings, passive),
     )
 

@@ -189,6 +189,16 @@ class EkfSettings(NamedTuple):
             at_most=1.0,
         ),
     ] = 0.0
+    play_frequency: Annotated[
+        float,
+        Setting(
+            "Frequency at which motor and link swing against each other, from which `misfit_limit` follows; 0 for"
+            " rigid transmissions. By default that of the robot's file.",
+            "Hz",
+            at_least=0.0,
+            at_most=2000.0,
+        ),
+    ] = 0.0
     homing_tolerance: Annotated[
         float,
         Setting("Largest angle between an encoder and the declared homing posture.", "rad", at_least=1e-6, at_most=1.0),
@@ -213,35 +223,47 @@ class EkfSettings(NamedTuple):
     misfit_limit: Annotated[
         float,
         Setting(
-            "Mean of the squared innovations, in units of their variance, beyond which the estimate is inconsistent.",
-            at_least=1.0,
+            "Mean of the squared innovations, in units of their variance, beyond which the estimate is inconsistent; 0"
+            " for the one that follows from what is declared.",
+            at_least=0.0,
             at_most=1e9,
         ),
-    ] = 50.0
+    ] = 0.0
     offset_limit: Annotated[
         float,
         Setting(
             "Mean of one sensor's innovations with their signs, beyond which the estimate is"
-            " inconsistent, no limit where null.",
+            " inconsistent; 0 for the one that follows from what is declared, no limit where null.",
             "standard deviations",
-            above=0.0,
+            at_least=0.0,
             unlimited=True,
         ),
-    ] = math.inf
+    ] = 0.0
     jump_limit: Annotated[
         float,
         Setting(
             "Innovation of a motor encoder in a single sample, beyond which the estimate is"
-            " inconsistent, no limit where null.",
+            " inconsistent; 0 for the one that follows from what is declared, no limit where null.",
             "standard deviations",
-            above=0.0,
+            at_least=0.0,
             unlimited=True,
         ),
-    ] = math.inf
+    ] = 0.0
     misfit_time: Annotated[
         float,
-        Setting("Time constant of these means.", "s", at_least=1e-4, at_most=10.0),
+        Setting(
+            "Time constant of the mean squares, in which a jump is forgotten too.", "s", at_least=1e-4, at_most=10.0
+        ),
     ] = 0.02
+    offset_time: Annotated[
+        float,
+        Setting(
+            "Time constant of the means with their signs; the gyroscope's as many readings as motor samples.",
+            "s",
+            at_least=1e-4,
+            at_most=10.0,
+        ),
+    ] = 0.05
     gyro: Annotated[
         bool,
         Setting("Whether the estimator uses the gyroscope of `imu/data` on the distal link of leg 2."),

@@ -20,7 +20,6 @@ from fivebar_control.estimation.frozen import (
     frozen_reason,
     named_motor,
     nothing_read,
-    trip_with_encoders,
 )
 from fivebar_control.estimation.gyro_watch import gyro_reason
 from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, check_encoders, seen_assembly
@@ -218,7 +217,7 @@ class StateEstimator:
         ahead = self._stepped(sample, q11, q21, tau1, tau2, rates, elbows, seen)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
-        trip = trip_with_encoders(self._model, ahead.trip, self._frozen)
+        trip = ahead.trip
         if trip != NO_FAULT:
             self._latch(TRIP_NAMES[trip], f"at sample {sample}{self._reason(trip, ahead)}")
         if ahead.lost and self._answer is not None:
@@ -272,7 +271,7 @@ class StateEstimator:
         if trip == ESTIMATE_AMBIGUOUS:
             return f": {ambiguity_reason(model.filter, model.limits, ahead.ambiguity)}"
         if trip == ENCODER_FROZEN:
-            motor = named_motor(model, ahead.trip, self._frozen)
+            motor = named_motor(model, self._frozen, False) or named_motor(model, self._frozen, True)
             return f" {frozen_reason(self._frozen.one if motor == 1 else self._frozen.two, motor)}"
         if trip == ESTIMATE_INCONSISTENT:
             return f" {inconsistency_reason(model, memory.misfit, memory.pattern)}"

@@ -12,6 +12,10 @@ Otherwise what contradicts the model may be anything else, and is not given this
 its motor turns back, its readings were not changing fast, and the predictions take a tenth of a second or more to go
 away: `tracking_lost` may come first.
 
+A single repetition is none of these: a motor that a law turns back at once may read the same again. Where innovations
+have made the estimate inconsistent while a sensor has begun to repeat itself, the fault waits for the next readings,
+for at most `HELD` samples: then the reading has changed, or its sensor is named (`named_fault`).
+
 Without torque both motors come to rest, light links on friction within a sample or two, and samples of drives that are
 stopped need not be evenly spaced, so that the predictions are off: then a reading must also stay while the other motor
 turns.
@@ -25,13 +29,18 @@ from typing import NamedTuple
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.covariance import ERRORS
 from fivebar_control.estimation.ekf import Estimate
+from fivebar_control.estimation.gyro_watch import GyroHeard, gyro_cause, repeats
 from fivebar_control.estimation.measurements import encoder_row, share_of_errors
 from fivebar_control.estimation.platform_motion import leg_at_rest
 from fivebar_control.estimation.trips import ENCODER_FROZEN, ESTIMATE_INCONSISTENT
 from fivebar_control.model.geometry import wrap
+from fivebar_control.safety.stages import NO_FAULT
 
 FEWEST = 3
-"""Readings in a row that are the same before an encoder is suspected."""
+"""Readings in a row that are the same before an encoder is called frozen."""
+
+HELD = 6
+"""Samples for which an inconsistent estimate waits for a name, while a sensor repeats its reading."""
 
 FORGOTTEN = 0.05
 """Share of the summed differences that each further reading forgets: half a count at rest must not add up for ever."""
@@ -45,10 +54,11 @@ DEVIATIONS = 3.0
 is known so well only."""
 
 BRAKING, WITHIN = 180.0, 3e-4
-"""The hardest that a motor is braked (rad/s^2), and the least angle (rad) in which one can be seen to have stopped."""
+"""The hardest that a law brakes a motor which then stays where it is (rad/s^2), and the least angle (rad) in which one
+can be seen to have stopped."""
 
-SURER = 2.5
-"""Factor on the speed beyond which no motor stops where a reading has been repeated only once."""
+SURE = 5
+"""Readings in a row that are the same up to which a motor may have been braked by all of its drive's torque."""
 
 AWAY = 10.0
 """Counts by which the predictions have gone away, and the other motor has turned, where the pace tells nothing."""
@@ -86,16 +96,22 @@ class EncoderStay(NamedTuple):
 
 
 class FrozenMemory(NamedTuple):
-    """Both encoders, whose readings are NaN before the first."""
+    """Both encoders, whose readings are NaN before the first.
+
+    Attributes:
+        one, two: of motor 1 and 2.
+        held: samples for which an inconsistent estimate has waited for a name.
+    """
 
     one: EncoderStay
     two: EncoderStay
+    held: int = 0
 
 
 def nothing_read() -> FrozenMemory:
     """Return the memory before the first readings."""
     none = EncoderStay(math.nan, 1, 0.0, 0.0, 0.0, math.nan, 0.0, math.nan, 0.0, 0.0)
-    return FrozenMemory(none, none)
+    return FrozenMemory(none, none, 0)
 
 
 def after_readings(
@@ -114,7 +130,7 @@ def after_readings(
     same = q11 == memory.one.reading and q21 == memory.two.reading
     restarts = math.isnan(memory.one.reading) or gap or (coasts and same)
     one = _stay_after(model, memory.one, 1, q11, q21, expected, restarts)
-    return FrozenMemory(one, _stay_after(model, memory.two, 2, q21, q11, expected, restarts))
+    return FrozenMemory(one, _stay_after(model, memory.two, 2, q21, q11, expected, restarts), memory.held)
 
 
 def _stay_after(
@@ -158,47 +174,72 @@ def _stay_after(
     )
 
 
-def frozen_motor(memory: FrozenMemory, count: float, rate_hz: int, fewest: int, limit: float) -> int:
-    """Return which motor's encoder is frozen, 1 or 2, and 0 for none.
-
-    Args:
-        memory: of the readings.
-        count: angle of a count (rad), 0 for exact encoders.
-        rate_hz: samples per second.
-        fewest: readings that are the same.
-        limit: of the sum of the differences (rad).
-    """
-    if _is_frozen(memory.one, count, rate_hz, fewest, limit):
+def frozen_motor(memory: FrozenMemory, model: EstimatorModel, limit: float) -> int:
+    """Return which motor's encoder is frozen, 0 for none; `limit` is of the sum of the differences (rad)."""
+    if _is_frozen(memory.one, model, FEWEST, limit, hardest_braking(model, 1, memory.one.stays)):
         return 1
-    return 2 if _is_frozen(memory.two, count, rate_hz, fewest, limit) else 0
+    return 2 if _is_frozen(memory.two, model, FEWEST, limit, hardest_braking(model, 2, memory.two.stays)) else 0
 
 
-def fastest_stopped(count: float) -> float:
-    """Return the speed (rad/s) beyond which no motor stops within a count (rad)."""
-    return math.sqrt(2.0 * BRAKING * max(count, WITHIN))
+def hardest_braking(model: EstimatorModel, motor: int, stays: int) -> float:
+    """Return how hard motor 1 or 2 has been braked at most (rad/s^2), given for how many readings it has stayed.
+
+    All of its drive's torque turns it back at once, so that its reading changes again.
+    """
+    if stays >= SURE or math.isinf(model.torque_limit):
+        return BRAKING
+    leg = model.filter.robot.leg1 if motor == 1 else model.filter.robot.leg2
+    return max(BRAKING, (model.torque_limit + leg.coulomb) / leg.inertia)
 
 
-def _is_frozen(stay: EncoderStay, count: float, rate_hz: int, fewest: int, limit: float) -> bool:
+def _is_frozen(stay: EncoderStay, model: EstimatorModel, fewest: int, limit: float, braking: float) -> bool:
     if not (fewest <= stay.stays and stay.beyond > limit):
         return False
-    # of one repetition more is asked: a motor that turns back may be in the same count again
-    stopped = fastest_stopped(count) * (SURER if stay.stays < FEWEST else 1.0)
-    if (stay.stays - 1) * stay.pace >= count and stay.pace * rate_hz >= stopped:
+    count = model.resolution
+    fastest_stopped = math.sqrt(2.0 * braking * max(count, WITHIN))
+    if (stay.stays - 1) * stay.pace >= count and stay.pace * model.rate_hz >= fastest_stopped:
         return True
     return stay.travel > AWAY * count + stay.margin and stay.turned > AWAY * count
 
 
-def trip_with_encoders(model: EstimatorModel, trip: int, memory: FrozenMemory) -> int:
-    """Return the number of the fault, given that of the estimate: a frozen encoder is a cause, and comes before it."""
-    return ENCODER_FROZEN if named_motor(model, trip, memory) > 0 else trip
-
-
-def named_motor(model: EstimatorModel, trip: int, memory: FrozenMemory) -> int:
+def named_motor(model: EstimatorModel, memory: FrozenMemory, inconsistent: bool) -> int:
     """Return which motor's encoder is named as frozen, 0 for none: less has to be seen where the estimate is wrong."""
-    count = model.resolution
-    if trip == ESTIMATE_INCONSISTENT:
-        return frozen_motor(memory, count, model.rate_hz, 2, COUNTS * count)
-    return frozen_motor(memory, count, model.rate_hz, FEWEST, COUNTS * count + ANGLE)
+    return frozen_motor(memory, model, COUNTS * model.resolution + (0.0 if inconsistent else ANGLE))
+
+
+def _suspected(stay: EncoderStay, model: EstimatorModel) -> bool:
+    """Return whether one reading that is repeated may be the first of a frozen encoder."""
+    return _is_frozen(stay, model, 2, COUNTS * model.resolution, BRAKING)
+
+
+class Named(NamedTuple):
+    """The number of a fault, and the memory after it has been given its name."""
+
+    trip: int
+    memory: FrozenMemory
+
+
+def named_fault(model: EstimatorModel, trip: int, memory: FrozenMemory, gyro: GyroHeard) -> Named:
+    """Return a fault of the estimate by the name that leads to its cause, if that is seen.
+
+    A frozen encoder is a cause, and comes before what follows from it. So is what keeps the gyroscope from being used:
+    where the estimate is inconsistent, less has to be seen of it. While a sensor repeats its reading, an inconsistent
+    estimate waits, and is a fault afterwards whatever its innovations are by then.
+    """
+    if trip == NO_FAULT and memory.held > 0:
+        trip = ESTIMATE_INCONSISTENT
+    inconsistent = trip == ESTIMATE_INCONSISTENT
+    if named_motor(model, memory, inconsistent) > 0:
+        return Named(ENCODER_FROZEN, memory)
+    if not inconsistent:
+        return Named(trip, memory)
+    cause = gyro_cause(gyro, model.gyro_silence) if model.gyro else NO_FAULT
+    if cause != NO_FAULT:
+        return Named(cause, memory)
+    suspected = _suspected(memory.one, model) or _suspected(memory.two, model) or (model.gyro and repeats(gyro))
+    if suspected and memory.held < HELD:
+        return Named(NO_FAULT, FrozenMemory(memory.one, memory.two, memory.held + 1))
+    return Named(trip, memory)
 
 
 def frozen_reason(stay: EncoderStay, motor: int) -> str:

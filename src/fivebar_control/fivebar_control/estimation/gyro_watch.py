@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.estimation.trips import (
+    GYROSCOPE_EARLY,
     GYROSCOPE_FROZEN,
     GYROSCOPE_LATE,
     GYROSCOPE_MISSING,
@@ -15,6 +16,9 @@ from fivebar_control.safety.stages import NO_FAULT
 
 FEWEST = 5
 """Readings in a row that are the same before a gyroscope is suspected of repeating itself."""
+
+SOONER, SOONER_SHARE = 3, 0.3
+"""The same number, and the share of the time without a reading that can be used, where the estimate is inconsistent."""
 
 LEAST_SWING, DEVIATIONS = 0.2, 5.0
 """A gyroscope repeats itself when the predicted rate has changed by this much (rad/s), and by so many standard
@@ -60,9 +64,14 @@ def waited(heard: GyroHeard, periods: int) -> GyroHeard:
     )
 
 
-def not_used(heard: GyroHeard, rate: float) -> GyroHeard:
-    """Return what has been heard after a reading (rad/s) that is too old, or infinite at the end of the range."""
-    cause = GYROSCOPE_SATURATED if math.isinf(rate) else GYROSCOPE_LATE
+def not_used(heard: GyroHeard, rate: float, early: bool) -> GyroHeard:
+    """Return what has been heard after a reading (rad/s) that is not used.
+
+    It is infinite at the end of the range; else its stamp is `early`, ahead of the motors', or too old.
+    """
+    cause = GYROSCOPE_EARLY if early else GYROSCOPE_LATE
+    if math.isinf(rate):
+        cause = GYROSCOPE_SATURATED
     return GyroHeard(0, heard.unused, cause, rate, 0, 0.0, 0.0)
 
 
@@ -89,6 +98,23 @@ def gyro_fault(heard: GyroHeard, longest: float, noise: float) -> int:
     return NO_FAULT
 
 
+def repeats(heard: GyroHeard) -> bool:
+    """Return whether it has begun to repeat its reading."""
+    return heard.same >= 2
+
+
+def gyro_cause(heard: GyroHeard, longest: float) -> int:
+    """Return the number of the gyroscope's fault that makes an estimate inconsistent, `NO_FAULT` for none.
+
+    Less has to be seen than where nothing contradicts the gyroscope; arguments as for `gyro_fault`.
+    """
+    if heard.unused > SOONER_SHARE * longest:
+        return GYROSCOPE_MISSING if heard.unheard > SOONER_SHARE * longest else heard.cause
+    if heard.same >= SOONER and heard.most - heard.least > LEAST_SWING:
+        return GYROSCOPE_FROZEN
+    return NO_FAULT
+
+
 def gyro_reason(number: int, heard: GyroHeard, rate_hz: int) -> str:
     """Return the gyroscope's fault in words."""
     since = f"for {heard.unused / rate_hz * 1e3:.0f} ms"
@@ -101,6 +127,11 @@ def gyro_reason(number: int, heard: GyroHeard, rate_hz: int) -> str:
         return (
             f"readings of the gyroscope come, but none was young enough {since}: its stamps are more than 20 ms behind"
             " the motors': check its clock (fivebar calibrate finds a constant offset) and its latency"
+        )
+    if number == GYROSCOPE_EARLY:
+        return (
+            f"readings of the gyroscope come, but their stamps have been more than 20 ms ahead of the motors' {since}:"
+            " check its clock (fivebar calibrate finds a constant offset)"
         )
     if number == GYROSCOPE_SATURATED:
         return f"the gyroscope has been at the end of its range {since}: choose a larger imu.gyro_range, or move slower"

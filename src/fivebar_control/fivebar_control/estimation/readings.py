@@ -34,6 +34,9 @@ LONGEST_GAP_TIME = 0.02
 """Samples, and time (s), without a reading over which the filter predicts: the longer of both, as long as drives hold
 their torque by default. After a longer gap the estimate is lost."""
 
+EARLIEST = 0.02
+"""Time (s) by which the stamp of a reading may be ahead of the newest sample: beyond it, its clock is wrong."""
+
 
 class Misfit(NamedTuple):
     """Recent means of the squared innovations in units of their variances, about 1 where the robot is as believed.
@@ -50,7 +53,10 @@ class Misfit(NamedTuple):
 
 
 class Trend(NamedTuple):
-    """Recent means of a sensor's innovations in standard deviations: with their signs, and of their magnitudes."""
+    """Recent means of a sensor's innovations in standard deviations: with their signs, and of their magnitudes.
+
+    They reach back farther than the mean squares, so that what swings averages out.
+    """
 
     offset: float
     size: float
@@ -80,16 +86,17 @@ def no_pattern() -> Pattern:
 
 
 def gone_on(trend: Trend, share: float, ahead: float) -> Trend:
-    """Return a trend after another innovation; `share` is the weight of a sample in the means."""
+    """Return a trend after another innovation; `share` is its weight in the means."""
     return Trend(
         trend.offset + share * (ahead - trend.offset),
         trend.size + share * (abs(ahead) - trend.size),
     )
 
 
-def after_encoders(pattern: Pattern, share: float, ahead1: float, ahead2: float) -> Pattern:
-    """Return the pattern after both motor encoders' innovations; `share` is the weight of a sample in the means."""
-    jump, jumped = (1.0 - share) * pattern.jump, pattern.jumped
+def after_encoders(model: EstimatorModel, pattern: Pattern, ahead1: float, ahead2: float) -> Pattern:
+    """Return the pattern after both motor encoders' innovations."""
+    share = model.offset_share
+    jump, jumped = (1.0 - model.misfit_share) * pattern.jump, pattern.jumped
     if abs(ahead1) > jump:
         jump, jumped = abs(ahead1), 1
     if abs(ahead2) > jump:
@@ -98,9 +105,9 @@ def after_encoders(pattern: Pattern, share: float, ahead1: float, ahead2: float)
     return Pattern(one, two, pattern.gyro, jump, jumped)
 
 
-def after_gyro(pattern: Pattern, share: float, ahead: float) -> Pattern:
+def after_gyro(model: EstimatorModel, pattern: Pattern, ahead: float) -> Pattern:
     """Return the pattern after the gyroscope's innovation."""
-    gyro = gone_on(pattern.gyro, share, ahead)
+    gyro = gone_on(pattern.gyro, model.offset_share, ahead)
     return Pattern(pattern.encoder1, pattern.encoder2, gyro, pattern.jump, pattern.jumped)
 
 
@@ -194,8 +201,8 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
 
     It is put at the first sample at or after the moment at which it was made, by what is known and estimated of its
     clock, and at the newest one at the latest. A reading of sample 0, or of one that is no longer in the history, is
-    left out, and so is an infinite one, at the end of its range, and so are all once the estimate is lost for good,
-    NaN in all that it has.
+    left out, and so is an infinite one, at the end of its range, or one whose stamp is far ahead of the newest sample,
+    and so are all once the estimate is lost for good, NaN in all that it has.
 
     Args:
         model: constants.
@@ -207,8 +214,9 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
     stamp = made - model.gyro_clock * rate_hz
     moment = stamp - memory.belief.estimate.clock * rate_hz
     entry = 0 if math.isnan(moment) else entry_of(memory.history, newest, math.ceil(moment))
-    if entry == 0 or not math.isfinite(rate):
-        return Placed(with_gyro(memory, not_used(memory.gyro, rate)), newest)
+    early = moment > memory.history.inputs[row_of(memory.history, newest), SAMPLE] + EARLIEST * rate_hz
+    if entry == 0 or early or not math.isfinite(rate):
+        return Placed(with_gyro(memory, not_used(memory.gyro, rate, early)), newest)
     at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
     keep_rate(memory.history, entry, rate, (stamp - at) / rate_hz)
     expected = turn_rate(model.filter, belief_at(memory.history, entry - 1).estimate)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Estimate, advanced, guessed, predicted
 from fivebar_control.estimation.encoder import Angle, first_angle, next_angle, with_variance
-from fivebar_control.estimation.frozen import FrozenMemory, after_readings
+from fivebar_control.estimation.frozen import FrozenMemory, after_readings, named_fault
 from fivebar_control.estimation.gyro_watch import gyro_fault, unheard
 from fivebar_control.estimation.history import (
     ELBOW,
@@ -150,7 +150,7 @@ def estimator_step(
     first: int,
     coasts: bool,
 ) -> EstimatorStep:
-    """Return the result of the estimator for a sample: `next_update`, `after_readings`, then `prediction`.
+    """Return the result of the estimator for a sample: `next_update`, `after_readings`, `prediction`, `named_fault`.
 
     All in one call, since to hand over the constants to machine code takes as long as any of them. After the first
     readings there is nothing to update, and `start` is 1. `coasts` says whether no torque is commanded any more.
@@ -159,7 +159,10 @@ def estimator_step(
     if start <= memory.newest:
         gap = memory.history.inputs[row_of(memory.history, memory.newest), PERIODS] > 1.0
         frozen = after_readings(model, frozen, memory.last1, memory.last2, updated.predicted, gap, coasts)
-    return EstimatorStep(updated.squared, prediction(model, updated.memory, commands, first), frozen)
+    ahead = prediction(model, updated.memory, commands, first)
+    named = named_fault(model, ahead.trip, frozen, ahead.memory.gyro)
+    found = Prediction(ahead.memory, ahead.estimate, ahead.joints, ahead.lost, ahead.ambiguity, named.trip)
+    return EstimatorStep(updated.squared, found, named.memory)
 
 
 def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> Update:
@@ -213,7 +216,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         if entry == newest:
             by_encoders = 0.5 * by_angles.misfit
             encoders += model.misfit_share * (by_encoders - encoders)
-            pattern = after_encoders(pattern, model.misfit_share, by_angles.ahead1, by_angles.ahead2)
+            pattern = after_encoders(model, pattern, by_angles.ahead1, by_angles.ahead2)
         # a late reading is taken again with each later one: only its first innovation counts
         if not math.isnan(inputs[ELBOW]):
             reading = Angle(float(inputs[ELBOW]), float(inputs[ELBOW_VARIANCE]))
@@ -229,7 +232,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
             if inputs[RATE_IS_NEW] > 0.0:
                 by_gyro = Mean(by_gyro.total + by_rate.misfit, by_gyro.number + 1)
                 gyro += model.misfit_share * (by_rate.misfit - gyro)
-                pattern = after_gyro(pattern, model.misfit_share, by_rate.ahead)
+                pattern = after_gyro(model, pattern, by_rate.ahead)
                 inputs[RATE_IS_NEW] = 0.0
         if not math.isnan(inputs[SEEN_X]):
             x, y, lag = float(inputs[SEEN_X]), float(inputs[SEEN_Y]), float(inputs[SEEN_LAG])

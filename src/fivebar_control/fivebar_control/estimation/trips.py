@@ -6,7 +6,7 @@ from fivebar_control.safety.stages import NO_FAULT
 
 ESTIMATE_LOST, ESTIMATE_AMBIGUOUS = 6, 7
 ESTIMATE_INCONSISTENT, ENCODER_FROZEN = 9, 12
-GYROSCOPE_MISSING, GYROSCOPE_LATE, GYROSCOPE_SATURATED, GYROSCOPE_FROZEN = 14, 15, 16, 17
+GYROSCOPE_MISSING, GYROSCOPE_LATE, GYROSCOPE_SATURATED, GYROSCOPE_FROZEN, GYROSCOPE_EARLY = 14, 15, 16, 17, 18
 
 TRIP_NAMES = {
     NO_FAULT: "",
@@ -18,5 +18,6 @@ TRIP_NAMES = {
     GYROSCOPE_LATE: "gyroscope_late",
     GYROSCOPE_SATURATED: "gyroscope_saturated",
     GYROSCOPE_FROZEN: "gyroscope_frozen",
+    GYROSCOPE_EARLY: "gyroscope_early",
 }
 """By these numbers, beside those of the guard's stages and of the closed loop."""

@@ -27,6 +27,7 @@ ESTIMATE_FAULTS = (
     "estimate_inconsistent",
     "gyroscope_missing",
     "gyroscope_late",
+    "gyroscope_early",
     "gyroscope_saturated",
     "gyroscope_frozen",
 )

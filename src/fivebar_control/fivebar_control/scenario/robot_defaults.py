@@ -30,6 +30,8 @@ def robot_defaults(file: RobotFile) -> dict[str, dict[str, Any]]:
         }
     if drives.joint_speed_limit is not None:
         found["safety"]["joint_speed_limit"] = drives.joint_speed_limit
+    if file.transmission.frequency > 0.0:
+        found["ekf"]["play_frequency"] = file.transmission.frequency
     for name, value in tuning._asdict().items():
         if name in EkfSettings._fields and value is not None:
             found["ekf"][name] = value

@@ -7,12 +7,13 @@ import pytest
 
 from fivebar_bringup.odds.misfit_limits import (
     FEWEST,
-    MisfitLimits,
+    alarm_rate,
     as_settings,
     fitted_limit,
     fitted_limits,
     rounded_up,
 )
+from fivebar_control.estimation.watch_limits import WatchLimits
 
 ALARMS = 1000.0
 
@@ -31,6 +32,16 @@ def test_a_limit_is_exceeded_as_seldom_as_it_promises() -> None:
     assert np.median(rates) > 1e-3 / ALARMS
 
 
+def test_the_rate_of_alarms_is_what_runs_come_to_and_its_upper_end_beyond() -> None:
+    """Of shares of a limit with an exponential tail, one in 1000 of which exceeds the limit."""
+    random, rates = np.random.default_rng(40), []
+    for _ in range(50):
+        rates.append(alarm_rate((1.0 + 0.1 * (random.exponential(1.0, 1000) - np.log(ALARMS))).tolist()))
+    assert np.median([one.rate for one in rates if one is not None]) == pytest.approx(1.0 / ALARMS, rel=0.4)
+    assert np.mean([one.upper > 1.0 / ALARMS for one in rates if one is not None]) > 0.9
+    assert alarm_rate([0.1] * (FEWEST - 1)) is None
+
+
 def test_too_few_runs_are_refused_and_equal_ones_bear_a_limit() -> None:
     with pytest.raises(ValueError, match=f"{FEWEST - 1} runs: expected at least {FEWEST}"):
         fitted_limit([1.0] * (FEWEST - 1))
@@ -38,7 +49,7 @@ def test_too_few_runs_are_refused_and_equal_ones_bear_a_limit() -> None:
 
 
 def test_each_limit_is_fitted_to_its_own_maxima_and_rounded_up() -> None:
-    maxima = [MisfitLimits(10.0, 2.0, 5.0 + 0.01 * number) for number in range(50)]
+    maxima = [WatchLimits(10.0, 2.0, 5.0 + 0.01 * number) for number in range(50)]
     found = fitted_limits(maxima)
     assert found["misfit_limit"].limit == pytest.approx(10.0)
     assert found["jump_limit"].largest == pytest.approx(5.49)

@@ -13,7 +13,7 @@ from fivebar_bringup.studies.sensor_faults.sensor_faults import confusion_table,
 
 
 def row(fault: str, verdict: str, named: str = "") -> SensorFaultRow:
-    return SensorFaultRow(0, fault, 1.0, 0.1, verdict, named, None, None, 1e-3, 1.0, 0.1, 1.0)
+    return SensorFaultRow(0, fault, 0, 1.0, 0.1, verdict, named, None, None, 1e-3, 1.0, 0.1, 1.0, 0.3)
 
 
 ROWS = [
@@ -64,7 +64,8 @@ def test_the_totals_have_intervals_and_leave_out_what_was_refused() -> None:
     found = totals(ROWS)
     assert [(one["count"], one["runs"]) for one in found.values()] == [(1, 4), (1, 4), (1, 2)]
     low, high = found["silent"]["interval_95"]
-    assert 0.0 < low < 0.25 < high < 0.9
+    assert 0.0 < low < 0.25 < found["silent"]["upper_bound_95"] < high < 0.9
+    assert found["false_alarms"]["by_fitted_tail"] is None
 
 
 def test_the_table_has_every_fault_and_marks_what_is_wrong() -> None:

@@ -13,17 +13,28 @@ from fivebar_control.estimation.constants import Drives, estimator_model
 from fivebar_control.estimation.ekf import EkfSettings, Estimate
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.frozen import (
-    ANGLE,
     AWAY,
-    COUNTS,
     FEWEST,
+    HELD,
+    SURE,
     EncoderStay,
     FrozenMemory,
     after_readings,
-    frozen_motor,
+    named_fault,
+    named_motor,
     nothing_read,
 )
+from fivebar_control.estimation.gyro_watch import not_used, unheard, used, waited
+from fivebar_control.estimation.trips import (
+    ENCODER_FROZEN,
+    ESTIMATE_INCONSISTENT,
+    GYROSCOPE_EARLY,
+    GYROSCOPE_FROZEN,
+    GYROSCOPE_LATE,
+    GYROSCOPE_MISSING,
+)
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import EXACT, Tolerances
 
@@ -53,7 +64,7 @@ class Watch:
         """Return which motor's encoder is frozen after readings, with the platform predicted at (x, y) m."""
         expected = Estimate(x, y, 0.0, 0.0, 0.0, 0.0)
         self.memory = after_readings(self.model, self.memory, *readings, expected, gap, coasts)
-        return frozen_motor(self.memory, self.model.resolution, 100, FEWEST, COUNTS * self.model.resolution + ANGLE)
+        return named_motor(self.model, self.memory, inconsistent=False)
 
 
 def along(number: float) -> tuple[float, float]:
@@ -126,15 +137,50 @@ def test_a_motor_that_comes_to_rest_slowly_and_stays_is_never_called_frozen(dext
         assert watch.named((read[0], read[1]), *along(min(0.03 * number, 3.0) + 3.0)) == 0
 
 
-@pytest.mark.parametrize(("speed", "named"), [(0.4, False), (0.9, True)])
-def test_a_reading_that_is_repeated_once_is_frozen_only_where_the_motor_was_fast(speed: float, named: bool) -> None:
+def stays(number: int, speed: float) -> FrozenMemory:
+    """Return the watch after readings of motor 1 that are the same, at 100 Hz, after a speed (rad/s)."""
+    pace = speed / 100
+    stay = EncoderStay(1.0, number, 1.0, pace, pace, 1.0, 0.01, 1.0, 0.0, 0.0)
+    return FrozenMemory(stay, EncoderStay(1.0, 1, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0))
+
+
+def test_an_inconsistent_estimate_waits_while_a_reading_is_repeated(dextar: FiveBar) -> None:
     """A motor that is turned back at once, as by a law that follows a wrong estimate, may read the same again."""
-    count, rate_hz = COUNT, 500
-    stay = EncoderStay(1.0, 2, 1.0, speed / rate_hz, speed / rate_hz, 1.0, 0.01, 1.0, 0.0, 0.0)
-    other = EncoderStay(1.0, 1, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0)
-    assert (frozen_motor(FrozenMemory(stay, other), count, rate_hz, 2, COUNTS * count) == 1) is named
-    three = FrozenMemory(stay._replace(stays=FEWEST), other)
-    assert frozen_motor(three, count, rate_hz, 2, COUNTS * count) == 1
+    model, heard = Watch(dextar).model, unheard()
+    found = named_fault(model, ESTIMATE_INCONSISTENT, stays(2, 0.4), heard)
+    assert (found.trip, found.memory.held) == (NO_FAULT, 1)
+    assert named_fault(model, ESTIMATE_INCONSISTENT, stays(FEWEST, 0.4), heard).trip == ENCODER_FROZEN
+    # the innovations are small again
+    assert named_fault(model, NO_FAULT, stays(1, 0.4)._replace(held=1), heard).trip == ESTIMATE_INCONSISTENT
+    # the reading has changed; its motor was slow; it has waited long enough
+    for memory in (stays(1, 0.4), stays(2, 0.2), stays(2, 0.4)._replace(held=HELD)):
+        assert named_fault(model, ESTIMATE_INCONSISTENT, memory, heard).trip == ESTIMATE_INCONSISTENT
+
+
+@pytest.mark.parametrize(("torque", "named"), [(None, True), (2.0, True), (8.0, False)])
+def test_a_motor_with_strong_drives_may_have_stopped(dextar: FiveBar, torque: float | None, named: bool) -> None:
+    model = estimator_model(dextar, 1, -1, 100, Drives(20_000, 1, torque), EkfSettings())
+    assert (named_motor(model, stays(FEWEST, 0.4), inconsistent=True) == 1) is named
+    assert named_motor(model, stays(SURE, 0.4), inconsistent=True) == 1
+
+
+def test_what_keeps_the_gyroscope_from_being_used_comes_before_what_follows_from_it(dextar: FiveBar) -> None:
+    model = estimator_model(dextar, 1, -1, 100, Drives(20_000), EkfSettings(gyro=True))
+    repeated = unheard()
+    for rate in (0.1, 0.2, 0.35):
+        assert named_fault(model, ESTIMATE_INCONSISTENT, nothing_read(), repeated).trip in (
+            NO_FAULT if repeated.same == 2 else ESTIMATE_INCONSISTENT,
+        )
+        repeated = used(repeated, 0.1, rate)
+    assert named_fault(model, ESTIMATE_INCONSISTENT, nothing_read(), repeated).trip == GYROSCOPE_FROZEN
+    assert named_fault(model, NO_FAULT, nothing_read(), repeated).trip == NO_FAULT
+    for cause, heard in (
+        (GYROSCOPE_MISSING, waited(unheard(), 4)),
+        (GYROSCOPE_LATE, not_used(waited(unheard(), 4), 0.1, False)),
+        (GYROSCOPE_EARLY, not_used(waited(unheard(), 4), 0.1, True)),
+    ):
+        assert named_fault(model, ESTIMATE_INCONSISTENT, nothing_read(), heard).trip == cause
+    assert named_fault(model, ESTIMATE_INCONSISTENT, nothing_read(), waited(unheard(), 2)).trip == ESTIMATE_INCONSISTENT
 
 
 def test_no_crossing_has_a_frozen_encoder(crossing: tuple[Scenario, OfflineRun]) -> None:

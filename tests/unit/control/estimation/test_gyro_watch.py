@@ -25,8 +25,8 @@ from fivebar_control.safety.stages import NO_FAULT
 
 TIMEOUT = round(EkfSettings().gyro_timeout * RATE_HZ)
 
-OLD, NONE, AT_END = -30.0, None, math.inf
-"""A stamp that is so many samples behind; no reading; one at the end of the range."""
+OLD, NONE, AT_END, AHEAD = -30.0, None, math.inf, 30.0
+"""A stamp that is so many samples behind; no reading; one at the end of the range; a stamp so many samples ahead."""
 
 
 def fault_of(readings: dict[range, float | None], samples: int, settings: EkfSettings | None = None) -> str:
@@ -35,7 +35,7 @@ def fault_of(readings: dict[range, float | None], samples: int, settings: EkfSet
     estimator = StateEstimator(ROBOT, Homing(*HOME, 1, -1, 1), RATE_HZ, Drives(), settings)
     for sample in range(samples):
         kind = next((kind for span, kind in readings.items() if sample in span), 0.0)
-        rates = [] if kind is None else [(sample + min(kind, 0.0), kind if math.isinf(kind) else 0.001 * (sample % 7))]
+        rates = [] if kind is None else [(sample, kind) if math.isinf(kind) else (sample + kind, 0.001 * (sample % 7))]
         estimator.take(sample, ANGLES.q11, ANGLES.q21, 0.0, 0.0, rates)
         if estimator.fault is not None:
             return f"{estimator.fault.name} {sample}"
@@ -43,7 +43,8 @@ def fault_of(readings: dict[range, float | None], samples: int, settings: EkfSet
 
 
 @pytest.mark.parametrize(
-    ("kind", "name"), [(NONE, "gyroscope_missing"), (OLD, "gyroscope_late"), (AT_END, "gyroscope_saturated")]
+    ("kind", "name"),
+    [(NONE, "gyroscope_missing"), (OLD, "gyroscope_late"), (AT_END, "gyroscope_saturated"), (AHEAD, "gyroscope_early")],
 )
 @pytest.mark.parametrize("first", [0, 40])
 def test_it_is_named_by_why_its_readings_cannot_be_used(kind: float | None, name: str, first: int) -> None:

@@ -15,6 +15,7 @@ from fivebar_bringup.pages.style import BLUE, GREY, house_style, new_figure, png
 from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.studies.estimate.changes import SECTIONS
 from fivebar_bringup.studies.estimate.estimate import EstimationComparison
+from fivebar_control.estimation.watch_limits import watch_limits
 from fivebar_description.strict_yaml import yaml_text
 
 SETTINGS_FILE = "settings.yaml"
@@ -55,7 +56,9 @@ def innovations(estimation: EstimationComparison) -> Figure:
             (estimation.after, estimation.changed, BLUE),
         ):
             _values(panel, replay.time, np.maximum(replay.squared[:, sensor], 1e-4), colour)
-            panel.axhline(settings.ekf.misfit_limit, color=colour, linestyle="--", linewidth=1.0)
+            panel.axhline(
+                watch_limits(settings.ekf, settings.rate_hz).misfit_limit, color=colour, linestyle="--", linewidth=1.0
+            )
         panel.set_yscale("log")
         panel.set_ylabel(f"{SENSORS[sensor]}:\nsquared innovation")
     for replay, colour in ((estimation.before, GREY), (estimation.after, BLUE)):

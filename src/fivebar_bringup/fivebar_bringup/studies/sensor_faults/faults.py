@@ -17,7 +17,7 @@ BEFORE, AFTER = 0.06, 0.02
 it."""
 
 ENCODER_FROZEN, GYROSCOPE = "encoder_frozen", "gyroscope_"
-MISSING, LATE = "gyroscope_missing", "gyroscope_late"
+MISSING, LATE, EARLY = "gyroscope_missing", "gyroscope_late", "gyroscope_early"
 SATURATED, FROZEN = "gyroscope_saturated", "gyroscope_frozen"
 
 
@@ -126,19 +126,19 @@ FAULTS = {
     "clock": SensorFault(
         "an offset of the gyroscope's clock (s)",
         (0.005, 0.01, 0.02, 0.03, 0.06, 0.12),
-        (LATE,),
+        (LATE, EARLY),
         lambda size, at: _imu(clock_offset=at.sign * size),
     ),
     "drift": SensorFault(
         "a drift of the gyroscope's clock (s/s)",
         (1e-3, 1e-2),
-        (LATE,),
+        (LATE, EARLY),
         lambda size, at: _gyroscope(clock_drift=at.sign * size),
     ),
     "jitter": SensorFault(
         "a jitter of the gyroscope's stamps (s)",
         (1e-3, 3e-3, 1e-2),
-        (LATE,),
+        (LATE, EARLY),
         lambda size, at: _gyroscope(clock_jitter=size),
     ),
 }

@@ -6,15 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.odds.drawn_robots import with_drawn_robot
+from fivebar_bringup.odds.trials import OTHER_ROBOTS
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.study import StudySettings
+from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_bringup.studies.sensor_faults.faults import drawn_faults
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
-from fivebar_bringup.studies.sweep.screening import planned, sampled_case, screened
-from fivebar_bringup.studies.sweep.timing import timed_for_loads
+from fivebar_bringup.studies.sweep.running import verdict_on
+from fivebar_bringup.studies.sweep.screening import planned, sampled_case
+from fivebar_bringup.studies.sweep.timing import odds_seed, timed
+from fivebar_control.estimation.watch_limits import watch_limits
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import InputError
 
@@ -25,8 +30,8 @@ STREAM = 39
 """Random stream of the faults of a case, besides those of its motion and robot."""
 
 REFUSED, SURVIVED, NOTICED, SILENT = "refused", "survived", "noticed", "silent"
-"""What becomes of a run: the motion is not feasible; it is made within 5 mm, in the planned mode; it is stopped by a
-fault in time; or neither."""
+"""What becomes of a run: the planner refuses the motion; it is made within 5 mm, in the planned mode; a fault stops it
+in time; or neither."""
 
 
 class SensorFaultSettings(StudySettings):
@@ -34,13 +39,17 @@ class SensorFaultSettings(StudySettings):
 
     Attributes:
         seed: of crossings, robots and faults.
-        cases: random crossings, of which those that the screen refuses have no runs.
+        cases: random crossings, of which those that the planner, its screen and the odds refuse have no runs.
         rig: whose robots make them.
+        robots: of the rig that make each crossing soundly.
+        faulty: of these that make it with each fault too.
     """
 
     seed: int = 1
-    cases: int = 300
+    cases: int = 200
     rig: str = "good"
+    robots: int = 20
+    faulty: int = 2
 
 
 class SensorFaultRow(NamedTuple):
@@ -49,6 +58,7 @@ class SensorFaultRow(NamedTuple):
     Attributes:
         case: number of the crossing.
         fault: injected, "" for a sound run.
+        robot: number of the robot of the rig, 0 for the one that is drawn with the crossing.
         size: of the fault.
         time: when it begins (s).
         verdict: refused, survived, noticed, or silent.
@@ -57,10 +67,12 @@ class SensorFaultRow(NamedTuple):
         fault_time: when the run was stopped (s), empty where it was not.
         error_peak: largest distance from the reference (m).
         misfit, offset, jump: largest of what the estimator's watch limits.
+        use: largest share of such a limit.
     """
 
     case: int
     fault: str
+    robot: int
     size: float
     time: float
     verdict: str
@@ -71,28 +83,37 @@ class SensorFaultRow(NamedTuple):
     misfit: float
     offset: float
     jump: float
+    use: float
 
 
 def run_numbered(settings: SensorFaultSettings, number: int) -> list[SensorFaultRow]:
-    """Return the rows of a crossing."""
+    """Return the rows of a crossing: of each robot soundly, and of the first ones with each fault too."""
     try:
-        case = timed_for_loads(draw(settings.seed, number, settings.rig))
-        plan = planned(case)
-        feasible = screened(case, PLANNED_FOR).feasible
+        found = timed(draw(settings.seed, number, settings.rig))
+        refused = bool(verdict_on(found, PLANNED_FOR)[1])
     except InputError:
-        feasible = False
-    if not feasible:
-        return [SensorFaultRow(number, "", 0.0, 0.0, REFUSED, "", None, None, 0.0, 0.0, 0.0, 0.0)]
-    scenario = case.scenario(PLANNED_FOR)
-    random = np.random.default_rng((settings.seed, number, STREAM))
-    rows = [_run(case, scenario, "", 0.0, 0.0)]
-    for one in drawn_faults(random, plan.crossings[0].time, plan.path.duration):
-        rows.append(_run(case, one.on(scenario), one.fault, one.size, one.at.time))
+        refused = True
+    if refused:
+        return [SensorFaultRow(number, "", 0, 0.0, 0.0, REFUSED, "", None, None, 0.0, 0.0, 0.0, 0.0, 0.0)]
+    case, own = found.case, found.case.scenario(PLANNED_FOR)
+    errors, crossings = find_rig(settings.rig).errors, planned(case).crossings
+    rows = []
+    for robot in range(settings.robots):
+        scenario = own
+        if robot > 0:
+            time = crossings[robot % len(crossings)].time
+            scenario = with_drawn_robot(own, errors, odds_seed(case), OTHER_ROBOTS.stop + robot, time)
+        rows.append(_run(case, scenario, "", robot, 0.0, 0.0))
+        if robot < settings.faulty:
+            random = np.random.default_rng((settings.seed, number, STREAM, robot))
+            for one in drawn_faults(random, crossings[0].time, planned(case).path.duration):
+                rows.append(_run(case, one.on(scenario), one.fault, robot, one.size, one.at.time))
     return rows
 
 
-def _run(case: Draw, scenario: Scenario, fault: str, size: float, time: float) -> SensorFaultRow:
+def _run(case: Draw, scenario: Scenario, fault: str, robot: int, size: float, time: float) -> SensorFaultRow:
     outcome = crossing(case_of(scenario, stop_at_fault=True), sampled_case(case))
+    limits = watch_limits(scenario.ekf, scenario.rate_hz)
     left = outcome.left_sample / RATE_HZ if outcome.left_sample >= 0 else None
     stopped = outcome.fault_sample / RATE_HZ if outcome.fault != NO_FAULT else None
     if stopped is not None:
@@ -103,6 +124,7 @@ def _run(case: Draw, scenario: Scenario, fault: str, size: float, time: float) -
     return SensorFaultRow(
         case.number,
         fault,
+        robot,
         size,
         time,
         verdict,
@@ -113,4 +135,9 @@ def _run(case: Draw, scenario: Scenario, fault: str, size: float, time: float) -
         outcome.misfit,
         outcome.misfit_offset,
         outcome.misfit_jump,
+        max(
+            outcome.misfit / limits.misfit_limit,
+            outcome.misfit_offset / limits.offset_limit,
+            outcome.misfit_jump / limits.jump_limit,
+        ),
     )

@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.intervals import clopper_pearson, upper_bound
+from fivebar_bringup.odds.misfit_limits import alarm_rate
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.studies.engine.program import program_digest
@@ -27,10 +28,10 @@ from fivebar_bringup.studies.sweep.sweep import DECIDING
 SOUND = "no fault"
 
 WORDS = (
-    "Random crossings of a rig's robots, each once without and once with every fault of a sensor, of a random size,"
-    " from a random moment on. A run is silent that leaves its reference by 5 mm, or ends in the wrong assembly mode,"
-    " without a fault within 50 ms. Names without a cause, such as estimate_inconsistent and tracking_lost, are never"
-    " wrong."
+    "Random crossings that the planner accepts, of several robots of a rig each: without faults, and once with every"
+    " fault of a sensor, of a random size, from a random moment on. A run is silent that leaves its reference by 5 mm,"
+    " or ends in the wrong assembly mode, without a fault within 50 ms. Names without a cause, such as"
+    " estimate_inconsistent and tracking_lost, are never wrong."
 )
 
 
@@ -81,7 +82,10 @@ def totals(rows: Sequence[SensorFaultRow]) -> dict[str, Any]:
         ("false_alarms", len(sound), sum(row.verdict == NOTICED for row in sound)),
     ):
         low, high = clopper_pearson(count, runs) if runs else (0.0, 1.0)
-        found[name] = {"runs": runs, "count": count, "interval_95": [low, high]}
+        bound = upper_bound(count, runs) if runs else 1.0
+        found[name] = {"runs": runs, "count": count, "interval_95": [low, high], "upper_bound_95": bound}
+    rate = alarm_rate([row.use for row in sound])
+    found["false_alarms"]["by_fitted_tail"] = None if rate is None else rate._asdict()
     return found
 
 
@@ -90,7 +94,7 @@ def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFau
     table, found = confusion_table(rows), totals(rows)
     command = command_of(settings)
     shares = "; ".join(
-        f"{name.replace('_', ' ')} {one['count']} of {one['runs']}, 95 % interval up to {one['interval_95'][1]:.2%}"
+        f"{name.replace('_', ' ')} {one['count']} of {one['runs']}, below {one['upper_bound_95']:.2%} (95 %)"
         for name, one in found.items()
     )
     page = study_page(
