@@ -34,7 +34,11 @@ from fivebar_description.rounding import in_millimetres
 def robustness(
     effects: Annotated[
         str | None,
-        typer.Option("--effects", help="Some of the effects, such as lengths,zeros,elasticity [default: all]"),
+        typer.Option(
+            "--effects",
+            help="Some of the effects, such as lengths,zeros,elasticity, also of sensors, such as slip,gyro_clock"
+            " [default: all but those of sensors]",
+        ),
     ] = None,
     controllers: Annotated[str | None, controllers_option("unified,multi_cartesian,multi_joint")] = None,
     robot: StudyRobotOption = None,
@@ -48,7 +52,7 @@ def robustness(
         typer.Option("--sensors", metavar="RIG", help="Instead: faults of the sensors on random crossings of a rig."),
     ] = None,
     cases: Annotated[
-        int | None, typer.Option("--cases", min=1, help="With --sensors: random crossings [default: 200]")
+        int | None, typer.Option("--cases", min=1, help="With --sensors: random crossings [default: 120]")
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", min=0, help="With --sensors: of all [default: 1]")] = None,
     out: StudyOutOption = None,
@@ -78,12 +82,12 @@ def robustness(
         return
     _refuse("--effects", of_sensors)
     from fivebar_bringup.studies.rigs.declared import robot_name
-    from fivebar_bringup.studies.robustness.effects import EFFECTS
     from fivebar_bringup.studies.robustness.robustness import QUICK, ROBUSTNESS
+    from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 
     with input_errors(), keyboard_interrupts():
         settings: dict[str, Any] = {
-            "effects": None if effects is None else chosen("--effects", effects, EFFECTS),
+            "effects": None if effects is None else chosen("--effects", effects, ALL_EFFECTS),
             "controllers": chosen_controllers(controllers),
             "robot": None if robot is None else robot_name(robot),
             **(QUICK if quick else {}),

@@ -11,7 +11,7 @@ from fivebar_bringup.motions.request import Request, plan_request, scenario_of
 from fivebar_bringup.motions.start import HOME_MODE, Start
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.rigs.declared import ELASTIC_MISFIT, ELASTIC_NOISE, ELASTIC_PLAY
+from fivebar_bringup.studies.rigs.declared import ELASTIC_NOISE, ELASTIC_PLAY
 from fivebar_control.model.kinematics import assembly_mode
 from fivebar_control.planning.timing import Speed
 from fivebar_description.strict_yaml import InputError
@@ -23,7 +23,7 @@ SOFT_ESTIMATOR: dict[str, Any] = {
     "play": ELASTIC_PLAY,
     "acceleration_noise": ELASTIC_NOISE,
     "gyro_noise": ELASTIC_NOISE,
-    "misfit_limit": ELASTIC_MISFIT,
+    "misfit_limit": 200.0,
     "disturbance_rate": 0.3,
 }
 """Noises of the estimator on transmissions that yield."""

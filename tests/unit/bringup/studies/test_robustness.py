@@ -28,6 +28,7 @@ from fivebar_bringup.studies.robustness.running import (
     limit_of,
     prepared,
 )
+from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 from fivebar_bringup.studies.robustness.tables import first_failures
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
 from fivebar_description.imu import ImuSettings
@@ -41,7 +42,7 @@ EXACT_ROBOT = FaultyRobot(PlantSettings(), ImuSettings(), EXACT)
 OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
 
 
-@pytest.mark.parametrize("effect", EFFECTS.values(), ids=list(EFFECTS))
+@pytest.mark.parametrize("effect", ALL_EFFECTS.values(), ids=list(ALL_EFFECTS))
 def test_every_size_of_an_effect_is_a_robot_of_its_own(effect: Effect) -> None:
     assert len(effect.sizes) == STEPS
     assert list(effect.sizes) == sorted(set(effect.sizes), reverse=effect.falls)

@@ -7,8 +7,11 @@ import math
 import pytest
 from estimator_at_rest import RATE_HZ, TIGHT, model_of
 
+from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.estimation.constants import Drives, history_samples
 from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.readings import after_encoders, after_gyro, largest_offset, no_pattern
+from fivebar_control.estimation.watch_limits import watch_limits
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.passive_encoder import PassiveEncoder
 
@@ -40,3 +43,40 @@ def test_as_many_samples_are_kept_as_the_latest_reading_needs() -> None:
     assert model_of(EkfSettings()).history == 12
     assert model_of(EkfSettings(camera=True, camera_latency=0.1), passive=none).history == 52
     assert model_of(EkfSettings(camera=True, camera_latency=0.0), passive=none).history == 12
+
+
+@pytest.mark.parametrize(
+    ("settings", "limits"),
+    [
+        (EkfSettings(), (50.0, math.inf, math.inf)),
+        (EkfSettings(gyro=True), (50.0, 1.273, 10.0)),
+        (EkfSettings(gyro=True, play=0.0025, gyro_noise=0.1, play_frequency=60.0), (88.8, 1.273, 7.0)),
+        (EkfSettings(gyro=True, offset_time=0.02), (50.0, 2.012, 10.0)),
+        (EkfSettings(gyro=True, misfit_limit=3.0, offset_limit=2.0, jump_limit=math.inf), (3.0, 2.0, math.inf)),
+    ],
+    ids=["encoders alone", "rigid", "elastic", "shorter mean", "given"],
+)
+def test_limits_of_the_watch_follow_from_what_is_declared_unless_they_are_given(
+    settings: EkfSettings, limits: tuple[float, float, float]
+) -> None:
+    assert watch_limits(settings, 500) == pytest.approx(limits, rel=1e-3)
+    model = model_of(settings)
+    assert (model.misfit_limit, model.offset_limit, model.jump_limit) == pytest.approx(watch_limits(settings, RATE_HZ))
+
+
+def test_the_rigs_leave_the_limits_of_the_watch_to_what_they_declare() -> None:
+    found = {rig: watch_limits(EkfSettings(**find_rig(rig).scenario["ekf"]), 500) for rig in ("good", "middling")}
+    assert found["good"] == pytest.approx((246.7, 1.273, 7.0), rel=1e-3)
+    assert found["middling"] == pytest.approx((88.8, 1.273, 7.0), rel=1e-3)
+
+
+def test_what_swings_averages_out_of_the_signed_mean_and_a_bias_does_not() -> None:
+    model = model_of(EkfSettings(gyro=True))
+    swinging = biased = no_pattern()
+    for sample in range(RATE_HZ):
+        swing = 5.0 * math.sin(math.tau * 60.0 * sample / RATE_HZ)
+        swinging = after_gyro(model, after_encoders(model, swinging, swing, 0.0), swing)
+        biased = after_gyro(model, after_encoders(model, biased, 0.0, -1.5), 0.0)
+    assert largest_offset(swinging) < 0.3 * model.offset_limit
+    assert largest_offset(biased) == pytest.approx(1.5, rel=1e-3)
+    assert largest_offset(biased) > model.offset_limit

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
-from fivebar_bringup.studies.robustness.effects import EFFECTS
 from fivebar_bringup.studies.robustness.figures import share_figure
 from fivebar_bringup.studies.robustness.robustness import QUICK
 from fivebar_bringup.studies.robustness.running import Climb
+from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 
 RUNS = (StudyRun("robustness", "fivebar_bringup.studies.robustness.robustness:ROBUSTNESS", {}, QUICK),)
 
@@ -78,7 +78,7 @@ def faults_table(rows: Sequence[FaultRow]) -> TextTable:
     shown = [name for name in SHOWN if any(equipment == name for _, equipment in of)]
     lines = []
     for name in dict.fromkeys(row.effect for row in rows):
-        effect = EFFECTS[name]
+        effect = ALL_EFFECTS[name]
         entries = [effect.words, effect.shown(effect.good), effect.shown(effect.middling)]
         for equipment in shown:
             climb = of.get((name, equipment))
@@ -95,9 +95,9 @@ def faults_table(rows: Sequence[FaultRow]) -> TextTable:
 def _survived(rows: Sequence[FaultRow], effect: str, equipment: str) -> str:
     """Return the largest size before the first failure."""
     (climb,) = (one for one in _climbs(rows) if (one.effect, one.equipment) == (effect, equipment))
-    sizes = EFFECTS[effect].sizes
+    sizes = ALL_EFFECTS[effect].sizes
     first = len(sizes) if climb.first is None else climb.first
-    return EFFECTS[effect].shown(sizes[first - 1]) if first else "less than " + EFFECTS[effect].shown(sizes[0])
+    return ALL_EFFECTS[effect].shown(sizes[first - 1]) if first else "less than " + ALL_EFFECTS[effect].shown(sizes[0])
 
 
 GEOMETRY = {

@@ -68,8 +68,8 @@ LARGEST_BANDWIDTH = 70.0
 ELASTIC_PLAY, PER_BACKLASH = 2.5e-3, 2.5
 """What the estimator expects between motor and link of elastic transmissions: rad, and rad per rad of backlash."""
 
-ELASTIC_NOISE, ELASTIC_MISFIT = 0.1, 200.0
-"""The same of noises (m/s^2 per root Hz, and rad/s of a gyroscope), and of the misfit."""
+ELASTIC_NOISE = 0.1
+"""The same of noises (m/s^2 per root Hz, and rad/s of a gyroscope)."""
 
 RIGID_DISTURBANCE_RATE = 0.3
 """Of the estimator's noises with rigid transmissions, for DexTAR's torques (Nm per root s)."""
@@ -298,7 +298,6 @@ def derived_tuning(file: RobotFile) -> dict[str, float]:
     }
     if elastic:
         found["play"] = _rounded(ELASTIC_PLAY + PER_BACKLASH * file.transmission.backlash)
-        found["misfit_limit"] = ELASTIC_MISFIT
         if file.imu is not None:
             found["gyro_noise"] = max(ELASTIC_NOISE, file.imu.gyro_noise)
     return {**found, **{name: value for name, value in file.tuning._asdict().items() if value is not None}}
@@ -414,6 +413,7 @@ def _settings(file: RobotFile) -> dict[str, Any]:
     gains = {"kp": lower**2, "kd": 2.0 * lower, "kp_vhc": lower**2, "kd_vhc": 2.0 * lower}
     ekf: dict[str, Any] = {name: value for name, value in tuning.items() if name in EkfSettings._fields}
     ekf |= {"gyro": file.imu is not None, "camera": file.camera is not None, "force_time": 0.4}
+    ekf["play_frequency"] = file.transmission.frequency
     if file.imu is not None and "gyro_noise" not in ekf and file.imu.gyro_noise > 0.0:
         ekf["gyro_noise"] = file.imu.gyro_noise
     return {"gains": gains, "unified": unified, "ekf": ekf}

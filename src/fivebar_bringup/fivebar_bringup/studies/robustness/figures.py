@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, INK, VERMILION, ZONE, house_style, new_figure, png
-from fivebar_bringup.studies.robustness.effects import EFFECTS, Effect
+from fivebar_bringup.studies.robustness.effects import Effect
 from fivebar_bringup.studies.robustness.running import Climb, equipment_named
+from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 
 SHARES = LinearSegmentedColormap.from_list("shares", ["#eef1f5", ZONE, VERMILION, "#7a2f00"])
 """Nothing fails, to everything fails."""
@@ -41,7 +42,7 @@ def share_figures(climbs: Sequence[Climb]) -> list[Picture]:
 
 def share_figure(shown: Sequence[str], climbs: Sequence[Climb], title: str) -> Figure:
     """Return a figure with a panel for each equipment that is shown, and a row for each effect."""
-    effects = [EFFECTS[effect] for effect in dict.fromkeys(climb.effect for climb in climbs)]
+    effects = [ALL_EFFECTS[effect] for effect in dict.fromkeys(climb.effect for climb in climbs)]
     of = {(climb.effect, climb.equipment): climb for climb in climbs}
     steps = max(len(effect.sizes) for effect in effects)
     figure = new_figure(

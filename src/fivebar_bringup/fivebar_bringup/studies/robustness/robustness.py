@@ -9,7 +9,6 @@ from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.robustness.effects import EFFECTS
 from fivebar_bringup.studies.robustness.running import (
     ENCODERS,
     Climb,
@@ -21,6 +20,7 @@ from fivebar_bringup.studies.robustness.running import (
     run_numbered,
     steps_of,
 )
+from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 from fivebar_bringup.studies.robustness.tables import causes_table, equipment_table, first_failures
 from fivebar_bringup.studies.sweep.sweep import DECIDING
 
@@ -81,7 +81,7 @@ def command_of(settings: RobustnessSettings) -> str:
 
 
 def _as_json(climb: Climb) -> dict[str, Any]:
-    effect = EFFECTS[climb.effect]
+    effect = ALL_EFFECTS[climb.effect]
     return {
         "effect": climb.effect,
         "controller": climb.equipment,
@@ -104,7 +104,7 @@ ROBUSTNESS = Study(
     chunk=100,
     report=robustness_report,
     program=lambda settings: program_digest(
-        (*DECIDING, *(f"studies/robustness/{module}.py" for module in ("effects", "running"))),
+        (*DECIDING, *(f"studies/robustness/{module}.py" for module in ("effects", "sensor_effects", "running"))),
         (settings.robot,),
         RIGS,
         settings.controllers,

@@ -15,6 +15,7 @@ from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.study import StudySettings
 from fivebar_bringup.studies.rigs.rig import find_rig, merged
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, FaultyRobot
+from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, UNIFIED_WEIGHT, torque_limit_of, with_own_law
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.safety.stages import NO_FAULT
@@ -136,8 +137,8 @@ def steps_of(settings: RobustnessSettings) -> tuple[EffectRun, ...]:
         (name, size, one.name)
         for name in settings.effects
         for one in equipment
-        if one.gyro or not EFFECTS[name].needs_gyro
-        for size in EFFECTS[name].sizes
+        if one.gyro or not ALL_EFFECTS[name].needs_gyro
+        for size in ALL_EFFECTS[name].sizes
     ]
     conditions = [(duration, draw) for duration in settings.durations for draw in range(settings.draws)]
     return tuple(EffectRun(*pair, *condition) for pair in pairs for condition in conditions)
@@ -168,7 +169,7 @@ class RobustnessRow(NamedTuple):
 def run_numbered(settings: RobustnessSettings, number: int) -> list[RobustnessRow]:
     """Return the row of a run."""
     step = steps_of(settings)[number]
-    effect = EFFECTS[step.effect] if step.effect else None
+    effect = ALL_EFFECTS[step.effect] if step.effect else None
     cause = failure_of(step.equipment, effect, step.size, step.duration, step.draw, settings.robot)
     return [RobustnessRow(number, *step, cause or "")]
 
@@ -197,7 +198,7 @@ class Climb(NamedTuple):
     @property
     def first_size(self) -> float | None:
         """The first size at which a run fails, None if none does."""
-        return None if self.first is None else EFFECTS[self.effect].sizes[self.first]
+        return None if self.first is None else ALL_EFFECTS[self.effect].sizes[self.first]
 
 
 def first_failure(failed: Sequence[int]) -> int | None:

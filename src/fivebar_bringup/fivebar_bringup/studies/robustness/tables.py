@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.studies.robustness.effects import EFFECTS, Effect
+from fivebar_bringup.studies.robustness.effects import Effect
 from fivebar_bringup.studies.robustness.running import Climb, equipment_named, failure_rule
+from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 from fivebar_bringup.studies.sweep.drawing import ROBOT
 
 
@@ -19,7 +20,7 @@ def first_failures(climbs: Sequence[Climb], robot: str = ROBOT) -> Table:
     of = {(climb.effect, climb.equipment): climb for climb in climbs}
     rows = []
     for name in dict.fromkeys(climb.effect for climb in climbs):
-        effect = EFFECTS[name]
+        effect = ALL_EFFECTS[name]
         words = f"{effect.words} ({effect.unit})" if effect.unit else effect.words
         row = [Cell(words, name), _typical(effect.good), _typical(effect.middling)]
         for equipment in used:

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_description.imu import ImuSettings
+from fivebar_sim.effects.settings import PlantSettings
 
 FOR_EVER = 1e6
 """s."""
@@ -154,14 +156,18 @@ class Injected(NamedTuple):
 
     def on(self, scenario: Scenario) -> Scenario:
         """Return a scenario whose robot has the fault besides what it has already."""
-        plant, imu = scenario.plant, scenario.imu
+        plant, imu = self.put(scenario.plant, scenario.imu)
+        return scenario.model_copy(update={"plant": plant, "imu": imu})
+
+    def put(self, plant: PlantSettings, imu: ImuSettings) -> tuple[PlantSettings, ImuSettings]:
+        """Return the settings of a simulated robot with the fault besides what they have already."""
         for section, keys in FAULTS[self.fault].change(self.size, self.at).items():
             if section == "imu":
                 imu = imu._replace(**keys)
             else:
                 changed: dict[str, Any] = {section: getattr(plant, section)._replace(**keys)}
                 plant = plant._replace(**changed)
-        return scenario.model_copy(update={"plant": plant, "imu": imu})
+        return plant, imu
 
 
 def drawn_faults(random: np.random.Generator, crossing: float, duration: float) -> list[Injected]:

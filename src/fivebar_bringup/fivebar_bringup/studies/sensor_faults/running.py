@@ -46,10 +46,10 @@ class SensorFaultSettings(StudySettings):
     """
 
     seed: int = 1
-    cases: int = 200
+    cases: int = 120
     rig: str = "good"
-    robots: int = 20
-    faulty: int = 2
+    robots: int = 28
+    faulty: int = 3
 
 
 class SensorFaultRow(NamedTuple):

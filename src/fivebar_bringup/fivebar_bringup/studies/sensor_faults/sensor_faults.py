@@ -120,7 +120,7 @@ SENSOR_FAULTS = Study(
     table=RowTable(SensorFaultRow),
     run=run_numbered,
     cases=lambda settings: settings.cases,
-    chunk=4,
+    chunk=1,
     report=sensor_faults_report,
     program=lambda settings: program_digest(
         (*DECIDING, *(f"studies/sensor_faults/{module}.py" for module in ("faults", "running"))),
