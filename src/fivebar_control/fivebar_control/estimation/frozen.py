@@ -14,7 +14,7 @@ away: `tracking_lost` may come first.
 
 A single repetition is none of these: a motor that a law turns back at once may read the same again. Where innovations
 have made the estimate inconsistent while a sensor has begun to repeat itself, the fault waits for the next readings,
-for at most `HELD` samples: then the reading has changed, or its sensor is named (`named_fault`).
+for at most `HELD`: then the reading has changed, or its sensor is named (`named_fault`).
 
 Without torque both motors come to rest, light links on friction within a sample or two, and samples of drives that are
 stopped need not be evenly spaced, so that the predictions are off: then a reading must also stay while the other motor
@@ -39,8 +39,9 @@ from fivebar_control.safety.stages import NO_FAULT
 FEWEST = 3
 """Readings in a row that are the same before an encoder is called frozen."""
 
-HELD = 6
-"""Samples for which an inconsistent estimate waits for a name, while a sensor repeats its reading."""
+HELD, LEAST_HELD = 0.012, 2
+"""Time (s) for which an inconsistent estimate waits for a name while a sensor repeats its reading, and the least number
+of samples."""
 
 FORGOTTEN = 0.05
 """Share of the summed differences that each further reading forgets: half a count at rest must not add up for ever."""
@@ -212,6 +213,11 @@ def _suspected(stay: EncoderStay, model: EstimatorModel) -> bool:
     return _is_frozen(stay, model, 2, COUNTS * model.resolution, BRAKING)
 
 
+def longest_held(rate_hz: int) -> int:
+    """Return for how many samples an inconsistent estimate waits for a name."""
+    return max(LEAST_HELD, round(HELD * rate_hz))
+
+
 class Named(NamedTuple):
     """The number of a fault, and the memory after it has been given its name."""
 
@@ -237,7 +243,7 @@ def named_fault(model: EstimatorModel, trip: int, memory: FrozenMemory, gyro: Gy
     if cause != NO_FAULT:
         return Named(cause, memory)
     suspected = _suspected(memory.one, model) or _suspected(memory.two, model) or (model.gyro and repeats(gyro))
-    if suspected and memory.held < HELD:
+    if suspected and memory.held < longest_held(model.rate_hz):
         return Named(NO_FAULT, FrozenMemory(memory.one, memory.two, memory.held + 1))
     return Named(trip, memory)
 

@@ -15,11 +15,11 @@ from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.frozen import (
     AWAY,
     FEWEST,
-    HELD,
     SURE,
     EncoderStay,
     FrozenMemory,
     after_readings,
+    longest_held,
     named_fault,
     named_motor,
     nothing_read,
@@ -153,7 +153,7 @@ def test_an_inconsistent_estimate_waits_while_a_reading_is_repeated(dextar: Five
     # the innovations are small again
     assert named_fault(model, NO_FAULT, stays(1, 0.4)._replace(held=1), heard).trip == ESTIMATE_INCONSISTENT
     # the reading has changed; its motor was slow; it has waited long enough
-    for memory in (stays(1, 0.4), stays(2, 0.2), stays(2, 0.4)._replace(held=HELD)):
+    for memory in (stays(1, 0.4), stays(2, 0.2), stays(2, 0.4)._replace(held=longest_held(100))):
         assert named_fault(model, ESTIMATE_INCONSISTENT, memory, heard).trip == ESTIMATE_INCONSISTENT
 
 
