@@ -214,6 +214,9 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
     stamp = made - model.gyro_clock * rate_hz
     moment = stamp - memory.belief.estimate.clock * rate_hz
     entry = 0 if math.isnan(moment) else entry_of(memory.history, newest, math.ceil(moment))
+    if -1.0 < moment <= 0.0:
+        # of sample 0, which is there already
+        return Placed(memory, newest)
     early = moment > memory.history.inputs[row_of(memory.history, newest), SAMPLE] + EARLIEST * rate_hz
     if entry == 0 or early or not math.isfinite(rate):
         return Placed(with_gyro(memory, not_used(memory.gyro, rate, early)), newest)

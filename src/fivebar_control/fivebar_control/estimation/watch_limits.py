@@ -6,9 +6,10 @@ of them depends little on the robot and its motion. A limit that is 0 in the set
 * the mean with the sign, `offset_limit`: of white innovations it has the standard deviation sqrt(s / (2 - s)), where s
   is the weight of one of them. `OFFSET` of these leave room for constant errors and static bending. Vibrations average
   out.
-* one encoder's innovation, `jump_limit`: `JUMP` standard deviations, fewer where `play` is most of them.
-* the mean square, `misfit_limit`: links that swing against their motors by `play` at `play_frequency` have a rate of
-  2 pi f play, which the model does not know. Its square over the gyroscope's variance is the limit, `MISFIT` at least.
+* one encoder's innovation, `jump_limit`: `JUMP` standard deviations. Both are less where `play` is declared.
+* the mean square, `misfit_limit`: links that swing against their motors by `play` have a rate of 2 pi f play, which the
+  model does not know. Its square over the gyroscope's variance is the limit, `MISFIT` at least; f is `play_frequency`,
+  `FASTER` by what assembled robots are.
 
 Without a gyroscope nothing contradicts the motors' encoders but the model, whose errors are not declared: then there is
 `MISFIT`, and no other limit. docs/estimation.md has what sound robots reach of them.
@@ -21,7 +22,14 @@ from typing import NamedTuple
 
 from fivebar_control.estimation.ekf import EkfSettings
 
-OFFSET, JUMP, JUMP_WITH_PLAY, MISFIT = 9.0, 10.0, 7.0, 50.0
+OFFSET, JUMP, MISFIT = 9.0, 10.0, 50.0
+"""Least limits, the first two in standard deviations."""
+
+OFFSET_WITH_PLAY, JUMP_WITH_PLAY = 6.0, 6.0
+"""The same with `play`: what is declared of it leaves more room than counts do."""
+
+FASTER = 1.5
+"""The assembled robot swings at up to so many times the frequency of its transmissions with locked rotors."""
 
 
 class WatchLimits(NamedTuple):
@@ -46,10 +54,7 @@ def watch_limits(settings: EkfSettings, rate_hz: int) -> WatchLimits:
     derived = (MISFIT, math.inf, math.inf)
     if settings.gyro:
         share = share_of_one(rate_hz, settings.offset_time)
-        swing = 2.0 * math.pi * settings.play_frequency * settings.play / settings.gyro_noise
-        derived = (
-            max(MISFIT, swing * swing),
-            OFFSET * math.sqrt(share / (2.0 - share)),
-            JUMP_WITH_PLAY if settings.play > 0.0 else JUMP,
-        )
+        swing = 2.0 * math.pi * FASTER * settings.play_frequency * settings.play / settings.gyro_noise
+        offset, jump = (OFFSET_WITH_PLAY, JUMP_WITH_PLAY) if settings.play > 0.0 else (OFFSET, JUMP)
+        derived = (max(MISFIT, swing * swing), offset * math.sqrt(share / (2.0 - share)), jump)
     return WatchLimits(*(one if one != 0.0 else other for one, other in zip(given, derived, strict=True)))

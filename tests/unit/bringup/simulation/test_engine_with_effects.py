@@ -100,12 +100,13 @@ FAULTS: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "slip": ({"encoders": {"slip_2": 100, "slip_time": 0.15}}, {}, "estimate_inconsistent"),
     "frozen encoder": ({"encoders": {"frozen_motor": 1, "frozen_from": 0.1}}, {}, "encoder_frozen"),
     "interpolation": ({"encoders": {"interpolation": 1e-5, "lines": 5000}}, {}, ""),
-    "frozen gyroscope": ({"gyroscope": {"frozen_from": 0.1, "frozen_length": 1.0}}, {}, "estimate_inconsistent"),
+    "frozen gyroscope": ({"gyroscope": {"frozen_from": 0.1, "frozen_length": 1.0}}, {}, "gyroscope_frozen"),
     "bias": ({"gyroscope": {"bias_jump": 0.5, "bias_time": 0.15}}, {}, "estimate_inconsistent"),
     "missing from the start": ({"gyroscope": {"missing_length": 1e6}}, {}, "gyroscope_missing"),
     "missing for a while": ({"gyroscope": {"missing_from": 0.15, "missing_length": 0.06}}, {}, ""),
     "clip": ({}, {"gyro_range": 0.5}, "gyroscope_saturated"),
     "clock behind": ({}, {"clock_offset": -0.12}, "gyroscope_late"),
+    "clock ahead": ({}, {"clock_offset": 0.12}, "gyroscope_early"),
     "drift and jitter": ({"gyroscope": {"clock_drift": 1e-3, "clock_jitter": 1e-3}}, {}, ""),
 }
 

@@ -112,7 +112,7 @@ def test_a_pasted_tuning_is_what_the_assessment_ran(tmp_path: Path) -> None:
     scenario, rig = validate(common, Scenario, "tuned"), rig_of()
     assert derived_tuning(read_robot(str(path))) == derived_tuning(file)
     assert scenario.estimated and scenario.plant.transmission.frequency == 60.0 and scenario.imu.rate_hz == 100
-    for name in ("gyro", "play", "gyro_noise", "misfit_limit", "force_deviation", "disturbance_rate"):
+    for name in ("gyro", "play", "play_frequency", "gyro_noise", "force_deviation", "disturbance_rate"):
         assert getattr(scenario.ekf, name) == rig.scenario["ekf"][name]
     for name in ("kp", "kd", "observer_rate"):
         assert getattr(scenario.unified, name) == pytest.approx(rig.scenario["unified"][name])

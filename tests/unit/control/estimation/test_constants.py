@@ -50,7 +50,7 @@ def test_as_many_samples_are_kept_as_the_latest_reading_needs() -> None:
     [
         (EkfSettings(), (50.0, math.inf, math.inf)),
         (EkfSettings(gyro=True), (50.0, 1.273, 10.0)),
-        (EkfSettings(gyro=True, play=0.0025, gyro_noise=0.1, play_frequency=60.0), (88.8, 1.273, 7.0)),
+        (EkfSettings(gyro=True, play=0.0025, gyro_noise=0.1, play_frequency=60.0), (199.9, 0.849, 6.0)),
         (EkfSettings(gyro=True, offset_time=0.02), (50.0, 2.012, 10.0)),
         (EkfSettings(gyro=True, misfit_limit=3.0, offset_limit=2.0, jump_limit=math.inf), (3.0, 2.0, math.inf)),
     ],
@@ -66,8 +66,8 @@ def test_limits_of_the_watch_follow_from_what_is_declared_unless_they_are_given(
 
 def test_the_rigs_leave_the_limits_of_the_watch_to_what_they_declare() -> None:
     found = {rig: watch_limits(EkfSettings(**find_rig(rig).scenario["ekf"]), 500) for rig in ("good", "middling")}
-    assert found["good"] == pytest.approx((246.7, 1.273, 7.0), rel=1e-3)
-    assert found["middling"] == pytest.approx((88.8, 1.273, 7.0), rel=1e-3)
+    assert found["good"] == pytest.approx((555.2, 0.849, 6.0), rel=1e-3)
+    assert found["middling"] == pytest.approx((199.9, 0.849, 6.0), rel=1e-3)
 
 
 def test_what_swings_averages_out_of_the_signed_mean_and_a_bias_does_not() -> None:
