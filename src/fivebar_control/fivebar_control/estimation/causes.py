@@ -88,13 +88,17 @@ def _beyond(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
             f" limit {model.jump_limit:.1f}"
         )
     if mean <= model.misfit_limit and largest_offset(pattern) > model.offset_limit:
-        offset, name = max(
-            (abs(pattern.encoder1.offset), "the encoder of q11 differs"),
-            (abs(pattern.encoder2.offset), "the encoder of q21 differs"),
-            (abs(pattern.gyro.offset), "the gyroscope differs"),
+        (offset, name), *others = sorted(
+            (
+                (abs(pattern.encoder1.offset), "the encoder of q11 differs"),
+                (abs(pattern.encoder2.offset), "the encoder of q21 differs"),
+                (abs(pattern.gyro.offset), "the gyroscope differs"),
+            ),
+            reverse=True,
         )
+        also = "".join(f", {other} by {one:.1f}" for one, other in others if one > NAMED * model.offset_limit)
         return (
-            f"{name} from its predictions to one side by {offset:.1f} standard deviations on average, limit"
+            f"{name} from its predictions to one side by {offset:.1f} standard deviations on average{also}, limit"
             f" {model.offset_limit:.1f}"
         )
     also = "".join(f", {other} by {math.sqrt(one):.1f}" for one, other in others if one > NAMED * model.misfit_limit)
