@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -171,6 +172,7 @@ def _motors(motors: tuple[MotorMap, MotorMap]) -> Table:
     row("actual over commanded torque", "", [motor.gain for motor in motors])
     row("Coulomb friction, as commanded", "Nm", [motor.coulomb for motor in motors])
     row("offset, as commanded", "Nm", [motor.offset for motor in motors])
+    row("viscous friction, as commanded", "Nm s/rad", [motor.viscous for motor in motors])
     for of_both in zip(*(motor.cogging for motor in motors), strict=True):
         row(f"cogging with {of_both[0].periods} periods", "Nm", [one.amplitude for one in of_both])
     return table
@@ -182,4 +184,10 @@ def _table(findings: IdentificationResult) -> Table:
     table = Table("parameter", "before", f"identified, {INTERVALS}", "unit", "change", box=None)
     for one in findings.parameters():
         table.add_row(one.name, f"{one.before:g}", one.text(), one.unit, one.change())
+    for one in findings.beside():
+        table.add_row(one.name, "", one.text(), one.unit, "")
+    for motor, harmonics in enumerate(findings.cogging(), start=1):
+        for found in harmonics[1]:
+            size = math.hypot(found.cosine, found.sine)
+            table.add_row(f"cogging {motor}", "", f"{size:.3g}, {found.periods} periods", "Nm", "")
     return table

@@ -62,6 +62,10 @@ class Cutoffs(NamedTuple):
     derivative_hz: float
     parallel_hz: float
 
+    def times(self, factor: float) -> Cutoffs:
+        """Return the same with other frequencies of the filters."""
+        return self._replace(derivative_hz=factor * self.derivative_hz, parallel_hz=factor * self.parallel_hz)
+
 
 def encoder_resolution(angles: FloatArray) -> float:
     """Return the count (rad) of which all steps between readings [n, motors] are multiples, 0 where there is none."""

@@ -29,7 +29,18 @@ from fivebar_description.parameters import FiveBar, LegParameters
 FloatArray = NDArray[np.float64]
 
 PARAMETERS = ("zz_11R", "zz_21R", "m", "f_s11", "f_s21", "f_off11", "f_off21")
-"""What is identified, by the names of the robot file, in the order of the regressor's columns."""
+"""What is identified, by the names of the robot file, in the order of the regressor's first columns."""
+
+BESIDE = ("f_v11", "f_v21", "passive", "m_apart", "passive_apart")
+"""What is identified beside them: viscous friction (Nm s/rad), Coulomb friction of each passive joint (Nm), and by how
+much the mass (kg) and that friction are larger in the equation of motor 1, and smaller in that of motor 2, than their
+mean: torques are commanded ones, and torque constants that are off by different shares scale each equation by its own.
+"""
+
+COLUMNS = (*PARAMETERS, *BESIDE)
+MASS, VISCOUS, PASSIVE, MASS_APART, PASSIVE_APART = (
+    COLUMNS.index(name) for name in ("m", "f_v11", "passive", "m_apart", "passive_apart")
+)
 
 LEAST_KAPPA = 0.15
 """Least 1/cond(A) of a sample: nearer to the Type 2 locus A^-T amplifies small errors of the angles."""
@@ -66,7 +77,7 @@ class Equations(NamedTuple):
     Attributes:
         rate_hz: rows per second.
         time: [n], since the first sample (s).
-        regressor: [n, 2, 7], columns as in `PARAMETERS`, NaN where the motor's equation is left out.
+        regressor: [n, 2, 12], columns as in `COLUMNS`, NaN where the motor's equation is left out.
         torque: [n, 2], filtered, less `known` (Nm).
         known: [n, 2], what the residual inertias need, filtered (Nm).
         moving: bool[n, 2], where the motor is not slow.
@@ -93,26 +104,29 @@ def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs, harmoni
     angles = record.angles + 0.5 * cutoffs.resolution
     q, dq, ddq = (_by_motor(angles, kernel) for kernel in (taps.angle, taps.rate, taps.acceleration))
     found = _platform_loads(robot, record.assembly, q, dq, ddq)
-    loads, known = _by_motor(found[:, :2], parallel), _by_motor(found[:, 2:], parallel)
+    loads, known = _by_motor(found[:, :2], parallel), _by_motor(found[:, 2:4], parallel)
+    # as the motors' own friction, which the filter of the angles has smoothed once
+    passive = _by_motor(_by_motor(found[:, 4:], taps.angle), parallel)
     samples = len(q)
-    regressor = np.zeros((samples, 2, len(PARAMETERS)))
+    regressor = np.zeros((samples, 2, len(COLUMNS)))
     torque = np.empty((samples, 2))
     moving = np.empty((samples, 2), dtype=np.bool_)
-    cogging = np.empty((samples, 2, 2 * len(harmonics)))
     weight = np.abs(np.convolve(taps.angle, parallel))
     for motor, leg in enumerate((robot.leg1, robot.leg2)):
         regressor[:, motor, motor] = filtered(ddq[:, motor], parallel)
-        regressor[:, motor, 2] = loads[:, motor]
+        share = 1.0 if motor == 0 else -1.0
+        regressor[:, motor, MASS] = loads[:, motor]
+        regressor[:, motor, MASS_APART] = share * loads[:, motor]
+        regressor[:, motor, PASSIVE] = passive[:, motor]
+        regressor[:, motor, PASSIVE_APART] = share * passive[:, motor]
+        regressor[:, motor, VISCOUS + motor] = filtered(dq[:, motor], parallel)
         direction = filtered(filtered(np.tanh(dq[:, motor] / leg.width), taps.angle), parallel)
         regressor[:, motor, 3 + motor] = direction
         regressor[:, motor, 5 + motor] = 1.0
-        for number, periods in enumerate(harmonics):
-            for column, wave in enumerate((np.cos, np.sin), start=2 * number):
-                cogging[:, motor, column] = filtered(filtered(wave(periods * q[:, motor]), taps.angle), parallel)
         torque[:, motor] = filtered(filtered_torque(record.torques[:, motor], taps.torque), parallel) - known[:, motor]
         moving[:, motor] = filtered(_slow(leg, dq[:, motor]), weight / np.sum(weight)) < SLOW_SHARE
     regressor[~moving] = math.nan
-    stride = max(1, int(record.rate_hz / (ROWS_PER_CUTOFF * cutoffs.parallel_hz)))
+    stride = stride_of(record, cutoffs)
     rows = slice(None, None, stride)
     return Equations(
         rate_hz=record.rate_hz / stride,
@@ -121,8 +135,30 @@ def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs, harmoni
         torque=torque[rows],
         known=known[rows],
         moving=moving[rows],
-        cogging=cogging[rows],
+        cogging=cogging_waves(record, cutoffs, harmonics),
     )
+
+
+def stride_of(record: Record, cutoffs: Cutoffs) -> int:
+    """Return how many samples of a record have one row of its equations."""
+    return max(1, int(record.rate_hz / (ROWS_PER_CUTOFF * cutoffs.parallel_hz)))
+
+
+def cogging_waves(record: Record, cutoffs: Cutoffs, harmonics: Sequence[int]) -> FloatArray:
+    """Return [n, 2, 2 h], in the rows of the equations: cosine and sine of each of h harmonics, filtered."""
+    taps = differentiator(cutoffs.derivative_hz, record.rate_hz).angle
+    both = np.convolve(taps, parallel_filter(cutoffs.parallel_hz, record.rate_hz))
+    angles = _by_motor(record.angles + 0.5 * cutoffs.resolution, taps)
+    beyond = np.full(len(both) // 2, math.nan)
+    rows = slice(None, None, stride_of(record, cutoffs))
+    found = np.empty((len(angles[rows]), 2, 2 * len(harmonics)))
+    for motor in range(2):
+        for number, periods in enumerate(harmonics):
+            for column, wave in enumerate((np.cos, np.sin), start=2 * number):
+                values = np.concatenate((beyond, wave(periods * angles[:, motor]), beyond))
+                # at these rows only; the kernel is symmetric
+                found[:, motor, column] = np.lib.stride_tricks.sliding_window_view(values, len(both))[rows] @ both
+    return found
 
 
 def _by_motor(values: FloatArray, taps: FloatArray) -> FloatArray:
@@ -135,16 +171,16 @@ def _slow(leg: LegParameters, speed: FloatArray) -> FloatArray:
 
 
 def _platform_loads(robot: FiveBar, assembly: FloatArray, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
-    """Return [n, 4]: motor torques per mass of the platform (Nm/kg), then those of the residual inertias (Nm).
+    """Return [n, 6]: motor torques per mass of the platform (Nm/kg), of residual inertias (Nm), per passive friction.
 
-    Near the Type 2 locus the former are NaN, the latter 0.
+    Near the Type 2 locus the first are NaN, the others 0.
     """
-    loads = np.zeros((len(q), 4))
+    loads = np.zeros((len(q), 6))
     loads[:, :2] = math.nan
     known = np.isfinite(ddq).all(axis=1) & (np.abs(assembly) > 0.0)
     for k in np.flatnonzero(known):
         motion = MotorMotion(*q[k].tolist(), *dq[k].tolist(), *ddq[k].tolist())
         load = platform_load(robot, int(assembly[k]), motion)
         if load.kappa >= LEAST_KAPPA:
-            loads[k] = load.load1, load.load2, load.known1, load.known2
+            loads[k] = load[:6]
     return loads

@@ -10,14 +10,18 @@ from numpy.typing import NDArray
 
 from fivebar_control.identification.cutoff import Cutoffs, choose_cutoffs
 from fivebar_control.identification.equations import (
+    COLUMNS,
     LEAST_KAPPA,
+    MASS,
+    MASS_APART,
     PARAMETERS,
     SLOW_WIDTHS,
     Equations,
     Record,
     filtered_equations,
 )
-from fivebar_control.identification.least_squares import Fit, fit
+from fivebar_control.identification.harmonics import SeenHarmonics, seen_harmonics, with_harmonics
+from fivebar_control.identification.least_squares import Fit, fit, widened
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 
@@ -25,6 +29,9 @@ FloatArray = NDArray[np.float64]
 
 CORRELATION = 1.25
 """Periods of the parallel filter's cut-off after which residuals are taken for independent."""
+
+OTHER_CUTOFFS = (0.75, 1.3)
+"""Factors on the filters' cut-offs, by which errors of the model show."""
 
 LEAST_INDEPENDENT = 5.0
 """Independent rows that each motor must have."""
@@ -53,7 +60,9 @@ class Identification(NamedTuple):
     """Result of an identification.
 
     Attributes:
-        fit: parameters in the order of `PARAMETERS`, intervals, residuals.
+        fit: parameters in the order of `COLUMNS`, intervals, residuals; behind them the cosine and sine of each of the
+            harmonics.
+        harmonics: periods in a turn of the cogging that is seen, of each motor.
         cutoffs: of the filters.
         equations: that were solved.
         misfit: of each motor, root mean square of the residual over that of the torque.
@@ -61,10 +70,20 @@ class Identification(NamedTuple):
     """
 
     fit: Fit
+    harmonics: SeenHarmonics
     cutoffs: Cutoffs
     equations: Equations
     misfit: tuple[float, float]
     used_s: tuple[float, float]
+
+    def constants_ratio(self) -> tuple[float, float]:
+        """Return actual over assumed torque constant of motor 2, relative to that of motor 1, and its half width."""
+        mass, apart = self.fit.values[MASS], self.fit.values[MASS_APART]
+        ratio = (mass + apart) / (mass - apart)
+        by = 2.0 / (mass - apart) ** 2 * np.array([-apart, mass])
+        pair = self.fit.covariance[np.ix_([MASS, MASS_APART], [MASS, MASS_APART])]
+        quantile = self.fit.half_widths[MASS] / math.sqrt(self.fit.covariance[MASS, MASS])
+        return float(ratio), float(quantile * math.sqrt(by @ pair @ by))
 
 
 def parameter_values(robot: FiveBar) -> tuple[float, ...]:
@@ -87,6 +106,10 @@ def identify(robot: FiveBar, record: Record) -> Identification:
         _refuse_too_little(robot, equations, used, motor, LEAST_INDEPENDENT * lag)
     found = fit(equations.regressor, equations.torque, lag)
     _refuse_ill_conditioned(found)
+    seen = seen_harmonics(record, cutoffs, equations, found)
+    if any(seen):
+        found = fit(with_harmonics(record, cutoffs, equations, seen), equations.torque, lag)
+    found = widened(found, [_through_others(robot, record, cutoffs, seen, factor) for factor in OTHER_CUTOFFS])
     misfit = [
         float(
             np.sqrt(np.nanmean(found.residuals[:, motor] ** 2) / np.mean(equations.torque[used[:, motor], motor] ** 2))
@@ -97,11 +120,20 @@ def identify(robot: FiveBar, record: Record) -> Identification:
     _refuse_without_information(found)
     return Identification(
         fit=found,
+        harmonics=seen,
         cutoffs=cutoffs,
         equations=equations,
         misfit=(misfit[0], misfit[1]),
         used_s=(float(used[:, 0].sum() / equations.rate_hz), float(used[:, 1].sum() / equations.rate_hz)),
     )
+
+
+def _through_others(robot: FiveBar, record: Record, cutoffs: Cutoffs, seen: SeenHarmonics, factor: float) -> Fit:
+    """Return the fit of a record through filters whose cut-offs are another."""
+    other = cutoffs.times(factor)
+    equations = filtered_equations(robot, record, other)
+    regressor = with_harmonics(record, other, equations, seen)
+    return fit(regressor, equations.torque, max(1, round(CORRELATION / other.parallel_hz * equations.rate_hz)))
 
 
 def longest_stretch(angles: FloatArray) -> FloatArray:
@@ -145,7 +177,7 @@ def _refuse_too_little(robot: FiveBar, equations: Equations, used: NDArray[np.bo
 def _refuse_ill_conditioned(found: Fit) -> None:
     if found.condition <= LARGEST_CONDITION:
         return
-    names = [name for name, part in zip(PARAMETERS, found.weakest.tolist(), strict=True) if abs(part) > NAMED]
+    names = [name for name, part in zip(COLUMNS, found.weakest.tolist(), strict=True) if abs(part) > NAMED]
     text = f"{found.condition:.0f}" if math.isfinite(found.condition) else "infinite"
     raise NotIdentifiable(
         f"the motion does not distinguish {' and '.join(names)}: the condition number of the regressor is {text},"
@@ -163,7 +195,7 @@ def _refuse_misfit(misfit: list[float]) -> None:
 
 
 def _refuse_without_information(found: Fit) -> None:
-    for name, value, half in zip(PARAMETERS, found.values.tolist(), found.half_widths.tolist(), strict=True):
+    for name, value, half in zip(COLUMNS, found.values.tolist(), found.half_widths.tolist(), strict=False):
         if name not in NEVER_NEGATIVE:
             continue
         if half >= abs(value):

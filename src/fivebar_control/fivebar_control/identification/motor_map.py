@@ -14,21 +14,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.identification.cutoff import choose_cutoffs
-from fivebar_control.identification.equations import Equations, Record, filtered_equations
+from fivebar_control.identification.equations import PASSIVE, VISCOUS, Equations, Record, filtered_equations
 from fivebar_control.identification.identification import (
     CORRELATION,
     LARGEST_CONDITION,
+    OTHER_CUTOFFS,
     NotIdentifiable,
     longest_stretch,
     parameter_values,
 )
-from fivebar_control.identification.least_squares import Fit, fit
+from fivebar_control.identification.least_squares import Fit, fit, widened
 from fivebar_description.parameters import FiveBar
 
 FloatArray = NDArray[np.float64]
 
-LINKS, DIRECTION, OFFSET, FIRST = 0, 1, 2, 3
-"""Columns of a motor: torque of its links, sign of its speed, one, and from here on cosines and sines of its angle."""
+LINKS, DIRECTION, OFFSET, SPEED, JOINTS, FIRST = range(6)
+"""Columns of a motor: torque of its links, sign of its speed, one, its speed, friction of the passive joints, and from
+here on cosines and sines of its angle."""
 
 
 class MotorValue(NamedTuple):
@@ -53,17 +55,21 @@ class MotorMap(NamedTuple):
     Attributes:
         gain: actual torque over commanded torque.
         coulomb, offset: friction (Nm), as commanded.
+        viscous: friction (Nm s/rad), as commanded.
         cogging: torque (Nm) that has to be commanded against the cogging at an angle, by harmonics.
     """
 
     gain: MotorValue
     coulomb: MotorValue
     offset: MotorValue
+    viscous: MotorValue
     cogging: tuple[Harmonic, ...]
 
     def as_json(self) -> dict[str, Any]:
         """Return all values with their half widths."""
-        plain: dict[str, Any] = {name: getattr(self, name)._asdict() for name in ("gain", "coulomb", "offset")}
+        plain: dict[str, Any] = {
+            name: getattr(self, name)._asdict() for name in ("gain", "coulomb", "offset", "viscous")
+        }
         plain["cogging"] = [
             {"periods": one.periods} | {name: getattr(one, name)._asdict() for name in ("cosine", "sine", "amplitude")}
             for one in self.cogging
@@ -101,6 +107,11 @@ def map_motors(robot: FiveBar, record: Record, harmonics: Sequence[int] = ()) ->
             f" {found.condition:.3g}, expected at most {LARGEST_CONDITION:.0f}; turn both motors both ways through many"
             " periods, slowly and fast"
         )
+    others = []
+    for factor in OTHER_CUTOFFS:
+        through = filtered_equations(robot, record, cutoffs.times(factor), harmonics)
+        others.append(fit(_columns(robot, through), through.torque + through.known, lag))
+    found = widened(found, others)
     half = regressor.shape[2] // 2
     return _map_of(found, 0, harmonics), _map_of(found, half, harmonics)
 
@@ -115,6 +126,8 @@ def _columns(robot: FiveBar, equations: Equations) -> FloatArray:
         found[:, motor, begin + LINKS] = inertia * given[:, motor] + mass * given[:, 2] + equations.known[:, motor]
         found[:, motor, begin + DIRECTION] = given[:, 3 + motor]
         found[:, motor, begin + OFFSET] = given[:, 5 + motor]
+        found[:, motor, begin + SPEED] = given[:, VISCOUS + motor]
+        found[:, motor, begin + JOINTS] = given[:, PASSIVE]
         found[:, motor, begin + FIRST : begin + own] = equations.cogging[:, motor]
     return found
 
@@ -131,6 +144,7 @@ def _map_of(found: Fit, begin: int, harmonics: Sequence[int]) -> MotorMap:
         gain,
         estimate(DIRECTION),
         estimate(OFFSET),
+        estimate(SPEED),
         tuple(
             Harmonic(
                 periods,

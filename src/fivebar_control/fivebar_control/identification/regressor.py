@@ -1,10 +1,11 @@
 """The inverse dynamics as a product of known motion and unknown parameters.
 
 tau = ZZ qddot + B lambda + f with A^T lambda = m xddot (1.30, 1.31) and the friction of 1.32 is linear in zz_11R,
-zz_21R, m, f_s and f_off of both motors. The motors' angles and their derivatives are all that it takes: the direct
-geometry gives the platform in a known assembly mode, and J = A^-1 B its motion. No passive joint is read, and a leg may
-pass through Type 1. Residual inertias of the distal links are not identified: they follow from weighing the links, and
-what they need of torque is taken off beforehand.
+zz_21R, m, f_s and f_off of both motors. So are viscous friction, and the Coulomb friction of the passive joints, whose
+torques act on the motors by how fast these joints turn with each motor. The motors' angles and their derivatives are
+all that it takes: the direct geometry gives the platform in a known assembly mode, and J = A^-1 B its motion. No
+passive joint is read, and a leg may pass through Type 1. Residual inertias of the distal links are not identified: they
+follow from weighing the links, and what they need of torque is taken off beforehand.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from fivebar_control.model.dynamics import multipliers
 from fivebar_control.model.kinematics import platform_acceleration, state_from_motors
 from fivebar_control.model.residual import distal_moments, has_residual, moment_multipliers, moment_torques
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.model.state import MotorMotion
+from fivebar_control.model.state import MotorMotion, State
 from fivebar_description.parameters import FiveBar
 
 
@@ -26,6 +27,7 @@ class PlatformLoad(NamedTuple):
     Attributes:
         load1, load2: motor torques per mass of the platform (Nm/kg), rows of J^T xddot.
         known1, known2: motor torques (Nm) of the distal links' residual inertias, which are taken as known.
+        passive1, passive2: motor torques per Coulomb friction of each of the three passive joints.
         kappa: 1 / cond(A), from 0 on the Type 2 locus to 1.
     """
 
@@ -33,10 +35,12 @@ class PlatformLoad(NamedTuple):
     load2: float
     known1: float
     known2: float
+    passive1: float
+    passive2: float
     kappa: float
 
 
-NOWHERE = PlatformLoad(math.nan, math.nan, math.nan, math.nan, 0.0)
+NOWHERE = PlatformLoad(*[math.nan] * 6, 0.0)
 
 
 def platform_load(robot: FiveBar, assembly: int, motion: MotorMotion) -> PlatformLoad:
@@ -56,4 +60,25 @@ def platform_load(robot: FiveBar, assembly: int, motion: MotorMotion) -> Platfor
         on1, on2 = moment_torques(robot, state, moments)
         more1, more2 = moment_multipliers(robot, state, moments)
         known1, known2 = on1 + state.leg1.b * more1, on2 + state.leg2.b * more2
-    return PlatformLoad(state.leg1.b * lambda1, state.leg2.b * lambda2, known1, known2, inverse_condition(state))
+    signs = [math.tanh(rate / width) for rate, width in zip(passive_rates(state), widths(robot), strict=True)]
+    passive1, passive2 = (
+        sum(sign * rate for sign, rate in zip(signs, passive_rates(turning), strict=True))
+        for turning in (
+            state_from_motors(robot, assembly, motion.q11, motion.q21, 1.0, 0.0),
+            state_from_motors(robot, assembly, motion.q11, motion.q21, 0.0, 1.0),
+        )
+    )
+    return PlatformLoad(
+        state.leg1.b * lambda1, state.leg2.b * lambda2, known1, known2, passive1, passive2, inverse_condition(state)
+    )
+
+
+def passive_rates(state: State) -> tuple[float, float, float]:
+    """Return the rates (rad/s) of both elbows and of the joint at the platform."""
+    one, two = state.leg1, state.leg2
+    return one.dtheta - one.dq1, two.dtheta - two.dq1, one.dtheta - two.dtheta
+
+
+def widths(robot: FiveBar) -> tuple[float, float, float]:
+    """Return the widths (rad/s) of the smoothed friction of the same joints."""
+    return robot.leg1.width, robot.leg2.width, robot.leg1.width

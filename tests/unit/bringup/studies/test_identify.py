@@ -92,7 +92,7 @@ def counted(folder: Path) -> RunDirectory:
 def errors(findings: IdentificationResult) -> tuple[float, float]:
     """Largest relative error of inertias, mass and Coulomb friction, and largest error of the offsets (Nm)."""
     true = np.array(parameter_values(load_robot(str(Path(findings.bag).parents[1] / "secret.yaml"))))
-    off = np.abs(findings.found.fit.values - true)
+    off = np.abs(findings.found.fit.values[:7] - true)
     return float(np.max(off[:5] / true[:5])), float(np.max(off[5:]))
 
 
@@ -115,7 +115,7 @@ def test_encoders_of_20000_counts_give_them_within_three_percent(counted: RunDir
     assert relative < 0.005
     assert findings.encoder() == "20000 counts per revolution"
     assert 10.0 < findings.found.cutoffs.derivative_hz < 30.0
-    assert findings.found.fit.condition < 3.0
+    assert findings.found.fit.condition < 5.0
 
 
 @pytest.mark.extra
@@ -125,7 +125,7 @@ def test_scaled_parameters_of_a_scenario_come_back(tmp_path: Path) -> None:
     plant = scenario.plant._replace(mass_scale=1.3, inertia_scale=0.8, friction_scale=1.5)
     scenario = scenario.model_copy(update={"plant": plant})
     write_bag(simulate(scenario), scenario, tmp_path / "bag")
-    found = identify_bag(tmp_path / "bag", "dextar").found.fit.values
+    found = identify_bag(tmp_path / "bag", "dextar").found.fit.values[:7]
     true = np.array(parameter_values(load_robot("dextar"))) * [0.8, 0.8, 1.3, 1.5, 1.5, 1.5, 1.5]
     assert found == pytest.approx(true, rel=0.005, abs=1e-3)
 
@@ -136,7 +136,7 @@ def test_the_written_file_tracks_better(folder: Path, exact: RunDirectory) -> No
     findings = identify_bag(exact.path)
     directory = write_identification(findings, folder / "written")
     robot = load_robot(str(directory.path / ROBOT_FILE))
-    assert parameter_values(robot) == pytest.approx(findings.found.fit.values.tolist(), rel=1e-4, abs=1e-6)
+    assert parameter_values(robot) == pytest.approx(findings.found.fit.values[:7].tolist(), rel=1e-4, abs=1e-6)
     assert robot.leg1._replace(inertia=0.0, coulomb=0.0, offset=0.0) == load_robot("dextar").leg1._replace(
         inertia=0.0, coulomb=0.0, offset=0.0
     )

@@ -27,6 +27,8 @@ def html_page(findings: IdentificationResult, pictures: Sequence[Picture]) -> st
 def _parameter_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:
     for one in findings.parameters():
         yield one.name, f"{one.before:g}", one.text(), one.unit, one.change()
+    for one in findings.beside():
+        yield one.name, "", one.text(), one.unit, ""
 
 
 def _quality_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:

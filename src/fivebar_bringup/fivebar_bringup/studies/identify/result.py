@@ -6,15 +6,19 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_control.identification.equations import PARAMETERS
+from fivebar_control.identification.equations import COLUMNS, PARAMETERS
 from fivebar_control.identification.identification import Identification, parameter_values
 from fivebar_control.identification.least_squares import CONFIDENCE
-from fivebar_description.robot_file import Friction, Inertias, Mass, RobotFile
+from fivebar_description.robot_file import CoggingHarmonic, Friction, Inertias, Mass, MotorCogging, RobotFile
 from fivebar_description.strict_yaml import yaml_text
 
 INTERVALS = f"{100.0 * CONFIDENCE:.0f} % intervals"
 
 UNITS = dict(zip(PARAMETERS, ("kg m²", "kg m²", "kg", "Nm", "Nm", "Nm", "Nm"), strict=True))
+
+
+BESIDE_SHOWN = (("f_v11", "Nm s/rad"), ("f_v21", "Nm s/rad"), ("passive", "Nm"))
+"""Viscous friction of the motors, and Coulomb friction of each passive joint, in the order of `COLUMNS`."""
 
 
 class IdentifiedParameter(NamedTuple):
@@ -55,11 +59,34 @@ class IdentificationResult(NamedTuple):
     def parameters(self) -> list[IdentifiedParameter]:
         """Return the parameters in the order of `PARAMETERS`."""
         before = parameter_values(self.start.five_bar())
+        count = len(PARAMETERS)
         values, halves = self.found.fit.values.tolist(), self.found.fit.half_widths.tolist()
         return [
             IdentifiedParameter(name, UNITS[name], *figures)
-            for name, *figures in zip(PARAMETERS, values, halves, before, strict=True)
+            for name, *figures in zip(PARAMETERS, values[:count], halves[:count], before, strict=True)
         ]
+
+    def beside(self) -> list[IdentifiedParameter]:
+        """Return what is identified beside the parameters of the file, from nothing before: no controller uses it."""
+        fit = self.found.fit
+        values, halves = fit.values.tolist(), fit.half_widths.tolist()
+        rows = [
+            IdentifiedParameter(name, unit, values[number], halves[number], 0.0)
+            for number, (name, unit) in enumerate(BESIDE_SHOWN, start=len(PARAMETERS))
+        ]
+        return [*rows, IdentifiedParameter("constants", "motor 2 / motor 1", *self.found.constants_ratio(), 1.0)]
+
+    def cogging(self) -> MotorCogging:
+        """Return the cogging that is seen, as the robot file has it."""
+        numbers = iter(self.found.fit.values[len(COLUMNS) :].tolist())
+        of_motors = [
+            tuple(
+                CoggingHarmonic(periods=periods, cosine=round(next(numbers), 8), sine=round(next(numbers), 8))
+                for periods in harmonics
+            )
+            for harmonics in self.found.harmonics
+        ]
+        return MotorCogging(q11=of_motors[0], q21=of_motors[1])
 
     def robot_file(self) -> RobotFile:
         """Return the identified robot: what is not identified is that of the initial file."""
@@ -74,6 +101,7 @@ class IdentificationResult(NamedTuple):
             ),
             mass_kg=Mass(m=value["m"]),
             friction=Friction(**friction, width_rad_s=self.start.friction.width_rad_s),
+            cogging=self.cogging(),
             # beside all links, which the identified sums need not fit, the distal ones say nothing more
             distal_links=self.start.distal_links if self.start.proximal_links is None else None,
             tolerances=self.start.tolerances,
@@ -102,6 +130,7 @@ class IdentificationResult(NamedTuple):
         width = max(len(name) for name in PARAMETERS)
         lines = [f"Identified from {self.bag}, starting from {self.start.name}: {INTERVALS}"]
         lines += [f"  {one.name:<{width}}  {one.text()} {one.unit}" for one in self.parameters()]
+        lines += [f"  {one.name:<{width}}  {one.text()} {one.unit}" for one in self.beside()]
         lines.append(f"Lengths and width_rad_s are those of {self.start.name}, not identified.")
         # neither a path nor a name may end the comment
         lines = ["# " + "".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
@@ -125,6 +154,10 @@ class IdentificationResult(NamedTuple):
                 }
                 for one in self.parameters()
             },
+            "beside": {
+                one.name: {"value": one.value, "half_width": one.half_width, "unit": one.unit} for one in self.beside()
+            },
+            "cogging": {f"q{motor}1": list(found) for motor, found in enumerate(self.found.harmonics, start=1)},
             "condition_number": fit.condition,
             "encoder_resolution_rad": cutoffs.resolution or None,
             "angle_noise_rad": cutoffs.noise,
