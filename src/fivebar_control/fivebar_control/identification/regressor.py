@@ -40,7 +40,7 @@ class PlatformLoad(NamedTuple):
     kappa: float
 
 
-NOWHERE = PlatformLoad(*[math.nan] * 6, 0.0)
+NOWHERE = PlatformLoad(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan, 0.0)
 
 
 def platform_load(robot: FiveBar, assembly: int, motion: MotorMotion) -> PlatformLoad:
