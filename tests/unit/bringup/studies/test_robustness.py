@@ -38,7 +38,7 @@ from fivebar_sim.effects.mechanism import mechanism_of
 from fivebar_sim.effects.settings import PlantSettings
 
 DOCUMENT = Path(__file__).parents[4] / "docs/results/faults.md"
-EXACT_ROBOT = FaultyRobot(PlantSettings(), ImuSettings(), EXACT)
+EXACT_ROBOT = FaultyRobot(PlantSettings(encoder_counts=20_000), ImuSettings(), EXACT)
 OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
 
 
