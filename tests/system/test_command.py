@@ -27,7 +27,7 @@ BAD_FILES = {
         "name: mine\nwaypoints: [[0.0, 0.15], [0.3, 0.15]]\n",
         r"far\.yaml: segment 1: \(0\.3000, 0\.1500\) m is out of reach of leg 1 by \d+\.\d+ mm",
     ),
-    "robot": (f"{GOOD}robot: hexapod\n", r"robot 'hexapod': expected one of dextar, motkin, unequal"),
+    "robot": (f"{GOOD}robot: hexapod\n", r"robot 'hexapod': expected one of dextar, motkin, motkin_vertical, unequal"),
 }
 
 

@@ -36,14 +36,17 @@ class TipGap(NamedTuple):
 class ClosedLoop:
     """Pinocchio's model of the five-bar, in joint coordinates q = (q11, q12, q21, q22).
 
-    The robot lies in a horizontal plane, so gravity is zero. All vectors are float64 of shape (4,), in rad, rad/s,
-    rad/s^2 and Nm. An instance has a workspace of its own and is not thread-safe.
+    Gravity is that in the robot's plane, zero for a level robot, and a constant force may act on the tips. All vectors
+    are float64 of shape (4,), in rad, rad/s, rad/s^2 and Nm. An instance has a workspace of its own and is not
+    thread-safe.
     """
 
     def __init__(self, robot: FiveBar) -> None:
         """Build the model from the robot's URDF."""
         self.model: Any = pin.buildModelFromXML(urdf_text(robot, "fivebar"))
         self.model.gravity.setZero()
+        self.model.gravity.linear[:2] = robot.gravity_x, robot.gravity_y
+        self._force = np.array([robot.force_x, robot.force_y])
         if tuple(self.model.names)[1:] != JOINTS:
             raise AssertionError(f"joint order {tuple(self.model.names)[1:]} is not {JOINTS}")
         self.data: Any = self.model.createData()
@@ -74,6 +77,8 @@ class ClosedLoop:
 
     def acceleration(self, q: Vector, v: Vector, tau: Vector) -> Vector:
         """Return qddot (4,) of the closed loop under the joint torques tau (4,); regular on the Type 2 locus."""
+        if self._force.any():
+            tau = tau + self._by_force(q)
         return np.asarray(
             pin.constraintDynamics(self.model, self.data, q, v, tau, self._contacts, self._contact_data, self._settings)
         )
@@ -85,9 +90,17 @@ class ClosedLoop:
         the passive joints to zero.
         """
         tree = np.asarray(pin.rnea(self.model, self.data, q, v, a))
+        if self._force.any():
+            tree = tree - self._by_force(q)
         jacobian = self.tip_gap(q).jacobian
         force = np.linalg.solve(jacobian[:, [1, 3]].T, tree[[1, 3]])
         return np.asarray(tree[[0, 2]] - jacobian[:, [0, 2]].T @ force)
+
+    def _by_force(self, q: Vector) -> Vector:
+        """Return the joint torques (4,) of the constant force, half of it on each tip."""
+        frame = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        jacobians = [pin.computeFrameJacobian(self.model, self.data, q, tip, frame)[:2] for tip in self._tips]
+        return np.asarray(0.5 * (jacobians[0] + jacobians[1]).T @ self._force)
 
     def tip_gap(self, q: Vector) -> TipGap:
         """Return the closure gap at q and its Jacobian."""

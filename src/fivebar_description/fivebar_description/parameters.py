@@ -10,7 +10,8 @@ class LegParameters(NamedTuple):
 
     Units: m, kg m^2, Nm. `inertia` is zz_i1R about the motor axis; friction is 1.32 with sign smoothed to
     tanh(qdot / width), width in rad/s. `residual` is zz_i2R, the inertia of the distal link beyond that of its two
-    point masses at elbow and platform; negative for most links.
+    point masses at elbow and platform; negative for most links. `moment` (kg m) is the first mass moment about the
+    motor axis, of the proximal link with the distal link's mass at the elbow; it counts where gravity acts.
 
     `cosine_n` and `sine_n` (Nm) are the torque that compensates the motor's cogging of `periods_n` in a turn,
     0 for none. Controllers and estimators know it; a simulated robot cogs by its own settings alone.
@@ -24,6 +25,7 @@ class LegParameters(NamedTuple):
     offset: float
     width: float
     residual: float = 0.0
+    moment: float = 0.0
     periods_1: float = 0.0
     cosine_1: float = 0.0
     sine_1: float = 0.0
@@ -37,17 +39,45 @@ HARMONICS = LegParameters._fields[-6:]
 
 
 class FiveBar(NamedTuple):
-    """The grouped parameters: two legs and the platform mass m (kg); without residuals the thesis' reduced model."""
+    """The grouped parameters: two legs and the platform mass m (kg); without residuals the thesis' reduced model.
+
+    What acts all the time is gravity in the robot's plane (m/s^2) and a constant force on the platform (N), both along
+    the axes of the base; 0 for a level robot that nothing pulls.
+    """
 
     leg1: LegParameters
     leg2: LegParameters
     mass: float
+    gravity_x: float = 0.0
+    gravity_y: float = 0.0
+    force_x: float = 0.0
+    force_y: float = 0.0
+
+
+def has_external_force(robot: FiveBar) -> bool:
+    """Return whether gravity or a constant force acts in the robot's plane."""
+    return robot.gravity_x != 0.0 or robot.gravity_y != 0.0 or robot.force_x != 0.0 or robot.force_y != 0.0
+
+
+def without_external_force(robot: FiveBar) -> FiveBar:
+    """Return a robot on which nothing acts all the time."""
+    return robot._replace(gravity_x=0.0, gravity_y=0.0, force_x=0.0, force_y=0.0)
+
+
+def external_force(robot: FiveBar) -> tuple[float, float]:
+    """Return w_p (N), the force on the platform that no leg exerts: its weight in the plane and the constant force."""
+    return robot.mass * robot.gravity_x + robot.force_x, robot.mass * robot.gravity_y + robot.force_y
+
+
+def external_acceleration(robot: FiveBar) -> tuple[float, float]:
+    """Return w_p / m (m/s^2), how the platform would accelerate without legs."""
+    return robot.gravity_x + robot.force_x / robot.mass, robot.gravity_y + robot.force_y / robot.mass
 
 
 def with_floats(robot: FiveBar) -> FiveBar:
     """Return a robot whose numbers are floats throughout: an integer among them is another type to the compiler."""
-    leg1, leg2, mass = robot
-    return FiveBar(LegParameters(*map(float, leg1)), LegParameters(*map(float, leg2)), float(mass))
+    leg1, leg2, *rest = robot
+    return FiveBar(LegParameters(*map(float, leg1)), LegParameters(*map(float, leg2)), *map(float, rest))
 
 
 MOST_PAYLOAD = 1000.0
@@ -62,7 +92,7 @@ def laden(robot: FiveBar, payload: float) -> FiveBar:
 def without_cogging(robot: FiveBar) -> FiveBar:
     """Return a robot of which no cogging is known."""
     leg1, leg2 = (leg._replace(**dict.fromkeys(HARMONICS, 0.0)) for leg in (robot.leg1, robot.leg2))
-    return FiveBar(leg1, leg2, robot.mass)
+    return robot._replace(leg1=leg1, leg2=leg2)
 
 
 def tip_masses(robot: FiveBar, share: float = 0.5) -> tuple[float, float]:
@@ -109,4 +139,4 @@ def scaled(robot: FiveBar, mass: float = 1.0, inertia: float = 1.0, friction: fl
             residual=one.residual * inertia,
         )
 
-    return FiveBar(leg(robot.leg1), leg(robot.leg2), robot.mass * mass)
+    return robot._replace(leg1=leg(robot.leg1), leg2=leg(robot.leg2), mass=robot.mass * mass)

@@ -11,11 +11,12 @@ from pydantic import BeforeValidator, Field, model_validator
 from fivebar_description.camera import CameraSettings
 from fivebar_description.file_format import NEWEST, Format, read_versioned
 from fivebar_description.forbidden import MOST, ForbiddenPosture
+from fivebar_description.forces import NO_FORCES, Forces
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_drives import NO_DRIVES, KnownDrives
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import FiveBar, LegParameters, tip_masses
+from fivebar_description.parameters import FiveBar, LegParameters, laden, tip_masses
 from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.physical_bounds import (
     Coordinate,
@@ -181,6 +182,7 @@ class RobotFile(StrictModel):
     cogging: MotorCogging = NO_COGGING
     tolerances: Section[Tolerances] = EXACT
     loads: Section[Loads] = NO_LOADS
+    forces: Section[Forces] = NO_FORCES
     distal_links: DistalLinks | None = None
     end_effector: EndEffector | None = None
     sensors: Section[KnownSensors] = NOTHING_KNOWN
@@ -214,13 +216,26 @@ class RobotFile(StrictModel):
                         f"distal_links.{name}.centre_m: {link.centre_m}: expected at most the length of the link,"
                         f" {length} m"
                     )
+        self._check_forces()
         tip_masses(self.five_bar())
         return self
 
+    def _check_forces(self) -> None:
+        moments = {"moment_1": self.forces.moment_1, "moment_2": self.forces.moment_2}
+        for key, moment in moments.items():
+            if self.proximal_links is not None and moment is not None:
+                raise ValueError(f"forces.{key}: {moment:g}: expected none beside proximal_links, which say it")
+            if self.proximal_links is None and moment is None and self.forces.tilt > 0.0:
+                raise ValueError(
+                    f"forces.{key}: is missing: expected the leg's first mass moment (kg m), since the robot is tilted"
+                )
+
     def five_bar(self) -> FiveBar:
         """Return the parameters as the plain numbers that the equations take."""
-        lengths, friction = self.lengths_m, self.friction
+        lengths, friction, forces = self.lengths_m, self.friction, self.forces
         grouped = self.grouped()
+        moment1, moment2 = self._moments()
+        gravity_x, gravity_y = forces.gravity()
         leg1 = LegParameters(
             base_x=-lengths.a / 2.0,
             proximal=lengths.l_11,
@@ -230,6 +245,7 @@ class RobotFile(StrictModel):
             offset=friction.f_off11,
             width=friction.width_rad_s,
             residual=grouped.residual1,
+            moment=moment1,
             **_harmonics(self.cogging.q11),
         )
         leg2 = LegParameters(
@@ -241,9 +257,23 @@ class RobotFile(StrictModel):
             offset=friction.f_off21,
             width=friction.width_rad_s,
             residual=grouped.residual2,
+            moment=moment2,
             **_harmonics(self.cogging.q21),
         )
-        return FiveBar(leg1, leg2, grouped.mass)
+        robot = FiveBar(leg1, leg2, grouped.mass, gravity_x, gravity_y, forces.force_x, forces.force_y)
+        return laden(robot, forces.payload) if forces.payload > 0.0 else robot
+
+    def _moments(self) -> tuple[float, float]:
+        """Return the first mass moments of the legs (kg m); 0 on a level robot, on which they do not count."""
+        if self.forces.tilt == 0.0:
+            return 0.0, 0.0
+        if self.proximal_links is None or self.distal_links is None:
+            return self.forces.moment_1 or 0.0, self.forces.moment_2 or 0.0
+        near, far, lengths = self.proximal_links, self.distal_links, self.lengths_m
+        return (
+            _moment_of_links(near.leg_1, far.leg_1, lengths.l_11, lengths.l_12),
+            _moment_of_links(near.leg_2, far.leg_2, lengths.l_21, lengths.l_22),
+        )
 
     def grouped(self) -> Grouped:
         """Return the grouped parameters, as they stand in the file or as the links add up to them."""
@@ -296,6 +326,11 @@ def _of_links(near: ProximalLink, far: DistalLink, proximal: float, distal: floa
         far.inertia_kg_m2 - far.mass_kg * far.centre_m * (distal - far.centre_m),
         tip,
     )
+
+
+def _moment_of_links(near: ProximalLink, far: DistalLink, proximal: float, distal: float) -> float:
+    """Return the first mass moment (kg m) of a leg's links about its motor, of these lengths (m)."""
+    return near.mass_kg * near.centre_m + far.mass_kg * (1.0 - far.centre_m / distal) * proximal
 
 
 def robot_path(robot: str) -> Path:

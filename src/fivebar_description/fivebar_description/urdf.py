@@ -5,7 +5,8 @@ For tools of ROS there is a URDF with shapes and sensors, :mod:`fivebar_descript
 URDF describes trees only, so the loop is left open at the platform: each chain ends in a tip frame and carries half
 of the platform mass there. Joining the two tips (see :mod:`fivebar_description.closed_loop`) gives the model of the
 grouped parameters exactly: the proximal links are pure inertias about their motor axes, and the distal links carry
-their residual inertia, which may be negative, besides the platform mass.
+their residual inertia, which may be negative, besides the platform mass. A proximal link with a first mass moment has a
+mass at its elbow instead, which weighs as much.
 """
 
 from __future__ import annotations
@@ -37,12 +38,19 @@ def urdf_text(robot: FiveBar, name: str) -> str:
 
 def _chain(root: ElementTree.Element, number: int, leg: LegParameters, tip_mass: float) -> None:
     proximal, distal, tip = f"proximal_{number}", f"distal_{number}", f"tip_{number}"
-    _link(root, proximal, _Mass(0.0, 0.0, leg.inertia))
+    _link(root, proximal, _proximal(leg))
     _link(root, distal, _Mass(tip_mass, leg.distal, leg.residual))
     ElementTree.SubElement(root, "link", name=tip)
     _revolute(root, f"q{number}1", "base_link", proximal, leg.base_x)
     _revolute(root, f"q{number}2", proximal, distal, leg.proximal)
     _joint(root, f"{tip}_joint", "fixed", distal, tip, leg.distal)
+
+
+def _proximal(leg: LegParameters) -> _Mass:
+    if leg.moment == 0.0:
+        return _Mass(0.0, 0.0, leg.inertia)
+    # the inertia about the axis stays what it is
+    return _Mass(leg.moment / leg.proximal, leg.proximal, leg.inertia - leg.moment * leg.proximal)
 
 
 def _link(root: ElementTree.Element, name: str, inertial: _Mass) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from xml.etree import ElementTree
 
@@ -9,6 +10,7 @@ from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
 from fivebar_description.interface import ACTIVE_JOINTS, JOINTS
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_description import COLOURS, LAYERS, SIDES, link_shapes, xml_text
+from fivebar_sim.effects.loads import Tilt, tilt_angle
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.mujoco_model import Details, mjcf_text
 
@@ -51,7 +53,7 @@ def mjcf_file(robot: FiveBar, tree: Element, home: Sequence[float], imu: ImuSett
         proximal=(proximal[0], proximal[1]),
         distal=(left, right + geoms("platform", robot.leg2.distal, LAYERS.tool) + sensor),
         sections=_sections((robot.leg1.offset, robot.leg2.offset), home, torque_limit),
-        gravity=-STANDARD_GRAVITY,
+        gravity=-STANDARD_GRAVITY * math.cos(tilt_angle(robot, Tilt())),
     )
     return xml_text(ElementTree.fromstring(mjcf_text(robot, PlantSettings(), STEP, details)))
 

@@ -14,7 +14,7 @@ from xml.sax.saxutils import escape
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.links import DistalBar, bar_of
-from fivebar_sim.effects.loads import weight_of
+from fivebar_sim.effects.loads import weight_on
 from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.effects.settings import PlantSettings
 
@@ -149,7 +149,8 @@ def mjcf_text(robot: FiveBar, settings: PlantSettings, step: float, details: Det
     Raises:
         InputError: the bodies cannot be.
     """
-    actual, weight = actual_robot(robot, settings), weight_of(settings.tilt)
+    actual = actual_robot(robot, settings)
+    weight = weight_on(actual, settings.tilt)
     transmission, joint = settings.transmission, settings.platform_joint
     elastic, compliant = transmission.frequency > 0.0, joint.stiffness > 0.0
     share = transmission.rotor_share if elastic else 0.0
@@ -166,7 +167,7 @@ def mjcf_text(robot: FiveBar, settings: PlantSettings, step: float, details: Det
             (1.0 - share) * leg.inertia,
             half_mass - pin_mass if number == 1 else half_mass,
             leg.residual + settings.links.distal_inertia,
-            settings.tilt.leg_moment,
+            settings.tilt.leg_moment + leg.moment,
             bar_of(settings.links, leg.distal),
         )
         if elastic:

@@ -43,8 +43,8 @@ class MujocoMotion:
     MuJoCo has the bodies, the springs of transmissions and loop, viscous friction, weight, and the closed loop as an
     equality constraint; it integrates by classical Runge-Kutta. What it has not is applied to it as forces, held over
     a step at their values in its middle: the motors' torque, friction by the robot file's tanh and the Stribeck curve,
-    the dampers of flanks that touch, a push and a cable. Over a step the base's vibration is added to the weight, and
-    viscous friction is that of the motors' heat.
+    the dampers of flanks that touch, a constant force, a push and a cable. Over a step the base's vibration is added to
+    the weight, and viscous friction is that of the motors' heat.
     """
 
     def __init__(self, robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Sequence[float]) -> None:
@@ -232,7 +232,7 @@ class MujocoMotion:
             force[[q11, q12]] -= between
             force[[q21, q22]] += between
         data.qfrc_applied[:] = force
-        if robot.push.force > 0.0 or robot.cable.force > 0.0 or robot.cable.stiffness > 0.0:
+        if robot.push.force > 0.0 or robot.cable.force > 0.0 or robot.cable.stiffness > 0.0 or robot.is_pulled:
             self._push(places, time)
 
     def _platform(self, places: Vector) -> tuple[float, float]:
@@ -250,7 +250,7 @@ class MujocoMotion:
         theta = [float(places[one] + places[two]) for one, two in zip(self._links[::2], self._links[1::2], strict=True)]
         push = push_at(self._robot.push, time, math.cos(theta[0]), math.sin(theta[0]))
         pull = cable_force(self._robot.cable, *self._platform(places))
-        push = Force(push.x + pull.x, push.y + pull.y)
+        push = Force(push.x + pull.x + self._robot.force_x, push.y + pull.y + self._robot.force_y)
         for body, angle, arm in zip(self._distal, theta, self._arms, strict=True):
             # half of it on each tip, as a force at the centre of mass and a torque
             torque = 0.5 * arm * (math.cos(angle) * push.y - math.sin(angle) * push.x)

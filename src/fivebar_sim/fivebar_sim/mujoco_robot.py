@@ -47,8 +47,8 @@ class MujocoRobot(NamedTuple):
     Attributes:
         model: the mechanism as MJCF.
         leg1, leg2: see `LegForces`.
-        half_play, platform_friction, bandwidth, shaking, push, cable, heating, supply, delays: as in the mechanism; the
-            friction without bristles.
+        half_play, platform_friction, bandwidth, force_x, force_y, shaking, push, cable, heating, supply, delays: as in
+            the mechanism; the friction without bristles.
     """
 
     model: str
@@ -57,12 +57,19 @@ class MujocoRobot(NamedTuple):
     half_play: float
     platform_friction: FrictionCurve
     bandwidth: float
+    force_x: float
+    force_y: float
     shaking: Shaking
     push: Push
     cable: Cable
     heating: Heating
     supply: Supply
     delays: Delays
+
+    @property
+    def is_pulled(self) -> bool:
+        """Whether a constant force acts on the platform."""
+        return self.force_x != 0.0 or self.force_y != 0.0
 
 
 def mujoco_robot(robot: FiveBar, settings: PlantSettings, mechanism: Mechanism, step: float = STEP) -> MujocoRobot:
@@ -84,6 +91,8 @@ def mujoco_robot(robot: FiveBar, settings: PlantSettings, mechanism: Mechanism, 
         mechanism.half_play,
         _dry(mechanism.platform_friction),
         mechanism.bandwidth,
+        mechanism.force_x,
+        mechanism.force_y,
         mechanism.shaking,
         mechanism.push,
         mechanism.cable,

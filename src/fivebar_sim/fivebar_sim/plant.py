@@ -16,9 +16,10 @@ from fivebar_description.closed_loop import ClosedLoop, Vector
 from fivebar_description.friction import friction_torque
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import JOINTS
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, has_external_force
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.bus import lost_commands
+from fivebar_sim.effects.loads import tilt_angle
 from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.effects.mechanism_state import Moved
 from fivebar_sim.effects.settings import PlantSettings
@@ -109,7 +110,7 @@ class Plant:
         self._step = period / self._steps
         self._drives = TorqueOutput(settings, lost_commands(settings.bus, settings.seed, rate_hz))
         imu = imu if imu is not None else ImuSettings()
-        self._imu = Imu(imu, rate_hz, settings.seed, settings.tilt.angle, settings.gyroscope)
+        self._imu = Imu(imu, rate_hz, settings.seed, tilt_angle(self._robot, settings.tilt), settings.gyroscope)
         self._encoders = (
             None if settings.encoder_counts is None else [Encoder(settings.encoder_counts, period) for _ in JOINTS]
         )
@@ -191,6 +192,9 @@ class Plant:
         tip = model.getFrameId("tip_2")
         frame = pin.ReferenceFrame.LOCAL
         linear = pin.getFrameClassicalAcceleration(model, data, tip, frame).linear
+        if has_external_force(self._robot):
+            pin.updateFramePlacement(model, data, tip)
+            linear = linear - data.oMf[tip].rotation.T @ model.gravity.linear
         return self._imu.read(
             (float(linear[0]), float(linear[1])),
             angle,

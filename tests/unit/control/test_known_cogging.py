@@ -40,7 +40,7 @@ def test_the_laws_compensate_what_the_file_says(tmp_path: Path) -> None:
     # the estimator expects the motion that the torque less its cogging makes
     expected = platform_acceleration(plain, 1, -1, *PLACE, 0.1, -0.2, 0.01, 0.0)
     assert platform_acceleration(robot, 1, -1, *PLACE, 0.1, -0.2, 0.01 + cogging, 0.0) == pytest.approx(expected)
-    assert lost_torque(robot.leg2, q21, 0.3) == friction_torque(robot.leg2, 0.3)
+    assert lost_torque(robot, robot.leg2, q21, 0.3) == friction_torque(robot.leg2, 0.3)
     assert without_cogging(robot) == plain
 
 

@@ -49,7 +49,7 @@ def test_a_path_reads_the_same_as_a_name(tmp_path: Path) -> None:
 
 def test_links_add_up_to_grouped_parameters() -> None:
     """Two points with the link's mass and centre of mass, and what its inertia has beyond theirs."""
-    leg1, leg2, mass = load_robot("motkin")
+    leg1, leg2, mass = load_robot("motkin")[:3]
     assert mass == pytest.approx(8.37e-3 * 0.487 + 9.69e-3 * 0.557, rel=1e-14)
     assert leg1.inertia == pytest.approx(1.354e-5 + 0.0422 * 0.00341**2 + 8.37e-3 * 0.513 * 0.0036, rel=1e-14)
     assert leg1.residual == pytest.approx(1.316e-5 - 8.37e-3 * 0.0487 * 0.0513, rel=1e-14)
@@ -203,7 +203,8 @@ def test_a_folder_and_a_binary_file_are_refused(tmp_path: Path) -> None:
 
 
 def test_an_unknown_robot_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(InputError, match="robot 'dexter': expected one of dextar, motkin, unequal, or a path"):
+    known = "dextar, motkin, motkin_vertical, unequal, or a path"
+    with pytest.raises(InputError, match=f"robot 'dexter': expected one of {known}"):
         load_robot("dexter")
 
 

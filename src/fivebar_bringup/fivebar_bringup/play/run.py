@@ -171,6 +171,8 @@ def pushed(mechanism: Mechanism, force: float, start: float) -> Mechanism:
         weight_x=mechanism.weight_x,
         weight_y=mechanism.weight_y,
         shaking=mechanism.shaking,
+        force_x=mechanism.force_x,
+        force_y=mechanism.force_y,
         push=Push(force, push.heading, push.along, start, push.length),
         cable=mechanism.cable,
         heating=mechanism.heating,

@@ -26,7 +26,7 @@ from fivebar_control.model.geometry import elbow_position
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
-from fivebar_description.friction import friction_torque
+from fivebar_description.friction import lost_torque
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_description import LAYERS, link_width
 
@@ -139,8 +139,8 @@ def _forces(robot: FiveBar, moment: SceneSample, settings: SceneSettings) -> lis
     arrows: list[tuple[float, float]] = [(0.0, 0.0)] * 3
     if moment.torque is not None:
         friction = (
-            friction_torque(robot.leg1, state.leg1.dq1),
-            friction_torque(robot.leg2, state.leg2.dq1),
+            lost_torque(robot, robot.leg1, state.leg1.q1, state.leg1.dq1),
+            lost_torque(robot, robot.leg2, state.leg2.q1, state.leg2.dq1),
         )
         motion = direct_dynamics(robot, state, *moment.torque, *friction)
         arrows = [

@@ -28,6 +28,7 @@ from fivebar_description.interface import (
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.gyroscope import ImuClock
+from fivebar_sim.effects.loads import tilt_angle
 from fivebar_sim.engines import motion_of
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.readings import ReadingQueue, imu_queue
@@ -72,7 +73,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
     plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
     motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, scenario.initial_joints())
     seed, faults = scenario.plant.seed, scenario.plant.gyroscope
-    imu = Imu(scenario.imu, rate_hz, seed, scenario.plant.tilt.angle, faults)
+    imu = Imu(scenario.imu, rate_hz, seed, tilt_angle(actual, scenario.plant.tilt), faults)
     queue: ReadingQueue[ImuReading] = imu_queue(scenario.imu, faults, rate_hz, seed)
     counts = scenario.plant.encoder_counts
     encoders = None if counts is None else [Encoder(counts, 1.0 / rate_hz) for _ in ACTIVE_JOINTS]

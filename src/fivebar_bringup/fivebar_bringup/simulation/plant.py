@@ -13,8 +13,8 @@ from typing import NamedTuple
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import distal_acceleration_by_motor
 from fivebar_control.model.state import Leg, State
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.friction import friction_torque, weight_torque
+from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
 from fivebar_sim.plant import CLOSURE_TOLERANCE, MAX_HALVINGS
 
 SMALL_ANGLE = 0.0625
@@ -90,6 +90,9 @@ def joint_accelerations(robot: FiveBar, state: PlantState, tau1: float, tau2: fl
     # the dynamics need no place of the platform
     both = State(leg1, leg2, math.nan, math.nan, math.nan, math.nan)
     f1, f2 = friction_torque(robot.leg1, leg1.dq1), friction_torque(robot.leg2, leg2.dq1)
+    if has_external_force(robot):
+        f1 += weight_torque(robot, robot.leg1, leg1.r_x, leg1.r_y)
+        f2 += weight_torque(robot, robot.leg2, leg2.r_x, leg2.r_y)
     motion = direct_dynamics(robot, both, tau1, tau2, f1, f2)
     ddtheta1 = distal_acceleration_by_motor(robot.leg1, leg1, motion.ddq11, motion.ax, motion.ay)
     ddtheta2 = distal_acceleration_by_motor(robot.leg2, leg2, motion.ddq21, motion.ax, motion.ay)

@@ -7,7 +7,7 @@ import math
 from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_description.imu import SATURATION, ImuSettings, Vector3
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, has_external_force
 
 
 class ImuCheck:
@@ -45,18 +45,22 @@ class ImuCheck:
         return any(abs(component) >= SATURATION * self._imu.range for component in measured)
 
     def _in_link_frame(self, measured: Vector3) -> tuple[float, float]:
-        """Return the in-plane acceleration of the mounting point; gravity is along the third axis."""
+        """Return the in-plane part of the reading; gravity is along the third axis where the robot is level."""
         b_x, b_y, b_z = self._imu.bias
         x, y, z = measured[0] - b_x, measured[1] - b_y, measured[2] - b_z
         row_x, row_y, _ = self._rotation
         return row_x[0] * x + row_x[1] * y + row_x[2] * z, row_y[0] * x + row_y[1] * y + row_y[2] * z
 
     def _expectation(self, desired: Platform) -> tuple[float, float, float, float]:
-        """Return the desired platform acceleration and the lever's, both in the distal link's frame."""
+        """Return the desired platform acceleration, and the lever's less gravity in the plane, in the link's frame."""
         state = state_from_platform(self._robot, *self._modes, desired.x, desired.y, desired.vx, desired.vy)
         leg = state.leg2
         rate_change = distal_acceleration(self._robot.leg2, leg, desired.ax, desired.ay)
         lever_x, lever_y = self._imu.lever(leg.dtheta, rate_change)
+        if has_external_force(self._robot):
+            # at rest an accelerometer measures the reaction to gravity
+            g_x, g_y = self._robot.gravity_x, self._robot.gravity_y
+            lever_x, lever_y = lever_x - leg.u_x * g_x - leg.u_y * g_y, lever_y - leg.u_x * g_y + leg.u_y * g_x
         return (
             leg.u_x * desired.ax + leg.u_y * desired.ay,
             leg.u_x * desired.ay - leg.u_y * desired.ax,

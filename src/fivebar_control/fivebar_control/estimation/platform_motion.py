@@ -1,8 +1,8 @@
 """The direct dynamics in platform coordinates without angles, and its derivatives: the process model of the filter.
 
-M(x) xddot + h = N^T (tau + d - f), N = B^-1 A, as in `fivebar_control.model.dynamics`, but with every unit
-vector taken from the platform's position by algebra (one square root per leg), because the filter evaluates it eight
-times per sample. Regular on the Type 2 locus, NaN at Type 1 and out of reach.
+M(x) xddot + h = N^T (tau + d - f), N = B^-1 A, as in `fivebar_control.model.dynamics`, with the forces that act all the
+time in h and f, but with every unit vector taken from the platform's position by algebra (one square root per leg),
+because the filter evaluates it eight times per sample. Regular on the Type 2 locus, NaN at Type 1 and out of reach.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from fivebar_control.model.dynamics import (
     with_residual_rows,
 )
 from fivebar_control.model.residual import has_residual
-from fivebar_description.friction import friction_slope, friction_torque, lost_torque
+from fivebar_description.friction import friction_slope, friction_torque, lost_torque, weight_torque
 from fivebar_description.parameters import FiveBar, LegParameters
 
 NAN = math.nan
@@ -123,14 +123,15 @@ def platform_acceleration(
     leg1 = leg_motion(one, mode1, x, y, vx, vy)
     leg2 = leg_motion(two, mode2, x, y, vx, vy)
     pushed = loaded(_model(robot, leg1, leg2), fx, fy)
-    return platform_motion(pushed, tau1 - _lost(one, leg1), tau2 - _lost(two, leg2))
+    return platform_motion(pushed, tau1 - _lost(robot, one, leg1), tau2 - _lost(robot, two, leg2))
 
 
-def _lost(leg: LegParameters, moving: LegMotion) -> float:
-    """Return what a motor loses (Nm) to friction and known cogging."""
+def _lost(robot: FiveBar, leg: LegParameters, moving: LegMotion) -> float:
+    """Return what a motor loses (Nm) to friction, known cogging and the weight of its leg."""
     if leg.periods_1 > 0.0:
-        return lost_torque(leg, math.atan2(moving.r_y, moving.r_x), moving.dq1)
-    return friction_torque(leg, moving.dq1)
+        return lost_torque(robot, leg, math.atan2(moving.r_y, moving.r_x), moving.dq1)
+    friction = friction_torque(leg, moving.dq1)
+    return friction if leg.moment == 0.0 else friction + weight_torque(robot, leg, moving.r_x, moving.r_y)
 
 
 def _model(robot: FiveBar, leg1: LegMotion, leg2: LegMotion) -> PlatformModel:
@@ -195,7 +196,7 @@ def acceleration_derivatives(
     leg1 = leg_motion(robot.leg1, mode1, x, y, vx, vy)
     leg2 = leg_motion(robot.leg2, mode2, x, y, vx, vy)
     model = _model(robot, leg1, leg2)
-    f1, f2 = _lost(robot.leg1, leg1), _lost(robot.leg2, leg2)
+    f1, f2 = _lost(robot, robot.leg1, leg1), _lost(robot, robot.leg2, leg2)
     ax, ay = platform_motion(loaded(model, fx, fy), tau1 - f1, tau2 - f2)
     px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
     for leg, moving, net in ((robot.leg1, leg1, tau1 - f1), (robot.leg2, leg2, tau2 - f2)):
@@ -205,6 +206,10 @@ def acceleration_derivatives(
         # by the position: the force on the platform changes by dn p - n (f' d(dq) + zz (dn . a + d drift))
         x_nx, x_ny, x_load = _along(leg, moving, vx, vy, ax, ay, slope, 1.0, 0.0)
         y_nx, y_ny, y_load = _along(leg, moving, vx, vy, ax, ay, slope, 0.0, 1.0)
+        if leg.moment != 0.0:
+            # the weight of the leg, over the motor's angle
+            change = leg.moment * (robot.gravity_x * moving.r_x + robot.gravity_y * moving.r_y)
+            x_load, y_load = x_load + change * n_x, y_load + change * n_y
         px_x += x_nx * p - n_x * x_load
         px_y += x_ny * p - n_y * x_load
         py_x += y_nx * p - n_x * y_load

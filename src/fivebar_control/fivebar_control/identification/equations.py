@@ -79,7 +79,7 @@ class Equations(NamedTuple):
         time: [n], since the first sample (s).
         regressor: [n, 2, 12], columns as in `COLUMNS`, NaN where the motor's equation is left out.
         torque: [n, 2], filtered, less `known` (Nm).
-        known: [n, 2], what the residual inertias need, filtered (Nm).
+        known: [n, 2], what is known beforehand, filtered (Nm): see `PlatformLoad`.
         moving: bool[n, 2], where the motor is not slow.
         cogging: [n, 2, 2 h], for each of h harmonics cosine and sine of so many times the motor's angle.
     """
@@ -171,7 +171,7 @@ def _slow(leg: LegParameters, speed: FloatArray) -> FloatArray:
 
 
 def _platform_loads(robot: FiveBar, assembly: FloatArray, q: FloatArray, dq: FloatArray, ddq: FloatArray) -> FloatArray:
-    """Return [n, 6]: motor torques per mass of the platform (Nm/kg), of residual inertias (Nm), per passive friction.
+    """Return [n, 6]: motor torques per mass of the platform (Nm/kg), known beforehand (Nm), per passive friction.
 
     Near the Type 2 locus the first are NaN, the others 0.
     """

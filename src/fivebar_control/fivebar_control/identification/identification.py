@@ -88,8 +88,8 @@ class Identification(NamedTuple):
 
 def parameter_values(robot: FiveBar) -> tuple[float, ...]:
     """Return a robot's parameters in the order of `PARAMETERS`."""
-    leg1, leg2, mass = robot
-    return leg1.inertia, leg2.inertia, mass, leg1.coulomb, leg2.coulomb, leg1.offset, leg2.offset
+    leg1, leg2 = robot.leg1, robot.leg2
+    return leg1.inertia, leg2.inertia, robot.mass, leg1.coulomb, leg2.coulomb, leg1.offset, leg2.offset
 
 
 def identify(robot: FiveBar, record: Record) -> Identification:

@@ -5,7 +5,8 @@ zz_21R, m, f_s and f_off of both motors. So are viscous friction, and the Coulom
 torques act on the motors by how fast these joints turn with each motor. The motors' angles and their derivatives are
 all that it takes: the direct geometry gives the platform in a known assembly mode, and J = A^-1 B its motion. No
 passive joint is read, and a leg may pass through Type 1. Residual inertias of the distal links are not identified: they
-follow from weighing the links, and what they need of torque is taken off beforehand.
+follow from weighing the links, and what they need of torque is taken off beforehand. So is what a constant
+force needs, and the weight of the legs; that of the platform counts with its mass.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from fivebar_control.model.kinematics import platform_acceleration, state_from_m
 from fivebar_control.model.residual import distal_moments, has_residual, moment_multipliers, moment_torques
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import MotorMotion, State
-from fivebar_description.parameters import FiveBar
+from fivebar_description.friction import weight_torque
+from fivebar_description.parameters import FiveBar, has_external_force
 
 
 class PlatformLoad(NamedTuple):
@@ -26,7 +28,8 @@ class PlatformLoad(NamedTuple):
 
     Attributes:
         load1, load2: motor torques per mass of the platform (Nm/kg), rows of J^T xddot.
-        known1, known2: motor torques (Nm) of the distal links' residual inertias, which are taken as known.
+        known1, known2: motor torques (Nm) that are taken as known: of the distal links' residual inertias, a constant
+            force and the weight of the legs.
         passive1, passive2: motor torques per Coulomb friction of each of the three passive joints.
         kappa: 1 / cond(A), from 0 on the Type 2 locus to 1.
     """
@@ -53,13 +56,20 @@ def platform_load(robot: FiveBar, assembly: int, motion: MotorMotion) -> Platfor
     if math.isnan(state.x):
         return NOWHERE
     ax, ay = platform_acceleration(state, motion.ddq11, motion.ddq21)
-    lambda1, lambda2 = multipliers(robot._replace(mass=1.0), state, ax, ay)
+    lambda1, lambda2 = multipliers(robot._replace(mass=1.0, force_x=0.0, force_y=0.0), state, ax, ay)
     known1 = known2 = 0.0
+    if has_external_force(robot) and not math.isnan(ax):
+        # lambda by the force alone: of a platform of 1 kg that neither accelerates nor weighs
+        pulled = robot._replace(mass=1.0, gravity_x=0.0, gravity_y=0.0)
+        held1, held2 = multipliers(pulled, state, 0.0, 0.0)
+        leg1, leg2 = state.leg1, state.leg2
+        known1 = leg1.b * held1 + weight_torque(robot, robot.leg1, leg1.r_x, leg1.r_y)
+        known2 = leg2.b * held2 + weight_torque(robot, robot.leg2, leg2.r_x, leg2.r_y)
     if has_residual(robot) and not math.isnan(ax):
         moments = distal_moments(robot, state, motion.ddq11, motion.ddq21, ax, ay)
         on1, on2 = moment_torques(robot, state, moments)
         more1, more2 = moment_multipliers(robot, state, moments)
-        known1, known2 = on1 + state.leg1.b * more1, on2 + state.leg2.b * more2
+        known1, known2 = known1 + on1 + state.leg1.b * more1, known2 + on2 + state.leg2.b * more2
     signs = [math.tanh(rate / width) for rate, width in zip(passive_rates(state), widths(robot), strict=True)]
     passive1, passive2 = (
         sum(sign * rate for sign, rate in zip(signs, passive_rates(turning), strict=True))

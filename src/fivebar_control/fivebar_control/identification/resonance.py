@@ -25,7 +25,7 @@ from fivebar_control.identification.motor_map import MotorValue
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.kinematics import state_from_motors
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, without_external_force
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -271,7 +271,8 @@ def inertia_at(robot: FiveBar, record: Record) -> FloatArray:
         raise NotIdentifiable(
             f"1/cond(A) is {kappa:.2f} in this posture, expected above {LEAST_KAPPA:g}: chirp elsewhere"
         )
-    columns = [inverse_dynamics(robot, state, one, 1.0 - one, 0.0, 0.0) for one in (1.0, 0.0)]
+    free = without_external_force(robot)
+    columns = [inverse_dynamics(free, state, one, 1.0 - one, 0.0, 0.0) for one in (1.0, 0.0)]
     return np.array(columns).T
 
 

@@ -13,16 +13,19 @@ from fivebar_control.laws.ctc import linearised_acceleration
 from fivebar_control.laws.gains import KD, KP
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
+from fivebar_control.laws.resolution import Load, full_inverse, held_along
 from fivebar_control.laws.torque import Torque
 from fivebar_control.model.residual import distal_moments, has_residual, moment_torques
+from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, has_external_force
 
 
 def reduced_ctc_torque(robot: FiveBar, state: State, reference: Reference, kp: float, kd: float) -> Torque:
     """Return tau_B = ZZ v + f (1.29): computed torque with the wrench on the platform vanished.
 
-    Of the distal links' moments the motors' part remains.
+    Of the distal links' moments the motors' part remains, and of gravity and a constant force on the platform the part
+    along the controllable direction.
     """
     v1 = linearised_acceleration(state.leg1, reference.state.leg1, reference.ax, reference.ay, kp, kd)
     v2 = linearised_acceleration(state.leg2, reference.state.leg2, reference.ax, reference.ay, kp, kd)
@@ -30,6 +33,10 @@ def reduced_ctc_torque(robot: FiveBar, state: State, reference: Reference, kp: f
     if has_residual(robot):
         on1, on2 = moment_torques(robot, state, distal_moments(robot, state, v1, v2, reference.ax, reference.ay))
         f1, f2 = f1 + on1, f2 + on2
+    if has_external_force(robot):
+        svd = parallel_svd(state)
+        held = full_inverse(robot, state, svd, 0.0, Load(0.0, 0.0, held_along(robot, svd)), 0.0, 0.0)
+        f1, f2 = f1 + held.tau1, f2 + held.tau2
     return Torque(robot.leg1.inertia * v1 + f1, robot.leg2.inertia * v2 + f2)
 
 

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.laws.gains import DISTURBANCE_LIMIT, KD, KP, TORQUE_LIMIT, WEIGHT
 from fivebar_control.laws.law import Feedback, Instant, Law
-from fivebar_control.laws.reference import Reference, reference_from_platform
+from fivebar_control.laws.reference import Reference, held_torque, reference_from_platform
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
 from fivebar_control.laws.unified import (
@@ -204,12 +204,14 @@ def pace_change(
     ax = desired.ax * pace * pace + kd * (pace * desired.vx - state.vx) + kp * (desired.x - state.x) - mapped.a0_x
     ay = desired.ay * pace * pace + kd * (pace * desired.vy - state.vy) + kp * (desired.y - state.y) - mapped.a0_y
     low, high = -FASTEST_CHANGE, FASTEST_CHANGE
+    u1, u2 = held_torque(robot, state, desired.ax * pace * pace, desired.ay * pace * pace)
     for motor in range(2):
         # u = H^-1 G^T (a + drho x_d')
         one, two = (h22, -h12) if motor == 0 else (-h12, h11)
         row_x = (one * mapped.g_x1 + two * mapped.g_x2) / determinant
         row_y = (one * mapped.g_y1 + two * mapped.g_y2) / determinant
         held, slope = row_x * ax + row_y * ay, row_x * desired.vx + row_y * desired.vy
+        held += settings.weight * (one * u1 + two * u2) / determinant
         held += off.tau1 if motor == 0 else off.tau2
         if abs(slope) * FASTEST_CHANGE < 1e-9:
             continue
@@ -248,8 +250,8 @@ def path_step(
     goal = 1.0 + settings.catch_up * min(max(late, -1.0), 1.0)
     # what the reference compensates besides its friction
     desired0 = given.state
-    d1 = lost_torque(robot.leg1, desired0.leg1.q1, desired0.leg1.dq1) - given.f1
-    d2 = lost_torque(robot.leg2, desired0.leg2.q1, desired0.leg2.dq1) - given.f2
+    d1 = lost_torque(robot, robot.leg1, desired0.leg1.q1, desired0.leg1.dq1) - given.f1
+    d2 = lost_torque(robot, robot.leg2, desired0.leg2.q1, desired0.leg2.dq1) - given.f2
     friction = reference_from_platform(
         robot,
         instant.mode1,
@@ -259,15 +261,17 @@ def path_step(
     f1, f2 = friction.f1 - d1, friction.f2 - d2
     off = Torque(f1 - memory.unified.d1, f2 - memory.unified.d2)
     change = pace_change(robot, state, desired, pace, settings.pace_rate * (goal - pace), off, settings)
+    ax, ay = desired.ax * pace * pace + desired.vx * change, desired.ay * pace * pace + desired.vy * change
+    u1, u2 = held_torque(robot, friction.state, ax, ay)
     timed = Reference(
         state=friction.state,
-        ax=desired.ax * pace * pace + desired.vx * change,
-        ay=desired.ay * pace * pace + desired.vy * change,
+        ax=ax,
+        ay=ay,
         f1=f1,
         f2=f2,
         by_motors=False,
-        u1=0.0,
-        u2=0.0,
+        u1=u1,
+        u2=u2,
     )
     torque, kept = unified_step(robot, state, timed, memory.unified, across, period)
     # where the plan is slow the clock goes on as the plan does

@@ -6,7 +6,8 @@ satisfies this equation; they differ in the null-space component of tau.
 
 Residual inertias of the distal links add the motors' part of their moments to ZZ qddot and the platform's part along v1
 to m alpha (`fivebar_control.model.residual`). They depend on the acceleration along t_s too, which no torque
-influences: it is taken from the reference.
+influences: it is taken from the reference. Gravity in the plane and a constant force w_p on the platform add
+-v1 . w_p to m alpha; along t_s the platform falls with t_s . w_p / m, which no torque influences either.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.residual import distal_moments, has_residual, moment_torques
 from fivebar_control.model.singularity import SQRT_HALF, ParallelSvd
 from fivebar_control.model.state import State
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, external_acceleration, external_force, has_external_force
 
 MIN_NORM, FULL_FRICTION, FULL_INVERSE = 0, 1, 2
 
@@ -58,7 +59,7 @@ def resolved(
 
 
 class Load(NamedTuple):
-    """What the legs need for the acceleration: torques (Nm), and a force (N) on the platform along v1."""
+    """What is needed besides m alpha: torques (Nm) of the legs, and a force (N) of theirs on the platform along v1."""
 
     load1: float
     load2: float
@@ -69,15 +70,30 @@ def _load(
     robot: FiveBar, state: State, svd: ParallelSvd, alpha: float, beta: float, ddq11: float, ddq21: float
 ) -> Load:
     load1, load2 = robot.leg1.inertia * ddq11, robot.leg2.inertia * ddq21
+    force = held_along(robot, svd) if has_external_force(robot) else 0.0
     if not has_residual(robot):
-        return Load(load1, load2, 0.0)
+        return Load(load1, load2, force)
     leg1, leg2 = state.leg1, state.leg2
     ax, ay = alpha * svd.v_x + beta * svd.t_x, alpha * svd.v_y + beta * svd.t_y
     moments = distal_moments(robot, state, ddq11, ddq21, ax, ay)
     on1, on2 = moment_torques(robot, state, moments)
     force1 = (svd.v_y * leg1.u_x - svd.v_x * leg1.u_y) * moments.moment1 / robot.leg1.distal
     force2 = (svd.v_y * leg2.u_x - svd.v_x * leg2.u_y) * moments.moment2 / robot.leg2.distal
-    return Load(load1 + on1, load2 + on2, force1 + force2)
+    return Load(load1 + on1, load2 + on2, force1 + force2 + force)
+
+
+def held_along(robot: FiveBar, svd: ParallelSvd) -> float:
+    """Return -v1 . w_p (N), what the legs hold along v1 of gravity and a constant force on the platform."""
+    force_x, force_y = external_force(robot)
+    return -(svd.v_x * force_x + svd.v_y * force_y)
+
+
+def fall_along_locus(robot: FiveBar, svd: ParallelSvd) -> float:
+    """Return t_s . w_p / m (m/s^2), the acceleration along t_s by gravity and a constant force."""
+    if not has_external_force(robot):
+        return 0.0
+    fall_x, fall_y = external_acceleration(robot)
+    return svd.t_x * fall_x + svd.t_y * fall_y
 
 
 def min_norm(

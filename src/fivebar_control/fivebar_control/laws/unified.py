@@ -6,7 +6,8 @@ u = tau - f + d, d the estimated disturbance. Instead of inverting G, this law m
 Type 2 locus w has little effect and the law is a computed torque law in Cartesian space; on the locus w regularises the
 uncontrollable direction t_s, and the other direction stays controlled. u_0 is 0, except for motions that were planned
 in the motors' angles: at Type 1 the motor of the stretched leg does not act on the platform, and u_0 keeps it on its
-planned motion.
+planned motion. With gravity in the plane or a constant force u_0 is what the reference takes, damped near the locus, so
+that w costs none of the torque that holds them.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from fivebar_control.model.constraint_form import ConstraintForm, constraint_for
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.residual import has_residual, moment_ratio, with_residuals
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, external_acceleration, has_external_force
 from fivebar_description.settings import Setting
 
 
@@ -43,7 +44,7 @@ class InputMap(NamedTuple):
 def input_map(robot: FiveBar, state: State) -> InputMap | None:
     """Return the map from the constraint form, regular at Types 1 and 2; None where both meet in both legs.
 
-    With the form's matrix K: G = A^T K^-1 B ZZ^-1 / m and a_0 = -A^T K^-1 c / m.
+    With the form's matrix K: G = A^T K^-1 B ZZ^-1 / m and a_0 = w_p / m - A^T K^-1 (c + A w_p / m) / m.
     """
     leg1, leg2 = state.leg1, state.leg2
     form = constraint_form(robot, state)
@@ -57,13 +58,19 @@ def input_map(robot: FiveBar, state: State) -> InputMap | None:
     # columns of A^T K^-1 / m
     e1_x, e1_y = scale * (k22 * leg1.u_x - k12 * leg2.u_x), scale * (k22 * leg1.u_y - k12 * leg2.u_y)
     e2_x, e2_y = scale * (k11 * leg2.u_x - k12 * leg1.u_x), scale * (k11 * leg2.u_y - k12 * leg1.u_y)
+    c1, c2 = leg1.c, leg2.c
+    a0_x, a0_y = -(e1_x * c1 + e2_x * c2), -(e1_y * c1 + e2_y * c2)
+    if has_external_force(robot):
+        fall_x, fall_y = external_acceleration(robot)
+        c1, c2 = leg1.u_x * fall_x + leg1.u_y * fall_y, leg2.u_x * fall_x + leg2.u_y * fall_y
+        a0_x, a0_y = a0_x + fall_x - (e1_x * c1 + e2_x * c2), a0_y + fall_y - (e1_y * c1 + e2_y * c2)
     return InputMap(
         g_x1=e1_x * form.lever1,
         g_x2=e2_x * form.lever2,
         g_y1=e1_y * form.lever1,
         g_y2=e2_y * form.lever2,
-        a0_x=-(e1_x * leg1.c + e2_x * leg2.c),
-        a0_y=-(e1_y * leg1.c + e2_y * leg2.c),
+        a0_x=a0_x,
+        a0_y=a0_y,
     )
 
 
@@ -79,7 +86,11 @@ def _input_map_with_residuals(robot: FiveBar, state: State, form: ConstraintForm
     leg1, leg2 = state.leg1, state.leg2
     one = response_to(form, state, form.per_zz1, 0.0, form.lever1, 0.0, 0.0, 0.0)
     two = response_to(form, state, 0.0, form.per_zz2, 0.0, form.lever2, 0.0, 0.0)
-    free = response_to(form, state, 0.0, 0.0, -leg1.c, -leg2.c, 0.0, 0.0)
+    right1, right2, fall_x, fall_y = -leg1.c, -leg2.c, 0.0, 0.0
+    if has_external_force(robot):
+        fall_x, fall_y = external_acceleration(robot)
+        right1, right2 = right1 - leg1.u_x * fall_x - leg1.u_y * fall_y, right2 - leg2.u_x * fall_x - leg2.u_y * fall_y
+    free = response_to(form, state, 0.0, 0.0, right1, right2, fall_x, fall_y)
     one = with_residuals(robot, state, form, one, 0.0)
     two = with_residuals(robot, state, form, two, 0.0)
     free = with_residuals(robot, state, form, free, 1.0)
@@ -246,6 +257,8 @@ def unified_step(
     if reference.by_motors:
         held1 = reference.u1 + _held_inertia(robot.leg1, state.leg1) * _motor_feedback(desired.leg1, state.leg1, kp, kd)
         held2 = reference.u2 + _held_inertia(robot.leg2, state.leg2) * _motor_feedback(desired.leg2, state.leg2, kp, kd)
+    elif has_external_force(robot):
+        held1, held2 = reference.u1, reference.u2
     # tau = u + off: friction and disturbance are compensated besides
     off1, off2 = reference.f1 - d1, reference.f2 - d2
     h11, h12, h22 = normal_matrix(mapped, weight)

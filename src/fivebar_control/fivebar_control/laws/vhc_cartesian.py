@@ -11,13 +11,13 @@ from typing import Annotated, NamedTuple
 from fivebar_control.laws.gains import KD, KP
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.resolution import RESOLUTIONS, resolved
+from fivebar_control.laws.resolution import RESOLUTIONS, fall_along_locus, resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.kinematics import joint_acceleration
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, has_external_force
 from fivebar_description.settings import Setting
 
 RESOLUTION = Setting("How the two motors share the torque that enforces the constraint.", choices=tuple(RESOLUTIONS))
@@ -53,7 +53,7 @@ def vhc_cartesian_torque(
     """Return u3; kp in 1/s^2, kd in 1/s. Undefined (NaN) where the path runs along t_s or a leg is at Type 1.
 
     xddot = alpha v1 with n . xddot = -(Kp h + Kd hdot) (3.36), qddot = B^-1 (A xddot + c), the torque by one of
-    `RESOLUTIONS`.
+    `RESOLUTIONS`. With gravity in the plane or a constant force xddot = alpha v1 + beta t_s, as the platform falls.
     """
     svd = parallel_svd(state)
     constraint = line_constraint(line, state.x, state.y, state.vx, state.vy)
@@ -62,6 +62,10 @@ def vhc_cartesian_torque(
         return UNDEFINED
     alpha = -(kp * constraint.h + kd * constraint.dh) / authority
     ax, ay = alpha * svd.v_x, alpha * svd.v_y
+    if has_external_force(robot):
+        beta = fall_along_locus(robot, svd)
+        alpha -= beta * (constraint.n_x * svd.t_x + constraint.n_y * svd.t_y) / authority
+        ax, ay = alpha * svd.v_x + beta * svd.t_x, alpha * svd.v_y + beta * svd.t_y
     return resolved(
         resolution,
         robot,

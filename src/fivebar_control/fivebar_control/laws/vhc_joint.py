@@ -26,7 +26,7 @@ from fivebar_control.laws.adaptive_gain import (
 from fivebar_control.laws.gains import KD, KP
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.resolution import resolved
+from fivebar_control.laws.resolution import fall_along_locus, resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.laws.vhc_cartesian import RESOLUTION
 from fivebar_control.model.geometry import wrap
@@ -34,7 +34,7 @@ from fivebar_control.model.kinematics import leg_from_platform, state_from_platf
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
 
 
 class JointConstraint(NamedTuple):
@@ -135,9 +135,17 @@ def vhc_joint_torque(
     distance = (first.across * first.h + second.across * second.h) / spread
     v1 = -kp * first.h - kd * (first.dh - first.across_rate * distance)
     v2 = -kp * second.h - kd * (second.dh - second.across_rate * distance)
+    fall1 = fall2 = 0.0
+    if has_external_force(robot):
+        # what the platform's fall along t_s does to both motors, and to the path point
+        fall = fall_along_locus(robot, svd)
+        fall1 = (state.leg1.u_x * svd.t_x + state.leg1.u_y * svd.t_y) / state.leg1.b * fall
+        fall2 = (state.leg2.u_x * svd.t_x + state.leg2.u_y * svd.t_y) / state.leg2.b * fall
+        aside = (line.direction_x * svd.t_x + line.direction_y * svd.t_y) * fall
+        v1, v2 = v1 - (fall1 - first.slope * aside), v2 - (fall2 - second.slope * aside)
     alpha = (e1 * v1 + e2 * v2) / authority
-    ddq11 = n1 * alpha + state.leg1.c / state.leg1.b
-    ddq21 = n2 * alpha + state.leg2.c / state.leg2.b
+    ddq11 = n1 * alpha + state.leg1.c / state.leg1.b + fall1
+    ddq21 = n2 * alpha + state.leg2.c / state.leg2.b + fall2
     beta = svd.t_x * reference.ax + svd.t_y * reference.ay
     return resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, reference.f1, reference.f2, beta)
 

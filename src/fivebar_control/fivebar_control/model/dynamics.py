@@ -2,8 +2,9 @@
 
 Residual inertias of the distal links add the terms of :mod:`fivebar_control.model.residual`, where a robot has them.
 
-The printed B^T lambda equals B lambda since B is diagonal. The robot lies in a horizontal plane: no gravity. The direct
-model has two forms: the constraint form is regular at Types 1 and 2, the platform form (in x) at Type 2.
+The printed B^T lambda equals B lambda since B is diagonal. Gravity in the robot's plane and a constant force add w_p to
+the platform, A^T lambda + w_p = m xddot; what the motors take for the weight of the legs is part of f. The direct model
+has two forms: the constraint form is regular at Types 1 and 2, the platform form (in x) at Type 2.
 """
 
 from __future__ import annotations
@@ -21,16 +22,25 @@ from fivebar_control.model.residual import (
     with_residuals,
 )
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import (
+    FiveBar,
+    LegParameters,
+    external_acceleration,
+    external_force,
+    has_external_force,
+)
 
 NAN = math.nan
 
 
 def multipliers(robot: FiveBar, state: State, ax: float, ay: float) -> tuple[float, float]:
-    """Return lambda = A^-T m xddot (N), the forces along the distal links (1.31); NaN on the locus (1.18)."""
+    """Return lambda = A^-T (m xddot - w_p) (N), the forces along the distal links (1.31); NaN on the locus (1.18)."""
     determinant = det_a(state)
     if determinant == 0.0:
         return NAN, NAN
+    if has_external_force(robot):
+        fall_x, fall_y = external_acceleration(robot)
+        ax, ay = ax - fall_x, ay - fall_y
     leg1, leg2 = state.leg1, state.leg2
     scale = robot.mass / determinant
     return scale * (leg2.u_y * ax - leg2.u_x * ay), scale * (leg1.u_x * ay - leg1.u_y * ax)
@@ -39,7 +49,7 @@ def multipliers(robot: FiveBar, state: State, ax: float, ay: float) -> tuple[flo
 def inverse_dynamics(
     robot: FiveBar, state: State, ddq11: float, ddq21: float, f1: float, f2: float
 ) -> tuple[float, float]:
-    """Return the motor torques (Nm) for motor accelerations (rad/s^2) and friction f (Nm); NaN on the locus."""
+    """Return the motor torques (Nm) for motor accelerations (rad/s^2) and lost torque f (Nm); NaN on the locus."""
     ax, ay = platform_acceleration(state, ddq11, ddq21)
     return _torques(robot, state, ddq11, ddq21, ax, ay, f1, f2)
 
@@ -71,14 +81,20 @@ def _torques(
 def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: float, f2: float) -> DynamicResponse:
     """Return the motion under motor torques (Nm), from the constraint form.
 
-    (A A^T / m + B ZZ^-1 B) lambda = B ZZ^-1 (tau - f) - c, then qddot = ZZ^-1 (tau - f - B lambda) and
-    xddot = A^T lambda / m. Regular on the Type 1 and Type 2 loci; NaN only where both legs are folded or stretched on
-    the Type 2 locus: the determinant there is (beta1 + beta2) / m + beta1 beta2 with beta_i = b_i^2 / zz_i.
+    (A A^T / m + B ZZ^-1 B) lambda = B ZZ^-1 (tau - f) - c - A w_p / m, then qddot = ZZ^-1 (tau - f - B lambda) and
+    xddot = (A^T lambda + w_p) / m. Regular on the Type 1 and Type 2 loci; NaN only where both legs are folded or
+    stretched on the Type 2 locus: there the determinant is (beta1 + beta2) / m + beta1 beta2 with
+    beta_i = b_i^2 / zz_i.
     """
     form = constraint_form(robot, state)
+    leg1, leg2 = state.leg1, state.leg2
     drive1, drive2 = form.per_zz1 * (tau1 - f1), form.per_zz2 * (tau2 - f2)
-    right1, right2 = state.leg1.b * drive1 - state.leg1.c, state.leg2.b * drive2 - state.leg2.c
-    response = response_to(form, state, drive1, drive2, right1, right2, 0.0, 0.0)
+    right1, right2 = leg1.b * drive1 - leg1.c, leg2.b * drive2 - leg2.c
+    fall_x = fall_y = 0.0
+    if has_external_force(robot):
+        fall_x, fall_y = external_acceleration(robot)
+        right1, right2 = right1 - leg1.u_x * fall_x - leg1.u_y * fall_y, right2 - leg2.u_x * fall_x - leg2.u_y * fall_y
+    response = response_to(form, state, drive1, drive2, right1, right2, fall_x, fall_y)
     return with_residuals(robot, state, form, response, 1.0) if has_residual(robot) else response
 
 
@@ -86,7 +102,8 @@ class PlatformModel(NamedTuple):
     """The model in platform coordinates, M xddot + h = N^T (tau - f), with N = B^-1 A (2x2, rows n1, n2).
 
     M = m I + N^T ZZ N + P^T ZZ_2 P is symmetric and never loses rank, P with rows p_i, dtheta_i = p_i . xdot;
-    h = N^T ZZ B^-1 c + P^T ZZ_2 e with e the distal accelerations for xddot = 0; only N^T loses rank on the locus.
+    h = N^T ZZ B^-1 c + P^T ZZ_2 e - w_p with e the distal accelerations for xddot = 0; only N^T loses rank on the
+    locus.
     """
 
     m_xx: float
@@ -161,12 +178,13 @@ def platform_model_of_rows(
     """
     zz1, zz2 = robot.leg1.inertia, robot.leg2.inertia
     load1, load2 = zz1 * drift1, zz2 * drift2
+    force_x, force_y = external_force(robot)
     return PlatformModel(
         m_xx=robot.mass + zz1 * n1_x * n1_x + zz2 * n2_x * n2_x,
         m_xy=zz1 * n1_x * n1_y + zz2 * n2_x * n2_y,
         m_yy=robot.mass + zz1 * n1_y * n1_y + zz2 * n2_y * n2_y,
-        h_x=n1_x * load1 + n2_x * load2,
-        h_y=n1_y * load1 + n2_y * load2,
+        h_x=n1_x * load1 + n2_x * load2 - force_x,
+        h_y=n1_y * load1 + n2_y * load2 - force_y,
         n1_x=n1_x,
         n1_y=n1_y,
         n2_x=n2_x,

@@ -8,7 +8,8 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from fivebar_control.planning.sight import Point
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC
+from fivebar_control.trajectory.planner import CRITERION, OPTIMAL, QUINTIC
+from fivebar_description.parameters import FiveBar, has_external_force
 
 STRAIGHT_LAWS = (QUINTIC, OPTIMAL)
 """The time laws that the planner knows for straight parts between rests, the smoother one first."""
@@ -37,6 +38,10 @@ class Course(NamedTuple):
         radii = tuple(blend_radius) or (0.0,) * (len(waypoints) - 2)
         return cls(tuple(waypoints), radii, OPTIMAL if any(radii) else QUINTIC)
 
+    def for_robot(self, robot: FiveBar) -> Course:
+        """Return it by the time law that gravity in the plane or a constant force asks for, if there is any."""
+        return self._replace(time_law=CRITERION) if has_external_force(robot) else self
+
     @property
     def rounded(self) -> bool:
         """Whether it rounds a corner."""
@@ -52,8 +57,13 @@ class Course(NamedTuple):
         ]
 
     def by_each_law(self) -> list[Course]:
-        """Return it by each time law that the planner knows for it; round corners that is its own only."""
-        return [self] if self.rounded else [self._replace(time_law=law) for law in STRAIGHT_LAWS]
+        """Return it by each time law that the planner knows for it.
+
+        Round corners that is its own only, and so where the robot's forces ask for one.
+        """
+        if self.rounded or self.time_law not in STRAIGHT_LAWS:
+            return [self]
+        return [self._replace(time_law=law) for law in STRAIGHT_LAWS]
 
     def shared(self, duration: float) -> tuple[float, ...]:
         """Return the parts of a duration (s) that its legs have by their lengths."""

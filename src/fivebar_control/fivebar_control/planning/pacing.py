@@ -16,10 +16,10 @@ from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.reference_scan import dwells_near_locus
 from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.trajectory.path import Path, Segment
-from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import CRITERION, Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_control.trajectory.rounded import RESTS, RoundedSegment
 from fivebar_description.loads import Loads
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, has_external_force
 
 LONGEST = 10.0
 """Duration (s) of the slowest segment that is tried."""
@@ -145,13 +145,16 @@ def slowest_pace(task: Task, course: Course) -> Plan | NoPace:
     slowest = math.floor(slowest * task.rate_hz) / task.rate_hz
     if slowest <= SHORTEST:
         return NoPace(f"the segment stays near the Type 2 locus for {share:.0%} of any duration")
-    slowed = retimed(slow, slowest / LONGEST)
+    try:
+        slowed = retimed(task, slow, slowest / LONGEST)
+    except PlanRefused as refusal:
+        return NoPace(str(refusal))
     limits = task.limits
     borne = longest_bearing(task, slowed, limits.risk.load_share, limits.certain_loads)
     if not borne.enough:
         moved = displaced(task.robot, slowed, task.rate_hz, task.follower, limits, limits.certain_loads)
         return NoPace(f"in {slowest:.3g} s {moved}, and no shorter duration bears the loads")
-    plan = retimed(slow, borne.duration / LONGEST)
+    plan = retimed(task, slow, borne.duration / LONGEST)
     reasons = task.judge(plan).reasons
     if reasons:
         bound = "" if borne.duration == slowed.path.duration else " with the declared loads"
@@ -189,7 +192,10 @@ def longest_bearing(task: Task, plan: Plan, share: float, loads: Loads) -> Borne
     bound = share * limits.error_tolerance
 
     def excess(duration: float) -> float:
-        quicker = retimed(plan, duration / longest)
+        try:
+            quicker = retimed(task, plan, duration / longest)
+        except PlanRefused:
+            return math.inf
         return displaced(task.robot, quicker, task.rate_hz, task.follower, limits, loads).value - bound
 
     found = longest_within(excess, longest)
@@ -236,7 +242,7 @@ def pace_of(task: Task, slowest: Plan) -> Pace:
     low, high = max(1, math.floor(SHORTEST * task.rate_hz)), round(longest * task.rate_hz)
     while high - low > max(1.0, TOLERANCE * high):
         middle = min(max(round(math.sqrt(low * high)), low + 1), high - 1)
-        if task.judge(retimed(slowest, middle / task.rate_hz / longest)).feasible:
+        if feasible_in(task, slowest, middle / task.rate_hz):
             high = middle
         else:
             low = middle
@@ -246,10 +252,27 @@ def pace_of(task: Task, slowest: Plan) -> Pace:
     return Pace(fastest, longest, longest_bearing(task, slowest, task.limits.risk.load_aim, task.limits.loads).duration)
 
 
-def retimed(plan: Plan, factor: float) -> Plan:
-    """Return a plan of one segment under a ballistic zone rule, made `factor` times as slow."""
+def feasible_in(task: Task, plan: Plan, duration: float) -> bool:
+    """Return whether a segment's reference is feasible in another duration (s)."""
+    try:
+        return task.judge(retimed(task, plan, duration / plan.path.duration)).feasible
+    except PlanRefused:
+        return False
+
+
+def retimed(task: Task, plan: Plan, factor: float) -> Plan:
+    """Return a plan of one segment under a ballistic zone rule, made `factor` times as slow.
+
+    A time law does not depend on the duration, but where forces act all the time: there it is found anew.
+
+    Raises:
+        PlanRefused: there is none for that duration.
+    """
     (segment,) = plan.path.segments
     assert isinstance(segment, Segment | RoundedSegment)
+    if plan.crossings and has_external_force(task.robot):
+        course = course_of(segment)
+        return task.plan(course, course.shared(segment.duration * factor))
     crossings = tuple(
         crossing._replace(
             time=crossing.time * factor,
@@ -259,3 +282,10 @@ def retimed(plan: Plan, factor: float) -> Plan:
         for crossing in plan.crossings
     )
     return plan._replace(path=Path([segment._replace(duration=segment.duration * factor)]), crossings=crossings)
+
+
+def course_of(segment: Segment | RoundedSegment) -> Course:
+    """Return the course of a segment that meets the dynamic criterion."""
+    if isinstance(segment, RoundedSegment):
+        return Course(segment.curve.points, segment.curve.radii[1:-1], CRITERION)
+    return Course(((segment.start_x, segment.start_y), (segment.end_x, segment.end_y)), (), CRITERION)

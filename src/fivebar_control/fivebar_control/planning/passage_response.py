@@ -70,6 +70,7 @@ class PassageInstant(NamedTuple):
         t_x, t_y: direction in which least torque acts.
         held: share of the feedback along it, less than 1 where a constraint law acts.
         box: of the torques beyond friction (Nm).
+        u1, u2: torques beyond friction (Nm) to which the law's weight pulls: those that hold what acts all the time.
         load: acceleration by passive friction along the crossing's t_s (m/s^2).
     """
 
@@ -84,6 +85,8 @@ class PassageInstant(NamedTuple):
     t_y: float
     held: float
     box: Box
+    u1: float
+    u2: float
     load: float
 
 
@@ -138,6 +141,8 @@ def _instants(
                 svd.t_y,
                 float(held[number]),
                 Box(-limit - reference.f1, limit - reference.f1, -limit - reference.f2, limit - reference.f2),
+                0.0 if reference.by_motors else reference.u1,
+                0.0 if reference.by_motors else reference.u2,
                 _passive_load(passage.robot, reference, passage.here, passage.friction),
             )
         )
@@ -218,8 +223,8 @@ def _torque(
         h11,
         h12,
         h22,
-        mapped.g_x1 * target_x + mapped.g_y1 * target_y,
-        mapped.g_x2 * target_x + mapped.g_y2 * target_y,
+        mapped.g_x1 * target_x + mapped.g_y1 * target_y + weight * instant.u1,
+        mapped.g_x2 * target_x + mapped.g_y2 * target_y + weight * instant.u2,
         Box(box.low1 + d1, box.high1 + d1, box.low2 + d2, box.high2 + d2),
     )
     return u1 - d1, u2 - d2

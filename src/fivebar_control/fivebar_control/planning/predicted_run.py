@@ -25,7 +25,7 @@ from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, guard_limits_of
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.friction import friction_torque
+from fivebar_description.friction import lost_torque
 from fivebar_description.parameters import FiveBar, without_cogging
 
 LONGEST_STEP = 1e-3
@@ -217,7 +217,8 @@ def advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torqu
 
     def motion(x: float, y: float, vx: float, vy: float) -> tuple[float, float, float, float]:
         here = state_from_platform(robot, mode1, mode2, x, y, vx, vy)
-        f1, f2 = friction_torque(robot.leg1, here.leg1.dq1), friction_torque(robot.leg2, here.leg2.dq1)
+        f1 = lost_torque(robot, robot.leg1, here.leg1.q1, here.leg1.dq1)
+        f2 = lost_torque(robot, robot.leg2, here.leg2.q1, here.leg2.dq1)
         response = direct_dynamics(robot, here, torque.tau1, torque.tau2, f1, f2)
         return vx, vy, response.ax, response.ay
 

@@ -28,7 +28,7 @@ from fivebar_control.model.state import Leg, State
 from fivebar_control.planning.release_step import Release
 from fivebar_control.planning.standstill import DEVIATIONS, Standstill, standstill_at
 from fivebar_control.safety.stages import NO_FAULT, Limits, fault_of, first_fault
-from fivebar_description.parameters import FiveBar, LegParameters, with_floats
+from fivebar_description.parameters import FiveBar, LegParameters, has_external_force, with_floats
 from fivebar_description.robot_file import ElbowsPass
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.tolerances import Tolerances
@@ -145,6 +145,11 @@ def plan_release(
     Raises:
         ReleaseRefused: it is not near the locus, or it is not known that all goes well.
     """
+    if has_external_force(robot):
+        raise ReleaseRefused(
+            "gravity or a constant force (forces of the robot file) acts on the platform: which way it goes where no"
+            " motor holds it is not planned: expected a hand"
+        )
     stand = standstill_at(robot, tolerances, q11, q21)
     if stand is None or _together(robot, stand):
         return _opened(robot, limits, elbows_pass, rate_hz, q11, q21, stand, platform)

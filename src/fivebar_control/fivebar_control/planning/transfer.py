@@ -131,7 +131,8 @@ def plan_transfer(
             f"blend_radius: {list(blend_radius)}: expected with via points, whose corners are rounded"
         )
     if via:
-        found = _given(task, Course.through(points, radii_at(blend_radius, len(via))), duration)
+        course = Course.through(points, radii_at(blend_radius, len(via))).for_robot(robot)
+        found = _given(task, course, duration)
     else:
         search = _Search(task, start, goal, duration)
         found = search.found(needed=0 if signs[0] == signs[1] else 1)
@@ -228,7 +229,7 @@ class _Search:
 
     def _pass(self, start: Point, end: Point) -> Plan | NoPace:
         """Return the slowest feasible motion along a segment."""
-        return self._slowest_along(Course((start, end)))
+        return self._slowest_along(Course((start, end)).for_robot(self._task.robot))
 
     def _slowest_along(self, part: Course) -> Plan | NoPace:
         known = self._slowest.get(part)
@@ -238,7 +239,8 @@ class _Search:
 
     def _timed(self, waypoints: tuple[Point, ...]) -> Timed | str:
         """Choose the durations along straight segments."""
-        return quickest([self._timed_along(one) for one in courses_for(Course.through(waypoints), self._duration)])
+        course = Course.through(waypoints).for_robot(self._task.robot)
+        return quickest([self._timed_along(one) for one in courses_for(course, self._duration)])
 
     def _timed_along(self, course: Course) -> Timed | str:
         slowest = []

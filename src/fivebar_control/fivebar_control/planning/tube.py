@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import weights_of
+from fivebar_control.laws.reference import held_torque
 from fivebar_control.laws.unified import UnifiedSettings, input_map
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import state_from_platform
@@ -52,12 +53,14 @@ class Along(NamedTuple):
         inputs: float64[n, 2, 2], G.
         drift: float64[n, 2], a_0.
         slopes: float64[n, 2, 4], the derivative of a_0 by position and velocity.
+        held: float64[n, 2], torques beyond friction (Nm) that hold what acts all the time.
     """
 
     reference: FloatArray
     inputs: FloatArray
     drift: FloatArray
     slopes: FloatArray
+    held: FloatArray
 
 
 class ErrorDynamics(NamedTuple):
@@ -138,7 +141,9 @@ def model_along(robot: FiveBar, plan: Plan, rate_hz: int, ahead: int) -> Along:
         for column, step in enumerate(STEPS):
             moved = np.eye(4)[column] * step
             slopes[number, :, column] = (mapped(place + moved) - mapped(place - moved))[4:] / (2.0 * step)
-    return Along(reference, maps[:, :4].reshape(count, 2, 2), maps[:, 4:], slopes)
+    states = [state_from_platform(robot, plan.mode1, plan.mode2, *place[:4].tolist()) for place in reference]
+    held = [held_torque(robot, state, *place[4:].tolist()) for state, place in zip(states, reference, strict=True)]
+    return Along(reference, maps[:, :4].reshape(count, 2, 2), maps[:, 4:], slopes, np.array(held))
 
 
 def _plant(along: Along, k: int, period: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -201,9 +206,11 @@ def _unified_loop(along: Along, period: float, law: UnifiedSettings) -> ErrorDyn
 
     def at(k: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
         inputs = along.inputs[k]
-        inverse = np.linalg.solve(inputs.T @ inputs + law.weight * np.eye(2), inputs.T)
+        normal = inputs.T @ inputs + law.weight * np.eye(2)
+        inverse = np.linalg.solve(normal, inputs.T)
         feedback = np.hstack((law.kp * np.eye(2), law.kd * np.eye(2))) + along.slopes[k]
         gain, fixed = inverse @ feedback, inverse @ (along.reference[k, 4:] - along.drift[k])
+        fixed = fixed + np.linalg.solve(normal, law.weight * along.held[k])
         observer = _observer(along, k, period, law.observer_rate, law.weight)
         return gain, fixed, *_with_law(along, k, period, gain, fixed, nothing, observer)
 

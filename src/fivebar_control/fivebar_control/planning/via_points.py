@@ -19,7 +19,7 @@ def along(task: Task, course: Course, duration: float | Speed) -> Timed | str:
     found = _quickest(task, course, duration)
     if isinstance(found, Timed) or not course.rounded:
         return found
-    rests = _quickest(task, Course.through(course.waypoints), duration)
+    rests = _quickest(task, Course.through(course.waypoints).for_robot(task.robot), duration)
     if isinstance(rests, Timed):
         return f"{found}; with blend_radius 0, a rest in each of them, it takes {sum(rests.durations):.3g} s"
     return found

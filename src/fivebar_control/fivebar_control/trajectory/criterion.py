@@ -8,6 +8,9 @@ Moments M_i of residual inertias are forces M_i p_i on the platform, dtheta_i = 
 t_s^T (m xddot + sum p_i M_i) = 0 on the locus: on a straight path s'' = rho s'^2 at the crossing, with a rho that the
 posture determines. The fifth-order polynomial has it near half of its way only. On a curve x(s) the acceleration is
 x' s'' + x'' s'^2, so that its curvature counts the same way: rho = - (t_s . x'') / (t_s . x') without such moments.
+
+With gravity in the plane or a constant force w_p the platform falls along t_s while it crosses, and
+t_s^T (m xddot - w_p) = 0: s'' = rho s'^2 + t_s . w_p / (m t_s . x'). `pushed_law` has the time laws for that.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ from fivebar_control.root_search import minimum_between
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, external_force, has_external_force, without_external_force
 
 MONOTONE_GRID = 400
 """Points at which a polynomial is checked for going forwards only."""
@@ -136,15 +139,26 @@ def _law_through(u: float, s: float, rho: float) -> CriterionLaw:
 
 def criterion_ratio(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, s: float) -> float:
     """Return rho, the s'' / s'^2 that a path needs at a share of its way on the locus, for its own curvature too."""
-    unpushed = criterion_residual(robot, mode1, mode2, segment.moved(s, 1.0, 0.0))
-    return -unpushed / criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 1.0))
+    free = without_external_force(robot)
+    unpushed = criterion_residual(free, mode1, mode2, segment.moved(s, 1.0, 0.0))
+    return -unpushed / criterion_residual(free, mode1, mode2, segment.moved(s, 0.0, 1.0))
+
+
+def criterion_push(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, s: float) -> float:
+    """Return the s'' (1/s^2) that gravity and a constant force need at a share of a way on the locus, without speed."""
+    needed = criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 0.0))
+    per_push = criterion_residual(without_external_force(robot), mode1, mode2, segment.moved(s, 0.0, 1.0))
+    return -needed / per_push
 
 
 def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> float:
-    """Return t_s^T (m xddot + sum p_i M_i) (N) of a motion: which the criterion (1.19) requires to vanish."""
+    """Return t_s^T (m xddot - w_p + sum p_i M_i) (N) of a motion: which the criterion (1.19) requires to vanish."""
     state = state_from_platform(robot, mode1, mode2, motion.x, motion.y, motion.vx, motion.vy)
     svd = parallel_svd(state)
     force = robot.mass * (svd.t_x * motion.ax + svd.t_y * motion.ay)
+    if has_external_force(robot):
+        force_x, force_y = external_force(robot)
+        force -= svd.t_x * force_x + svd.t_y * force_y
     if not has_residual(robot):
         return force
     for parameters, leg in ((robot.leg1, state.leg1), (robot.leg2, state.leg2)):

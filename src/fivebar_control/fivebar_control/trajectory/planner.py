@@ -19,13 +19,14 @@ from fivebar_control.model.singularity import (
     parallel_svd,
 )
 from fivebar_control.root_search import minimum_between
-from fivebar_control.trajectory.criterion import criterion_law, criterion_ratio
+from fivebar_control.trajectory.criterion import criterion_law, criterion_push, criterion_ratio
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.locus_search import grid_along, locus_fractions, state_on, way_of
 from fivebar_control.trajectory.optimal import CrossedWay, optimal_law
 from fivebar_control.trajectory.optimal_with_friction import optimal_law_with_friction
 from fivebar_control.trajectory.path import AnySegment, Path, Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
+from fivebar_control.trajectory.pushed_law import Demand, pushed_law
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
 from fivebar_control.trajectory.refusal import place
 from fivebar_control.trajectory.rounded import RESTS, RoundedSegment, radii_at, stretches
@@ -38,7 +39,7 @@ from fivebar_control.trajectory.type1 import (
     segments_between,
 )
 from fivebar_description.interface import NANOSECONDS
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
 from fivebar_description.settings import Setting
 
 MIN_ZONE_SAMPLES = 10
@@ -360,6 +361,11 @@ def _timed(
     if time_law == SEPTIC:
         return segment._replace(time_law=rest_to_rest_without_jerk)
     if time_law in (OPTIMAL, OPTIMAL_WITH_FRICTION):
+        if has_external_force(robot):
+            raise PlanRefused(
+                f"segment {number}: the time law {time_law} knows nothing of gravity or a constant force (forces of the"
+                f" robot file): expected {CRITERION}, or {QUINTIC}"
+            )
         return _quickest(robot, mode1, mode2, segment, number, crossed, time_law == OPTIMAL_WITH_FRICTION)
     if time_law != CRITERION or not crossed:
         return segment
@@ -376,11 +382,29 @@ def _timed(
             f" only goes forwards meets the dynamic criterion there: s'' / s'^2 = {rho:.3g}, expected at most"
             f" {MOST_BENT:g}; the time law {OPTIMAL} may"
         )
+    if has_external_force(robot):
+        return _falling(robot, mode1, mode2, segment, number, crossed[0], rho)
     law = criterion_law(crossed[0], rho)
     if law is None:
         raise PlanRefused(
             f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
             " goes forwards meets the dynamic criterion so near an end"
+        )
+    return segment._replace(time_law=law.__call__)
+
+
+def _falling(
+    robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, number: int, crossed: float, rho: float
+) -> Segment | RoundedSegment:
+    """Return a segment with the time law that gravity or a constant force needs where it crosses."""
+    push = criterion_push(robot, mode1, mode2, segment, crossed)
+    law = pushed_law(robot, mode1, mode2, way_of(segment), Demand(crossed, rho, push, segment.duration))
+    if law is None:
+        at = segment.moved(crossed, 0.0, 0.0)
+        raise PlanRefused(
+            f"segment {number}: crosses the Type 2 locus at {place(at.x, at.y)}, where gravity or the constant force"
+            f" accelerates the platform by {push:.3g} of its way per s^2: no motion that only goes forwards meets the"
+            " dynamic criterion there: expected a longer way on either side of the locus, or another place"
         )
     return segment._replace(time_law=law.__call__)
 

@@ -153,7 +153,8 @@ def accelerations(
     )
     push = push_at(mechanism.push, time, one.u_x, one.u_y)
     pull = cable_force(mechanism.cable, 0.5 * (one.x + two.x), 0.5 * (one.y + two.y))
-    half_x, half_y = 0.5 * (push.x + pull.x), 0.5 * (push.y + pull.y)
+    half_x = 0.5 * (push.x + pull.x + mechanism.force_x)
+    half_y = 0.5 * (push.y + pull.y + mechanism.force_y)
     if mechanism.compliant:
         joint = joint_force(
             mechanism.joint_stiffness,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
 from fivebar_description.settings import Setting
 from fivebar_description.strict_yaml import InputError
 
@@ -124,10 +124,16 @@ def with_links(robot: FiveBar, links: LinkErrors) -> FiveBar:
             flat = _flat(flat, 0.5 * links.base_height)
         return one._replace(base_x=one.base_x + base, proximal=one.proximal + proximal, distal=flat)
 
-    return FiveBar(
-        leg(robot.leg1, links.base_1, links.l_11, links.l_12),
-        leg(robot.leg2, links.base_2 + further, links.l_21, links.l_22),
-        robot.mass,
+    actual = robot
+    if links.base_rise != 0.0 and has_external_force(robot):
+        # what acts all the time is given along the modelled axes
+        turn = axis_turn(robot, links)
+        g_x, g_y = _turned(robot.gravity_x, robot.gravity_y, -turn)
+        f_x, f_y = _turned(robot.force_x, robot.force_y, -turn)
+        actual = robot._replace(gravity_x=g_x, gravity_y=g_y, force_x=f_x, force_y=f_y)
+    return actual._replace(
+        leg1=leg(robot.leg1, links.base_1, links.l_11, links.l_12),
+        leg2=leg(robot.leg2, links.base_2 + further, links.l_21, links.l_22),
     )
 
 
@@ -139,6 +145,11 @@ def _flat(length: float, climbed: float) -> float:
             f" expected below {2.0 * length:g}"
         )
     return math.sqrt(length * length - climbed * climbed)
+
+
+def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
+    """Return a vector that is turned by an angle (rad)."""
+    return math.cos(angle) * x - math.sin(angle) * y, math.sin(angle) * x + math.cos(angle) * y
 
 
 def with_another_model(links: LinkErrors, before: FiveBar, after: FiveBar) -> LinkErrors:

@@ -6,6 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from fivebar_description.imu import STANDARD_GRAVITY
+from fivebar_description.parameters import FiveBar, has_external_force
 from fivebar_description.settings import Setting, as_numbers
 from fivebar_sim.effects.platform_joint import Force
 
@@ -13,7 +14,10 @@ PLANE, LOCUS = "plane", "locus"
 
 
 class Tilt(NamedTuple):
-    """A base that is not level, so that a part of the weight acts in the robot's plane."""
+    """A base that is not level, so that a part of the weight acts in the robot's plane.
+
+    The controllers do not know it. A tilt that they do is in the robot's file (`forces`), and adds to this one.
+    """
 
     angle: Annotated[
         float,
@@ -31,7 +35,7 @@ class Tilt(NamedTuple):
         float,
         Setting(
             "First mass moment of each proximal link about its motor axis, with the distal link's mass at the elbow, 0"
-            " where only the platform weighs; typical: 0.02 to 0.05.",
+            " where only the platform weighs; typical: 0.02 to 0.05. It adds to that of the robot's file.",
             "kg m",
             at_least=0.0,
             at_most=10.0,
@@ -64,6 +68,22 @@ def weight_of(tilt: Tilt) -> Force:
     """Return the part of gravity in the robot's plane, per mass (N/kg)."""
     along = STANDARD_GRAVITY * math.sin(tilt.angle)
     return Force(along * math.cos(tilt.heading), along * math.sin(tilt.heading))
+
+
+def weight_on(robot: FiveBar, tilt: Tilt) -> Force:
+    """Return the part of gravity in the plane of a robot (N/kg): what is known of it, and the tilt that is not."""
+    more = weight_of(tilt)
+    if not has_external_force(robot):
+        return more
+    return Force(robot.gravity_x + more.x, robot.gravity_y + more.y)
+
+
+def tilt_angle(robot: FiveBar, tilt: Tilt) -> float:
+    """Return the angle (rad) between a robot's plane and the horizontal."""
+    if not has_external_force(robot):
+        return tilt.angle
+    weight = weight_on(robot, tilt)
+    return math.asin(min(1.0, math.hypot(weight.x, weight.y) / STANDARD_GRAVITY))
 
 
 def held(x: float, y: float) -> Push:

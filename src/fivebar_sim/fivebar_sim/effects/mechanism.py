@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_description.parameters import FiveBar, LegParameters, scaled
+from fivebar_description.parameters import FiveBar, LegParameters, scaled, with_floats
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.cable import Cable
@@ -15,7 +15,7 @@ from fivebar_sim.effects.encoders import EncoderDisc, disc_of
 from fivebar_sim.effects.friction import FrictionCurve, curve_of
 from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import axis_turn, bar_of, with_links
-from fivebar_sim.effects.loads import Push, weight_of
+from fivebar_sim.effects.loads import Push, weight_on
 from fivebar_sim.effects.motors import Motor, motor_of
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.supply import Supply
@@ -83,6 +83,7 @@ class Mechanism(NamedTuple):
         platform_friction: between both distal links.
         bandwidth: of the current loops (rad/s), 0 for ideal ones.
         weight_x, weight_y: gravity in the plane (N/kg).
+        force_x, force_y: constant force on the platform (N).
         shaking: of the base.
         push, cable, heating, supply: as numbers.
         delays: of commands and readings.
@@ -104,6 +105,8 @@ class Mechanism(NamedTuple):
     bandwidth: float
     weight_x: float
     weight_y: float
+    force_x: float
+    force_y: float
     shaking: Shaking
     push: Push
     cable: Cable
@@ -148,11 +151,11 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
         for motor, leg in enumerate(actual[:2], start=1)
     )
     passive = settings.friction.passive
-    weight = weight_of(settings.tilt)
+    weight = weight_on(actual, settings.tilt)
     mechanism = Mechanism(
         leg1,
         leg2,
-        FiveBar(LegParameters(*map(float, actual.leg1)), LegParameters(*map(float, actual.leg2)), float(actual.mass)),
+        with_floats(actual),
         step=1.0 / rate_hz,
         period=1.0 / rate_hz,
         elastic=settings.transmission.frequency > 0.0,
@@ -167,6 +170,8 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
         bandwidth=2.0 * math.pi * motors.current_loop_hz,
         weight_x=weight.x,
         weight_y=weight.y,
+        force_x=float(actual.force_x),
+        force_y=float(actual.force_y),
         shaking=shaking_of(settings.vibration, settings.seed),
         push=as_numbers(settings.push),
         cable=as_numbers(settings.cable),
@@ -223,7 +228,7 @@ def _leg(
         + (leg.residual + settings.links.distal_inertia + bar.inertia + bar.mass * bar.centre**2),
         stiffness=leg.inertia * pulsation**2,
         damping=2.0 * transmission.damping * leg.inertia * pulsation,
-        moment=settings.tilt.leg_moment + bar.mass * leg.proximal,
+        moment=settings.tilt.leg_moment + leg.moment + bar.mass * leg.proximal,
         distal_moment=bar.mass * bar.centre,
         motor=motor_of(settings.motors, constant_error, ripple_phase, cogging_phase),
         motor_friction=curve_of(friction, float(leg.coulomb), float(leg.offset), float(leg.width), friction.viscous),

@@ -30,7 +30,7 @@ def crossed(name: str, plant: dict[str, Any] | None = None) -> Outcome:
     return outcome
 
 
-@pytest.mark.parametrize(("name", "changes"), [("motkin_middle", 2), ("motkin_multiple", 8)])
+@pytest.mark.parametrize(("name", "changes"), [("motkin_middle", 2), ("motkin_multiple", 8), ("motkin_vertical", 2)])
 def test_on_exact_geometry_the_bench_stays_within_a_fifth_of_a_millimetre_and_a_tenth_of_a_newton_metre(
     name: str, changes: int
 ) -> None:

@@ -116,7 +116,7 @@ def test_every_resolution_is_that_of_the_offline_runner(controller: str, resolut
     expect_agreement(changed("middle", controller=controller, vhc_resolution=resolution, segment_duration=0.5))
 
 
-@pytest.mark.parametrize("name", ["middle_encoders", "multiple_encoders", "motkin_middle"])
+@pytest.mark.parametrize("name", ["middle_encoders", "multiple_encoders", "motkin_middle", "motkin_vertical"])
 def test_the_estimator_follows_the_same_counts_to_the_same_torques(name: str) -> None:
     """Counts, one sample of delay, a robot off its model: no reading and no step of a torque differs.
 

@@ -82,12 +82,11 @@ def test_the_middle_crossing_is_that_of_pinocchio() -> None:
     assert apart(ours.imu, other.imu) < 0.05
 
 
-def test_residual_inertias_of_links_are_those_of_pinocchio() -> None:
+@pytest.mark.parametrize("name", ["motkin_middle", "motkin_vertical"])
+def test_residual_inertias_and_weight_of_links_are_those_of_pinocchio(name: str) -> None:
     exact = {"encoder_counts": None, "delay_samples": 0}
     bench: dict[str, Any] = {"estimator": "none", "segment_duration": 0.3, "waypoints": [[0.0, 0.12], [0.0, 0.0]]}
-    ours, other = (
-        crossing(changed("motkin_middle", {"engine": engine, **exact}, **bench)) for engine in (PINOCCHIO, MUJOCO)
-    )
+    ours, other = (crossing(changed(name, {"engine": engine, **exact}, **bench)) for engine in (PINOCCHIO, MUJOCO))
     assert 0.0 < apart(ours.path, other.path) < 5e-6
     assert apart(ours.torque, other.torque) < 5e-4
 

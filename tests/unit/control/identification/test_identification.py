@@ -229,7 +229,7 @@ def test_motors_with_other_constants_that_cog_and_turn_in_oil_come_back_in_units
     found = identify(robot, noise._replace(torques=noise.torques + viscous * speed))
     assert [sorted(one) for one in found.harmonics] == [sorted(COGGING)] * 2
     one, two = GAINS
-    leg1, leg2, mass = robot
+    leg1, leg2, mass = robot[:3]
     masses = 0.5 * mass * (1.0 / one + 1.0 / two), 0.5 * mass * (1.0 / one - 1.0 / two)
     friction = leg1.coulomb / one, leg2.coulomb / two, leg1.offset / one, leg2.offset / two
     true = np.array([leg1.inertia / one, leg2.inertia / two, masses[0], *friction, *viscous, 0.0, masses[1], 0.0])

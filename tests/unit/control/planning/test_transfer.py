@@ -285,7 +285,7 @@ def test_every_duration_between_the_fastest_and_the_slowest_is_feasible(
         pace = pace_of(task, slowest)
         durations = np.geomspace(0.5 * pace.fastest, pace.slowest, 24).tolist()
         for duration in durations:
-            verdict = task.judge(retimed(slowest, duration / pace.slowest))
+            verdict = task.judge(retimed(task, slowest, duration / pace.slowest))
             if duration >= pace.fastest:
                 assert verdict.feasible, (duration, pace, verdict.reasons)
             elif duration < pace.fastest * 0.985:
@@ -294,7 +294,8 @@ def test_every_duration_between_the_fastest_and_the_slowest_is_feasible(
 
 def test_a_retimed_plan_is_the_plan_of_that_duration(dextar: FiveBar) -> None:
     ends = ((0.0, 0.15), (0.0, 0.03))
-    found = retimed(plan_motion(dextar, (1, -1), ends, (2.0,), RATE_HZ, ZoneRule()), 0.4)
+    task = Task(dextar, (1, -1), RATE_HZ, UNIFIED, motion_limits_of(UNIFIED, torque=1.0))
+    found = retimed(task, plan_motion(dextar, (1, -1), ends, (2.0,), RATE_HZ, ZoneRule()), 0.4)
     expected = plan_motion(dextar, (1, -1), ends, (0.8,), RATE_HZ, ZoneRule())
     assert found.crossings[0][:-1] == pytest.approx(expected.crossings[0][:-1], rel=1e-9)
     assert found.crossings[0].distal_links == expected.crossings[0].distal_links

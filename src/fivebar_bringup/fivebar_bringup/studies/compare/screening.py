@@ -36,7 +36,7 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     task = Task(robot, mode, scenario.rate_hz, scenario.tuned(), chosen_limits(scenario))
     durations = []
     for number, (start, end) in enumerate(pairwise(scenario.waypoints), start=1):
-        slowest = slowest_pace(task, Course((start, end)))
+        slowest = slowest_pace(task, Course((start, end)).for_robot(task.robot))
         if isinstance(slowest, NoPace):
             raise PlanRefused(f"segment {number}: {slowest.reason}")
         durations.append(pace_of(task, slowest).fastest)

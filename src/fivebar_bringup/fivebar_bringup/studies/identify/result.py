@@ -92,6 +92,10 @@ class IdentificationResult(NamedTuple):
         """Return the identified robot: what is not identified is that of the initial file."""
         value = {one.name: round(one.value, one.decimals + 1) for one in self.parameters()}
         grouped = self.start.grouped()
+        forces, robot = self.start.forces, self.start.five_bar()
+        if forces.tilt > 0.0:
+            # they do not follow from grouped parameters
+            forces = forces._replace(moment_1=robot.leg1.moment, moment_2=robot.leg2.moment)
         friction = {name: value[name] for name in ("f_s11", "f_s21", "f_off11", "f_off21")}
         return RobotFile(
             name=f"{self.start.name}_identified",
@@ -99,13 +103,14 @@ class IdentificationResult(NamedTuple):
             inertias_kg_m2=Inertias(
                 zz_11R=value["zz_11R"], zz_21R=value["zz_21R"], zz_12R=grouped.residual1, zz_22R=grouped.residual2
             ),
-            mass_kg=Mass(m=value["m"]),
+            mass_kg=Mass(m=value["m"] - forces.payload),
             friction=Friction(**friction, width_rad_s=self.start.friction.width_rad_s),
             cogging=self.cogging(),
             # beside all links, which the identified sums need not fit, the distal ones say nothing more
             distal_links=self.start.distal_links if self.start.proximal_links is None else None,
             tolerances=self.start.tolerances,
             loads=self.start.loads,
+            forces=forces,
             sensors=self.start.sensors,
             imu=self.start.imu,
             passive_encoder=self.start.passive_encoder,

@@ -16,7 +16,7 @@ from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, 
 from fivebar_bringup.studies.sweep.screening import limits_for, planned, screened
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.figures import Feasibility, nearest
-from fivebar_control.planning.pacing import Task, longest_bearing, pace_of, retimed
+from fivebar_control.planning.pacing import Task, feasible_in, longest_bearing, pace_of
 from fivebar_control.planning.timing import SLOWER, UNHURRIED, first_feasible
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
@@ -129,7 +129,7 @@ def _durations(task: Task, drawn: Plan) -> list[float]:
         return [longest]
     unloaded = task._replace(limits=limits._replace(loads=NO_LOADS))
     wanted = calm
-    if not unloaded.judge(retimed(drawn, calm / longest)).feasible:
+    if not feasible_in(unloaded, drawn, calm):
         wanted = max(calm, pace_of(unloaded, drawn).fastest)
     return [*(factor * wanted for factor in SLOWER if factor * wanted < longest), longest]
 

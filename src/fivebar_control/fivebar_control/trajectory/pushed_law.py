@@ -1,0 +1,251 @@
+"""Time laws for crossings that gravity or a constant force accelerates: s'' = rho s'^2 + a on the locus.
+
+There t_s^T (m xddot - w_p) = 0 whatever the motors do, so that a platform at the moment of crossing accelerates as it
+falls along t_s, however slowly it moves. A seventh-order polynomial that only goes forwards has so much acceleration in
+quick motions only. These laws have two polynomials of sixth order, from rest to the crossing and from there to rest,
+which share place, speed, acceleration and jerk. They may be at rest before the duration is over: then the passage is as
+quick as it has to be. Of all of them the one is taken whose largest torque is least.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_control.model.dynamics import inverse_dynamics_of_platform
+from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.trajectory.way import Way
+from fivebar_description.friction import weight_torque
+from fivebar_description.parameters import FiveBar
+
+FloatArray = NDArray[np.float64]
+
+WAYS = 200
+"""Parts of the way at whose ends the torques are known; between them they are interpolated."""
+
+INSTANTS = 50
+"""Instants of each polynomial at which torque and speed are looked at."""
+
+NEAR_LOCUS = 0.02
+"""Below this |det A| torques are not looked at: there they are quotients of two small numbers, and those beside it are
+nearly the same."""
+
+ENDS = (1.0, 0.85, 0.7, 0.55, 0.45)
+FALLS = (6.5, 5.5, 4.7, 4.0, 3.4, 2.9, 2.4, 2.0)
+CROSSED = (0.12, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.88)
+SPEEDS = (0.3, 0.5, 0.75, 1.1, 1.6, 2.2, 3.0, 4.2)
+"""Where the search begins: when the platform rests, as shares of the duration and as multiples of the time in which it
+falls the length of its way; the share of that at which it crosses; its speed there over its mean speed."""
+
+LOW, HIGH = np.array((math.log(1e-3), 0.03, 0.05, -1e4)), np.array((0.0, 0.97, 50.0, 1e4))
+"""Bounds of the search: of the logarithm of the share of the duration after which the platform rests, the share of that
+at which it crosses, its speed there over its mean speed, and the jerk in the same unit of time."""
+
+MOVES = np.array([(0.3, 0.0, 0.0, 0.0), (0.0, 0.3, 0.0, 0.0), (0.0, 0.0, 0.5, 0.0), (0.0, 0.0, 0.0, 40.0)])
+MOVES = np.concatenate((MOVES, -MOVES))
+"""Its moves, each multiplied by its step."""
+
+REFINED, FIRST_STEP, FINEST, WORTH = 6, 0.4, 2e-3, 1e-4
+"""So many of the best starts are refined, with steps from the first to the finest; a step is halved where no move is
+worth this share of the torque."""
+
+POWERS = np.arange(3, 7)
+TIMES = np.linspace(0.0, 1.0, INSTANTS + 1)[1:]
+PLACE = TIMES[:, None] ** POWERS
+RATE = POWERS * TIMES[:, None] ** (POWERS - 1)
+CHANGE = POWERS * (POWERS - 1) * TIMES[:, None] ** (POWERS - 2)
+AT_END = np.linalg.inv(
+    np.array(
+        [
+            np.ones(4),
+            POWERS,
+            POWERS * (POWERS - 1),
+            POWERS * (POWERS - 1) * (POWERS - 2),
+        ],
+        dtype=np.float64,
+    )
+)
+"""From place, speed, acceleration and jerk at the end of a unit of time to the coefficients of the third to sixth power
+of a motion that begins at rest."""
+
+Coefficients = tuple[float, float, float, float]
+
+
+class PushedLaw(NamedTuple):
+    """A time law that crosses at `crossed` and is at rest from `rests` on, both shares of the duration.
+
+    `before` and `after` are polynomials in the share of the time from the rest to the crossing, forwards and backwards.
+    """
+
+    crossed: float
+    rests: float
+    before: Coefficients
+    after: Coefficients
+
+    def __call__(self, u: float) -> tuple[float, float, float]:
+        """Return s, ds/du, d2s/du2; outside the motion there is rest."""
+        if u <= 0.0:
+            return 0.0, 0.0, 0.0
+        if u >= self.rests:
+            return 1.0, 0.0, 0.0
+        if u <= self.crossed:
+            s, ds, dds = _at(self.before, u / self.crossed)
+            return s, ds / self.crossed, dds / (self.crossed * self.crossed)
+        left = self.rests - self.crossed
+        s, ds, dds = _at(self.after, (self.rests - u) / left)
+        return 1.0 - s, ds / left, -dds / (left * left)
+
+
+def _at(polynomial: Coefficients, u: float) -> tuple[float, float, float]:
+    c3, c4, c5, c6 = polynomial
+    return (
+        u * u * u * (c3 + u * (c4 + u * (c5 + u * c6))),
+        u * u * (3.0 * c3 + u * (4.0 * c4 + u * (5.0 * c5 + u * 6.0 * c6))),
+        u * (6.0 * c3 + u * (12.0 * c4 + u * (20.0 * c5 + u * 30.0 * c6))),
+    )
+
+
+class TorqueRows(NamedTuple):
+    """Torques of both motors along a way, multiplied by det A, which makes them smooth on the locus.
+
+    Attributes:
+        determinant: float64[N], det A.
+        rest: float64[N, 2], at rest (Nm).
+        per_acceleration: float64[N, 2], for s'' = 1 / s^2 (Nm).
+        per_speed: float64[N, 2], for s' = 1 / s (Nm).
+        legs: float64[N, 2], for the weight of the legs (Nm), not multiplied.
+    """
+
+    determinant: FloatArray
+    rest: FloatArray
+    per_acceleration: FloatArray
+    per_speed: FloatArray
+    legs: FloatArray
+
+    def columns(self) -> list[FloatArray]:
+        """Return det A, and of each motor the four others, each float64[N]."""
+        of_motors = (column[:, motor] for motor in range(2) for column in self[1:])
+        return [self.determinant, *of_motors]
+
+
+@lru_cache(maxsize=64)
+def torque_rows(robot: FiveBar, mode1: int, mode2: int, way: Way) -> TorqueRows:
+    """Return the torques along a way at `WAYS` + 1 even shares."""
+    found: list[tuple[float, ...]] = []
+    for number in range(WAYS + 1):
+        # beside the locus, on which there are none
+        x, y, d_x, d_y, b_x, b_y = way.at(min(number / WAYS + 1e-9, 1.0))
+        rests = state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
+        moves = state_from_platform(robot, mode1, mode2, x, y, d_x, d_y)
+        still = inverse_dynamics_of_platform(robot, rests, 0.0, 0.0, 0.0, 0.0)
+        pushed = inverse_dynamics_of_platform(robot, rests, d_x, d_y, 0.0, 0.0)
+        moved = inverse_dynamics_of_platform(robot, moves, b_x, b_y, 0.0, 0.0)
+        legs = (
+            weight_torque(robot, robot.leg1, rests.leg1.r_x, rests.leg1.r_y),
+            weight_torque(robot, robot.leg2, rests.leg2.r_x, rests.leg2.r_y),
+        )
+        found.append((det_a(rests), *still, *pushed, *moved, *legs))
+    rows = np.array(found)
+    determinant = rows[:, :1]
+    still = rows[:, 1:3] * determinant
+    return TorqueRows(
+        rows[:, 0], still, rows[:, 3:5] * determinant - still, rows[:, 5:7] * determinant - still, rows[:, 7:9]
+    )
+
+
+class Demand(NamedTuple):
+    """What a time law has to meet.
+
+    Attributes:
+        place: where it crosses, a share of the way.
+        rho: s'' / s'^2 there without forces that act all the time.
+        push: s'' (1/s^2) there of a platform without speed.
+        duration: of the whole motion (s).
+    """
+
+    place: float
+    rho: float
+    push: float
+    duration: float
+
+
+@lru_cache(maxsize=64)
+def pushed_law(robot: FiveBar, mode1: int, mode2: int, way: Way, demand: Demand) -> PushedLaw | None:
+    """Return the law of least torque that meets a demand on a way, in a working mode; None for none."""
+    rows = torque_rows(robot, mode1, mode2, way)
+    points = starts_for(demand)
+    costs = largest_torques(points, demand, rows)
+    best = np.argsort(costs, kind="stable")[:REFINED]
+    if not np.isfinite(costs[best[0]]):
+        return None
+    points, costs = points[best], costs[best]
+    step = np.full((len(points), 1), FIRST_STEP)
+    while np.max(step) > FINEST:
+        moved = np.clip(points[:, None] + step[:, None] * MOVES, LOW, HIGH)
+        tried = largest_torques(moved.reshape(-1, 4), demand, rows).reshape(len(points), -1)
+        chosen = np.argmin(tried, axis=1)
+        least = tried[np.arange(len(points)), chosen]
+        better = least < costs
+        points = np.where(better[:, None], moved[np.arange(len(points)), chosen], points)
+        step = np.where((least < (1.0 - WORTH) * costs)[:, None], step, 0.5 * step)
+        costs = np.where(better, least, costs)
+    before, after = (one[np.argmin(costs)].tolist() for one in coefficients_of(points, demand))
+    end, crossed = math.exp(points[np.argmin(costs), 0]), float(points[np.argmin(costs), 1])
+    return PushedLaw(crossed * end, end, tuple(before), tuple(after))
+
+
+def starts_for(demand: Demand) -> FloatArray:
+    """Return where the search begins, float64[N, 4]: points as `LOW` has them."""
+    fall = 1.0 / (math.sqrt(abs(demand.push)) * demand.duration) if demand.push != 0.0 else 1.0
+    ends = {*ENDS, *(min(1.0, number * fall) for number in FALLS)}
+    points = [(math.log(end), crossed, speed, 0.0) for end in sorted(ends) for crossed in CROSSED for speed in SPEEDS]
+    return np.array(points)
+
+
+def coefficients_of(points: FloatArray, demand: Demand) -> tuple[FloatArray, FloatArray]:
+    """Return the coefficients of both polynomials, float64[N, 4], of points float64[N, 4] of the search."""
+    end, crossed, speed, jerk = np.exp(points[:, 0]), *points[:, 1:].T
+    rate, change = speed / end, jerk / end**3
+    acceleration = demand.rho * rate * rate + demand.push * demand.duration**2
+    first, second = crossed * end, (1.0 - crossed) * end
+    before = np.stack((np.full_like(end, demand.place), rate * first, acceleration * first**2, change * first**3))
+    after = np.stack(
+        (np.full_like(end, 1.0 - demand.place), rate * second, -acceleration * second**2, change * second**3)
+    )
+    return (AT_END @ before).T, (AT_END @ after).T
+
+
+def largest_torques(points: FloatArray, demand: Demand, rows: TorqueRows) -> FloatArray:
+    """Return the largest torques (Nm) beyond friction of laws, float64[N], infinite where one goes backwards.
+
+    Args:
+        points: of the search, float64[N, 4], as `LOW` has them.
+        demand: what they meet.
+        rows: torques along the way.
+    """
+    end, crossed = np.exp(points[:, 0]), points[:, 1]
+    found = np.zeros(len(points))
+    before, after = coefficients_of(points, demand)
+    for coefficients, part, back in ((before, crossed * end, False), (after, (1.0 - crossed) * end, True)):
+        seconds = (part * demand.duration)[:, None]
+        place, rate, change = coefficients @ PLACE.T, coefficients @ RATE.T / seconds, coefficients @ CHANGE.T
+        change /= seconds**2
+        if back:
+            place, change = 1.0 - place, -change
+        # at rest the first coefficient alone has the direction
+        found[(coefficients[:, 0] < 0.0) | (np.min(rate, axis=1) < 0.0)] = np.inf
+        index = np.clip(place * WAYS, 0.0, WAYS - 1e-9)
+        lower = index.astype(np.int64)
+        share = index - lower
+        at = [(1.0 - share) * column[lower] + share * column[lower + 1] for column in rows.columns()]
+        determinant, *of_motors = at
+        off = np.abs(determinant) > NEAR_LOCUS
+        divisor = np.where(off, determinant, 1.0)
+        for still, per_acceleration, per_speed, legs in (of_motors[:4], of_motors[4:]):
+            whole = (still + per_acceleration * change + per_speed * rate**2) / divisor + legs
+            found = np.maximum(found, np.max(np.where(off, np.abs(whole), 0.0), axis=1))
+    return found
