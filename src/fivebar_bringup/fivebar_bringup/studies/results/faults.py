@@ -106,7 +106,15 @@ GEOMETRY = {
     "elasticity": "transmissions of {}",
     "backlash": "backlash of {}",
 }
-LOADS = {"push": "a push of {}", "passive": "{} in each passive joint", "tilt": "a tilt of {}"}
+LOADS = {
+    "push": "a push of {}",
+    "passive": "{} in each passive joint",
+    "drag": "a cable that pulls with {}",
+}
+TABLE = {
+    "vibration": "that vibrates by {} at 15 Hz",
+    "tilt": "that is tilted by {}",
+}
 """Effects in words, with a place for their size."""
 
 
@@ -118,7 +126,7 @@ def _answer(rows: Sequence[FaultRow]) -> str:
     return (
         f"With motor encoders alone `unified` bears {of('unified, encoders', GEOMETRY)}. With a gyroscope on the distal"
         f" link and declared tolerances it bears {of('unified, gyro', GEOMETRY)}. Across the locus, where no motor"
-        f" acts, it bears {of('unified, gyro', LOADS)}."
+        f" acts, it bears {of('unified, gyro', LOADS)}. It bears a table {of('unified, gyro', TABLE)}."
     )
 
 

@@ -16,14 +16,18 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.tolerances import Tolerances
 from fivebar_description.transmission import Transmission
 from fivebar_sim.effects.bus import BusEffects
+from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
+from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.settings import PlantSettings
+from fivebar_sim.effects.supply import Supply
 from fivebar_sim.effects.timing import Timing
+from fivebar_sim.effects.vibration import Vibration
 
 STEPS = 12
 """Sizes of an effect."""
@@ -39,6 +43,21 @@ STIFF_GEAR = Transmission(frequency=250.0)
 
 STIFF_JOINT = PlatformJoint(stiffness=1e6)
 """The loop that clearance needs."""
+
+TABLE = 15.0
+"""Frequency (Hz) of a table that vibrates."""
+
+ANCHOR, SLACK = 0.3, 0.25
+"""Distance (m) of a cable's anchor from the middle of the crossing, and length from which on the cable is taut."""
+
+MIDDLE_Y = 0.085
+"""y (m) of that middle, near the locus."""
+
+AXES_APART, DISTAL_LINK = 0.118, 0.09
+"""Distance of the motor axes and length of a distal link (m) of the robot whose tolerances are declared: DexTAR."""
+
+WARM_UP = 0.5
+"""J, after which 63 % of the change of friction are reached: within a crossing."""
 
 MILLI, MICRO, DEGREE = 1e-3, 1e-6, math.pi / 180.0
 
@@ -208,6 +227,46 @@ def _push(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(plant=robot.plant._replace(push=push))
 
 
+def _vibration(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    return robot._replace(plant=robot.plant._replace(vibration=Vibration(size, TABLE, at.heading)))
+
+
+def _drag(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    return robot._replace(plant=robot.plant._replace(cable=Cable(size, at.heading)))
+
+
+def _cable(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    x, y = ANCHOR * math.cos(at.heading), MIDDLE_Y + ANCHOR * math.sin(at.heading)
+    cable = Cable(stiffness=size, length=SLACK, anchor_x=x, anchor_y=y)
+    return robot._replace(plant=robot.plant._replace(cable=cable))
+
+
+def _heating(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    return robot._replace(plant=robot.plant._replace(heating=Heating(at.sign * size, WARM_UP)))
+
+
+def _supply(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    return robot._replace(plant=robot.plant._replace(supply=Supply(size)))
+
+
+def _distal_mass(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    return robot._replace(plant=robot.plant._replace(links=LinkErrors(distal_mass=size)))
+
+
+def _rise(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    known = robot.tolerances._replace(
+        base=max(size, robot.tolerances.base), zero=max(size / AXES_APART, robot.tolerances.zero)
+    )
+    links = LinkErrors(base_rise=at.sign * size)
+    return robot._replace(plant=robot.plant._replace(links=links), tolerances=known)
+
+
+def _height(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
+    shorter = size**2 / (8.0 * DISTAL_LINK)
+    known = robot.tolerances._replace(length=max(shorter, robot.tolerances.length))
+    return robot._replace(plant=robot.plant._replace(links=LinkErrors(base_height=size)), tolerances=known)
+
+
 def _lost(robot: FaultyRobot, size: float, at: Condition) -> FaultyRobot:
     return robot._replace(plant=robot.plant._replace(bus=BusEffects(round(size), at.begin(LOSSES), LOSSES)))
 
@@ -328,6 +387,59 @@ EFFECTS = {
         Effect("ripple", "torque ripple", "%", 0.01, grid(1.0, 100.0), 3.0, 3.0, _motors("ripple")),
         Effect("cogging", "cogging torque", "Nm", 1.0, grid(0.01, 1.0), 0.04, 0.06, _motors("cogging")),
         Effect("tilt", "tilt of the base, four directions", "°", DEGREE, grid(0.2, 60.0), 2.0, 4.0, _tilt),
+        Effect("rise", "motor axis 2 off the x axis, ±", "mm", MILLI, grid(0.005, 2.0), 0.02, 0.2, _rise),
+        Effect("height", "leg 2 above leg 1, across the plane", "mm", MILLI, grid(0.1, 30.0), 0.2, 1.0, _height),
+        Effect(
+            "distal_mass",
+            "mass of each distal link that the model lacks",
+            "g",
+            MILLI,
+            grid(2.0, 300.0),
+            5.0,
+            20.0,
+            _distal_mass,
+        ),
+        Effect(
+            "heating",
+            "friction that changes within the crossing as it heats up, ±",
+            "%",
+            0.01,
+            grid(4.0, 90.0),
+            None,
+            None,
+            _heating,
+        ),
+        Effect(
+            "supply",
+            "power at which the supply leaves half of the torque",
+            "W",
+            1.0,
+            grid(500.0, 1.0),
+            200.0,
+            50.0,
+            _supply,
+        ),
+        Effect(
+            "vibration",
+            f"table that vibrates at {TABLE:g} Hz, four directions",
+            "mm",
+            MILLI,
+            grid(0.005, 5.0),
+            0.01,
+            0.05,
+            _vibration,
+        ),
+        Effect("drag", "constant pull of a cable, four directions", "N", 1.0, grid(0.05, 10.0), 0.1, 0.5, _drag),
+        Effect(
+            "cable",
+            f"stiffness of a cable that is stretched by {1e3 * (ANCHOR - SLACK):.0f} mm, four directions",
+            "N/m",
+            1.0,
+            grid(1.0, 500.0),
+            5.0,
+            20.0,
+            _cable,
+        ),
         Effect("push", "push of 50 ms on the locus, four directions", "N", 1.0, grid(0.1, 20.0), 1.0, 2.0, _push),
         Effect(
             "lost",
