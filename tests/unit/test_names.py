@@ -32,6 +32,7 @@ ELSEWHERE = {
         "fivebar_sim.passive_encoder",
     ),
     "unit/control/estimation/test_gyro_watch.py": ("fivebar_control.estimation.trips",),
+    "unit/control/estimation/test_constants.py": ("fivebar_control.estimation.watch_limits",),
     "unit/control/estimation/test_step.py": ("fivebar_control.estimation.causes",),
     "unit/control/estimation/test_measurement_rows.py": ("fivebar_description.tolerances",),
     "unit/control/estimation/test_readings.py": ("fivebar_description.known_sensors",),

@@ -233,20 +233,20 @@ class EkfSettings(NamedTuple):
         float,
         Setting(
             "Mean of one sensor's innovations with their signs, beyond which the estimate is"
-            " inconsistent; 0 for the one that follows from what is declared, no limit where null.",
+            " inconsistent; 0 for the one that follows from what is declared.",
             "standard deviations",
             at_least=0.0,
-            unlimited=True,
+            at_most=1e9,
         ),
     ] = 0.0
     jump_limit: Annotated[
         float,
         Setting(
             "Innovation of a motor encoder in a single sample, beyond which the estimate is"
-            " inconsistent; 0 for the one that follows from what is declared, no limit where null.",
+            " inconsistent; 0 for the one that follows from what is declared.",
             "standard deviations",
             at_least=0.0,
-            unlimited=True,
+            at_most=1e9,
         ),
     ] = 0.0
     misfit_time: Annotated[

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 CONFIDENCE = 0.95
 """Of the intervals."""
 
-MODEL_SHARE = 0.5
+MODEL_SHARE = 0.75
 """Part of the difference between filters that counts as an error of the model: larger cut-offs change less than lower
 ones, which show the error most clearly. Chosen by the coverage of simulated robots."""
 
