@@ -175,8 +175,9 @@ def _stay_after(
     )
 
 
-def frozen_motor(memory: FrozenMemory, model: EstimatorModel, limit: float) -> int:
-    """Return which motor's encoder is frozen, 0 for none; `limit` is of the sum of the differences (rad)."""
+def named_motor(model: EstimatorModel, memory: FrozenMemory, inconsistent: bool) -> int:
+    """Return which motor's encoder is named as frozen, 0 for none: less has to be seen where the estimate is wrong."""
+    limit = COUNTS * model.resolution + (0.0 if inconsistent else ANGLE)
     if _is_frozen(memory.one, model, FEWEST, limit, hardest_braking(model, 1, memory.one.stays)):
         return 1
     return 2 if _is_frozen(memory.two, model, FEWEST, limit, hardest_braking(model, 2, memory.two.stays)) else 0
@@ -201,11 +202,6 @@ def _is_frozen(stay: EncoderStay, model: EstimatorModel, fewest: int, limit: flo
     if (stay.stays - 1) * stay.pace >= count and stay.pace * model.rate_hz >= fastest_stopped:
         return True
     return stay.travel > AWAY * count + stay.margin and stay.turned > AWAY * count
-
-
-def named_motor(model: EstimatorModel, memory: FrozenMemory, inconsistent: bool) -> int:
-    """Return which motor's encoder is named as frozen, 0 for none: less has to be seen where the estimate is wrong."""
-    return frozen_motor(memory, model, COUNTS * model.resolution + (0.0 if inconsistent else ANGLE))
 
 
 def _suspected(stay: EncoderStay, model: EstimatorModel) -> bool:
