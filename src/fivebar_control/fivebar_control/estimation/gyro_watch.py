@@ -91,9 +91,14 @@ def gyro_fault(heard: GyroHeard, longest: float, noise: float) -> int:
         longest: periods without a reading that can be used, infinite for no limit.
         noise: standard deviation of a reading (rad/s).
     """
+    return _seen(heard, longest, FEWEST, max(LEAST_SWING, DEVIATIONS * noise))
+
+
+def _seen(heard: GyroHeard, longest: float, fewest: int, swing: float) -> int:
+    """Return the fault that is seen after some periods (`longest`), or some equal readings and a predicted swing."""
     if heard.unused > longest:
         return GYROSCOPE_MISSING if heard.unheard > longest else heard.cause
-    if heard.same >= FEWEST and heard.most - heard.least > max(LEAST_SWING, DEVIATIONS * noise):
+    if heard.same >= fewest and heard.most - heard.least > swing:
         return GYROSCOPE_FROZEN
     return NO_FAULT
 
@@ -108,11 +113,7 @@ def gyro_cause(heard: GyroHeard, longest: float) -> int:
 
     Less has to be seen than where nothing contradicts the gyroscope; arguments as for `gyro_fault`.
     """
-    if heard.unused > SOONER_SHARE * longest:
-        return GYROSCOPE_MISSING if heard.unheard > SOONER_SHARE * longest else heard.cause
-    if heard.same >= SOONER and heard.most - heard.least > LEAST_SWING:
-        return GYROSCOPE_FROZEN
-    return NO_FAULT
+    return _seen(heard, SOONER_SHARE * longest, SOONER, LEAST_SWING)
 
 
 def gyro_reason(number: int, heard: GyroHeard, rate_hz: int) -> str:
