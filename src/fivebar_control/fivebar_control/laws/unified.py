@@ -19,11 +19,11 @@ from fivebar_control.laws.gains import DISTURBANCE_LIMIT, KD, KP, TORQUE_LIMIT, 
 from fivebar_control.laws.law import Feedback, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
-from fivebar_control.model.constraint_form import ConstraintForm, constraint_form, response_to
+from fivebar_control.model.constraint_form import ConstraintForm, constraint_form, pushed, response_to
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.residual import has_residual, moment_ratio, with_residuals
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar, LegParameters, external_acceleration, has_external_force
+from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
 from fivebar_description.settings import Setting
 
 
@@ -58,19 +58,14 @@ def input_map(robot: FiveBar, state: State) -> InputMap | None:
     # columns of A^T K^-1 / m
     e1_x, e1_y = scale * (k22 * leg1.u_x - k12 * leg2.u_x), scale * (k22 * leg1.u_y - k12 * leg2.u_y)
     e2_x, e2_y = scale * (k11 * leg2.u_x - k12 * leg1.u_x), scale * (k11 * leg2.u_y - k12 * leg1.u_y)
-    c1, c2 = leg1.c, leg2.c
-    a0_x, a0_y = -(e1_x * c1 + e2_x * c2), -(e1_y * c1 + e2_y * c2)
-    if has_external_force(robot):
-        fall_x, fall_y = external_acceleration(robot)
-        c1, c2 = leg1.u_x * fall_x + leg1.u_y * fall_y, leg2.u_x * fall_x + leg2.u_y * fall_y
-        a0_x, a0_y = a0_x + fall_x - (e1_x * c1 + e2_x * c2), a0_y + fall_y - (e1_y * c1 + e2_y * c2)
+    drift = pushed(robot, state, -leg1.c, -leg2.c)
     return InputMap(
         g_x1=e1_x * form.lever1,
         g_x2=e2_x * form.lever2,
         g_y1=e1_y * form.lever1,
         g_y2=e2_y * form.lever2,
-        a0_x=a0_x,
-        a0_y=a0_y,
+        a0_x=drift.push_x + (e1_x * drift.right1 + e2_x * drift.right2),
+        a0_y=drift.push_y + (e1_y * drift.right1 + e2_y * drift.right2),
     )
 
 
@@ -86,11 +81,8 @@ def _input_map_with_residuals(robot: FiveBar, state: State, form: ConstraintForm
     leg1, leg2 = state.leg1, state.leg2
     one = response_to(form, state, form.per_zz1, 0.0, form.lever1, 0.0, 0.0, 0.0)
     two = response_to(form, state, 0.0, form.per_zz2, 0.0, form.lever2, 0.0, 0.0)
-    right1, right2, fall_x, fall_y = -leg1.c, -leg2.c, 0.0, 0.0
-    if has_external_force(robot):
-        fall_x, fall_y = external_acceleration(robot)
-        right1, right2 = right1 - leg1.u_x * fall_x - leg1.u_y * fall_y, right2 - leg2.u_x * fall_x - leg2.u_y * fall_y
-    free = response_to(form, state, 0.0, 0.0, right1, right2, fall_x, fall_y)
+    drift = pushed(robot, state, -leg1.c, -leg2.c)
+    free = response_to(form, state, 0.0, 0.0, drift.right1, drift.right2, drift.push_x, drift.push_y)
     one = with_residuals(robot, state, form, one, 0.0)
     two = with_residuals(robot, state, form, two, 0.0)
     free = with_residuals(robot, state, form, free, 1.0)

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.model.state import State
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, external_acceleration, has_external_force
 
 NAN = math.nan
 
@@ -59,6 +59,29 @@ def constraint_form(robot: FiveBar, state: State) -> ConstraintForm:
         per_zz2=per_zz2,
         lever1=lever1,
         lever2=lever2,
+    )
+
+
+class Pushed(NamedTuple):
+    """The right side of the constraints (m/s^2), and the platform's acceleration without lambda (m/s^2)."""
+
+    right1: float
+    right2: float
+    push_x: float
+    push_y: float
+
+
+def pushed(robot: FiveBar, state: State, right1: float, right2: float) -> Pushed:
+    """Return what gravity in the plane and a constant force make of the right side of the constraints: less A w_p / m.
+
+    Without these forces no bit of it changes.
+    """
+    if not has_external_force(robot):
+        return Pushed(right1, right2, 0.0, 0.0)
+    leg1, leg2 = state.leg1, state.leg2
+    push_x, push_y = external_acceleration(robot)
+    return Pushed(
+        right1 - leg1.u_x * push_x - leg1.u_y * push_y, right2 - leg2.u_x * push_x - leg2.u_y * push_y, push_x, push_y
     )
 
 

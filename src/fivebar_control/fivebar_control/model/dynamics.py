@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.model.constraint_form import DynamicResponse, constraint_form, response_to
+from fivebar_control.model.constraint_form import DynamicResponse, constraint_form, pushed, response_to
 from fivebar_control.model.kinematics import det_a, distal_acceleration, joint_acceleration, platform_acceleration
 from fivebar_control.model.residual import (
     distal_moments,
@@ -22,13 +22,7 @@ from fivebar_control.model.residual import (
     with_residuals,
 )
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import (
-    FiveBar,
-    LegParameters,
-    external_acceleration,
-    external_force,
-    has_external_force,
-)
+from fivebar_description.parameters import FiveBar, LegParameters, external_acceleration, external_force
 
 NAN = math.nan
 
@@ -38,9 +32,8 @@ def multipliers(robot: FiveBar, state: State, ax: float, ay: float) -> tuple[flo
     determinant = det_a(state)
     if determinant == 0.0:
         return NAN, NAN
-    if has_external_force(robot):
-        fall_x, fall_y = external_acceleration(robot)
-        ax, ay = ax - fall_x, ay - fall_y
+    fall_x, fall_y = external_acceleration(robot)
+    ax, ay = ax - fall_x, ay - fall_y
     leg1, leg2 = state.leg1, state.leg2
     scale = robot.mass / determinant
     return scale * (leg2.u_y * ax - leg2.u_x * ay), scale * (leg1.u_x * ay - leg1.u_y * ax)
@@ -89,12 +82,8 @@ def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: 
     form = constraint_form(robot, state)
     leg1, leg2 = state.leg1, state.leg2
     drive1, drive2 = form.per_zz1 * (tau1 - f1), form.per_zz2 * (tau2 - f2)
-    right1, right2 = leg1.b * drive1 - leg1.c, leg2.b * drive2 - leg2.c
-    fall_x = fall_y = 0.0
-    if has_external_force(robot):
-        fall_x, fall_y = external_acceleration(robot)
-        right1, right2 = right1 - leg1.u_x * fall_x - leg1.u_y * fall_y, right2 - leg2.u_x * fall_x - leg2.u_y * fall_y
-    response = response_to(form, state, drive1, drive2, right1, right2, fall_x, fall_y)
+    right = pushed(robot, state, leg1.b * drive1 - leg1.c, leg2.b * drive2 - leg2.c)
+    response = response_to(form, state, drive1, drive2, right.right1, right.right2, right.push_x, right.push_y)
     return with_residuals(robot, state, form, response, 1.0) if has_residual(robot) else response
 
 
