@@ -23,7 +23,7 @@ from fivebar_control.model.constraint_form import ConstraintForm, constraint_for
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.residual import has_residual, moment_ratio, with_residuals
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
+from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import Setting
 
 
@@ -245,12 +245,10 @@ def unified_step(
     desired = reference.state
     target_x = reference.ax + kd * (desired.vx - state.vx) + kp * (desired.x - state.x) - mapped.a0_x
     target_y = reference.ay + kd * (desired.vy - state.vy) + kp * (desired.y - state.y) - mapped.a0_y
-    held1, held2 = 0.0, 0.0
+    held1, held2 = reference.u1, reference.u2
     if reference.by_motors:
-        held1 = reference.u1 + _held_inertia(robot.leg1, state.leg1) * _motor_feedback(desired.leg1, state.leg1, kp, kd)
-        held2 = reference.u2 + _held_inertia(robot.leg2, state.leg2) * _motor_feedback(desired.leg2, state.leg2, kp, kd)
-    elif has_external_force(robot):
-        held1, held2 = reference.u1, reference.u2
+        held1 += _held_inertia(robot.leg1, state.leg1) * _motor_feedback(desired.leg1, state.leg1, kp, kd)
+        held2 += _held_inertia(robot.leg2, state.leg2) * _motor_feedback(desired.leg2, state.leg2, kp, kd)
     # tau = u + off: friction and disturbance are compensated besides
     off1, off2 = reference.f1 - d1, reference.f2 - d2
     h11, h12, h22 = normal_matrix(mapped, weight)
