@@ -7,7 +7,7 @@ import math
 from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_description.imu import SATURATION, ImuSettings, Vector3
-from fivebar_description.parameters import FiveBar, has_external_force
+from fivebar_description.parameters import FiveBar
 
 
 class ImuCheck:
@@ -57,15 +57,13 @@ class ImuCheck:
         leg = state.leg2
         rate_change = distal_acceleration(self._robot.leg2, leg, desired.ax, desired.ay)
         lever_x, lever_y = self._imu.lever(leg.dtheta, rate_change)
-        if has_external_force(self._robot):
-            # at rest an accelerometer measures the reaction to gravity
-            g_x, g_y = self._robot.gravity_x, self._robot.gravity_y
-            lever_x, lever_y = lever_x - leg.u_x * g_x - leg.u_y * g_y, lever_y - leg.u_x * g_y + leg.u_y * g_x
+        # at rest an accelerometer measures the reaction to gravity
+        g_x, g_y = self._robot.gravity_x, self._robot.gravity_y
         return (
             leg.u_x * desired.ax + leg.u_y * desired.ay,
             leg.u_x * desired.ay - leg.u_y * desired.ax,
-            lever_x,
-            lever_y,
+            lever_x - leg.u_x * g_x - leg.u_y * g_y,
+            lever_y - leg.u_x * g_y + leg.u_y * g_x,
         )
 
     def _filtered(self, values: tuple[float, float, float, float]) -> tuple[float, float, float, float]:

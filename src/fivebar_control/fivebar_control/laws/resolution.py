@@ -90,8 +90,6 @@ def held_along(robot: FiveBar, svd: ParallelSvd) -> float:
 
 def fall_along_locus(robot: FiveBar, svd: ParallelSvd) -> float:
     """Return t_s . w_p / m (m/s^2), the acceleration along t_s by gravity and a constant force."""
-    if not has_external_force(robot):
-        return 0.0
     fall_x, fall_y = external_acceleration(robot)
     return svd.t_x * fall_x + svd.t_y * fall_y
 

@@ -29,7 +29,7 @@ from fivebar_control.root_search import minimum_between
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
-from fivebar_description.parameters import FiveBar, external_force, has_external_force, without_external_force
+from fivebar_description.parameters import FiveBar, external_force, without_external_force
 
 MONOTONE_GRID = 400
 """Points at which a polynomial is checked for going forwards only."""
@@ -155,10 +155,8 @@ def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform)
     """Return t_s^T (m xddot - w_p + sum p_i M_i) (N) of a motion: which the criterion (1.19) requires to vanish."""
     state = state_from_platform(robot, mode1, mode2, motion.x, motion.y, motion.vx, motion.vy)
     svd = parallel_svd(state)
-    force = robot.mass * (svd.t_x * motion.ax + svd.t_y * motion.ay)
-    if has_external_force(robot):
-        force_x, force_y = external_force(robot)
-        force -= svd.t_x * force_x + svd.t_y * force_y
+    force_x, force_y = external_force(robot)
+    force = robot.mass * (svd.t_x * motion.ax + svd.t_y * motion.ay) - (svd.t_x * force_x + svd.t_y * force_y)
     if not has_residual(robot):
         return force
     for parameters, leg in ((robot.leg1, state.leg1), (robot.leg2, state.leg2)):
