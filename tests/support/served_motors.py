@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import threading
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
@@ -61,6 +62,47 @@ def served(
         ending.set()
         thread.join()
         emulation.close()
+
+
+def enabled(motors: TwoMotors) -> TwoMotors:
+    """Return drives with power."""
+    motors.set_up()
+    motors.enable(2.0)
+    return motors
+
+
+def fault_of(motors: TwoMotors) -> str:
+    """Return the fault that drives report within some cycles."""
+    return str(next(fault for _ in range(50) if (fault := motors.exchange().fault) is not None))
+
+
+def expect_an_error_until_it_is_reset(
+    emulation: MotorsEmulation, motors: TwoMotors, cycles: int, order: str, fault: str
+) -> None:
+    """Expect of drives that are enabled that an error some cycles later takes their torque until somebody resets it."""
+    motors.write((0.2, -0.2))
+    for _ in range(cycles):
+        assert motors.exchange().fault is None
+    emulation.obey(order)
+    assert fault_of(motors) == fault
+    assert not motors.enabled
+    # it stays until somebody resets it
+    assert fault_of(motors) == fault
+    assert [motor.torque for motor in emulation.motors.motors] == [0.0, 0.0]
+    emulation.obey("mend")
+    motors.reset(2.0)
+    motors.enable(2.0)
+    motors.close()
+
+
+def expect_a_pulled_cable_to_be_a_fault(emulation: MotorsEmulation, motors: TwoMotors, order: str, silent: str) -> None:
+    """Expect of drives that are enabled, and may miss three answers, that they lose their power for a fourth."""
+    emulation.obey(order)
+    assert re.match(rf"feedback_missing: {silent}: no answer in 4 cycles in a row", fault_of(motors))
+    assert not motors.enabled
+    assert dict(motors.unused)["missing_answers"] >= 4
+    emulation.obey("mend")
+    motors.close()
 
 
 def expect_torques_that_have_acted(motors: TwoMotors) -> None:

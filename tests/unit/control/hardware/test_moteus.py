@@ -6,7 +6,6 @@ import asyncio
 import math
 import os
 import queue
-import re
 import struct
 import threading
 from contextlib import AbstractContextManager
@@ -20,8 +19,12 @@ from moteus.protocol import Register
 from served_motors import (
     MISPLACED,
     bridge_file,
+    enabled,
+    expect_a_pulled_cable_to_be_a_fault,
+    expect_an_error_until_it_is_reset,
     expect_no_power_where_it_stands,
     expect_torques_that_have_acted,
+    fault_of,
     misplaced,
     posture_of,
     served,
@@ -57,20 +60,9 @@ def connected(**changed: Any) -> TwoMotors:
     return TwoMotors(file, MoteusDrives(file))
 
 
-def enabled(**changed: Any) -> TwoMotors:
-    motors = connected(**changed)
-    motors.set_up()
-    motors.enable(2.0)
-    return motors
-
-
-def fault_of(motors: TwoMotors) -> str:
-    return str(next(fault for _ in range(50) if (fault := motors.exchange().fault) is not None))
-
-
 def test_torque_and_angle_go_over_the_bus() -> None:
     with drives() as emulation:
-        motors = enabled(pace="commands")
+        motors = enabled(connected(pace="commands"))
         motors.write((1.5, -1.5))
         for _ in range(10):
             exchange = motors.exchange()
@@ -94,14 +86,14 @@ def test_torque_and_angle_go_over_the_bus() -> None:
 
 def test_a_torque_that_is_answered_has_acted() -> None:
     with drives():
-        motors = enabled(pace="commands")
+        motors = enabled(connected(pace="commands"))
         expect_torques_that_have_acted(motors)
         motors.close()
 
 
 def test_a_drive_that_is_left_has_no_power() -> None:
     with drives() as emulation:
-        motors = enabled()
+        motors = enabled(connected())
         motors.write((1.0, 1.0))
         motors.exchange()
         motors.close()
@@ -120,20 +112,9 @@ def test_a_drive_that_is_left_has_no_power() -> None:
 )
 def test_an_error_has_the_vendor_s_name_and_is_cleared_by_a_reset(name: str, cycles: int) -> None:
     with drives() as emulation:
-        motors = enabled(pace="commands")
-        motors.write((0.2, -0.2))
-        for _ in range(cycles):
-            assert motors.exchange().fault is None
-        emulation.obey(f"fault 2 {name}")
-        assert fault_of(motors) == f"moteus_error: q21 (id 2): {name} ({emulated.ERRORS[name]})"
-        assert not motors.enabled
-        # it stays until somebody resets it
-        assert fault_of(motors).endswith(f"{name} ({emulated.ERRORS[name]})")
-        assert [motor.torque for motor in emulation.motors.motors] == [0.0, 0.0]
-        emulation.obey("mend")
-        motors.reset(2.0)
-        motors.enable(2.0)
-        motors.close()
+        motors = enabled(connected(pace="commands"))
+        fault = f"moteus_error: q21 (id 2): {name} ({emulated.ERRORS[name]})"
+        expect_an_error_until_it_is_reset(emulation, motors, cycles, f"fault 2 {name}", fault)
 
 
 def test_a_supply_that_sags_is_a_fault() -> None:
@@ -143,7 +124,7 @@ def test_a_supply_that_sags_is_a_fault() -> None:
 
 def test_the_watchdog_of_a_drive_takes_its_torque() -> None:
     with drives() as emulation:
-        motors = enabled(watchdog_ms=100)
+        motors = enabled(connected(watchdog_ms=100))
         motors.write((0.5, 0.5))
         motors.exchange()
         deadline = threading.Event()
@@ -159,13 +140,8 @@ def test_the_watchdog_of_a_drive_takes_its_torque() -> None:
 @pytest.mark.parametrize(("order", "silent"), [("silent 2", r"q21 \(id 2\)"), ("unplug", r"q.1 \(id .\)")])
 def test_a_cable_that_is_pulled_is_a_fault(order: str, silent: str) -> None:
     with drives() as emulation:
-        motors = enabled(missing_limit=3, gather_deadline_us=500)
-        emulation.obey(order)
-        assert re.match(rf"feedback_missing: {silent}: no answer in 4 cycles in a row", fault_of(motors))
-        assert not motors.enabled
-        assert dict(motors.unused)["missing_answers"] >= 4
-        emulation.obey("mend")
-        motors.close()
+        motors = enabled(connected(missing_limit=3, gather_deadline_us=500))
+        expect_a_pulled_cable_to_be_a_fault(emulation, motors, order, silent)
 
 
 @pytest.mark.parametrize(
@@ -323,7 +299,7 @@ def test_a_frame_that_is_cut_off_is_no_answer() -> None:
         registers_in(b"\x2f\x01\x00")
     assert list(wire.subframes(b"\x0f\x01\x00")) == []
     with drives(), can.Bus(**virtual_link("moteus")) as bus:
-        motors = enabled()
+        motors = enabled(connected())
         bus.send(can.Message(arbitration_id=0x100, data=b"\x2f\x01\x00", is_extended_id=False, is_fd=True))
         assert motors.exchange().fault is None
         motors.close()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import struct
 import threading
 from contextlib import AbstractContextManager
@@ -14,8 +13,12 @@ import pytest
 from served_motors import (
     MISPLACED,
     bridge_file,
+    enabled,
+    expect_a_pulled_cable_to_be_a_fault,
+    expect_an_error_until_it_is_reset,
     expect_no_power_where_it_stands,
     expect_torques_that_have_acted,
+    fault_of,
     misplaced,
     posture_of,
     served,
@@ -41,20 +44,9 @@ def connected(**changed: Any) -> TwoMotors:
     return TwoMotors(file, ODrives(file))
 
 
-def enabled(**changed: Any) -> TwoMotors:
-    motors = connected(**changed)
-    motors.set_up()
-    motors.enable(2.0)
-    return motors
-
-
-def fault_of(motors: TwoMotors) -> str:
-    return str(next(fault for _ in range(50) if (fault := motors.exchange().fault) is not None))
-
-
 def test_torque_and_angle_go_over_the_bus() -> None:
     with drives() as emulation:
-        motors = enabled()
+        motors = enabled(connected())
         motors.write((1.5, -1.5))
         exchanges = [motors.exchange() for _ in range(10)]
         assert not any(one.fault for one in exchanges)
@@ -71,7 +63,7 @@ def test_torque_and_angle_go_over_the_bus() -> None:
 
 def test_a_torque_that_is_answered_has_acted() -> None:
     with drives():
-        motors = enabled()
+        motors = enabled(connected())
         expect_torques_that_have_acted(motors)
         motors.close()
 
@@ -88,31 +80,15 @@ def test_a_torque_that_is_answered_has_acted() -> None:
 )
 def test_an_error_has_the_vendor_s_name_and_is_cleared_by_a_reset(name: str, cycles: int) -> None:
     with drives() as emulation:
-        motors = enabled()
-        motors.write((0.2, -0.2))
-        for _ in range(cycles):
-            assert motors.exchange().fault is None
-        emulation.obey(f"fault 2 {name}")
-        assert fault_of(motors) == f"odrive_error: q21 (node 1): {name}"
-        assert not motors.enabled
-        # it stays until somebody resets it
-        assert fault_of(motors) == f"odrive_error: q21 (node 1): {name}"
-        assert [motor.torque for motor in emulation.motors.motors] == [0.0, 0.0]
-        emulation.obey("mend")
-        motors.reset(2.0)
-        motors.enable(2.0)
-        motors.close()
+        fault = f"odrive_error: q21 (node 1): {name}"
+        expect_an_error_until_it_is_reset(emulation, enabled(connected()), cycles, f"fault 2 {name}", fault)
 
 
 @pytest.mark.parametrize(("order", "silent"), [("silent 2", r"q21 \(id 1\)"), ("unplug", r"q.1 \(id .\)")])
 def test_a_cable_that_is_pulled_is_a_fault(order: str, silent: str) -> None:
     with drives() as emulation:
-        motors = enabled(missing_limit=3, gather_deadline_us=500)
-        emulation.obey(order)
-        assert re.match(rf"feedback_missing: {silent}: no answer in 4 cycles in a row", fault_of(motors))
-        assert not motors.enabled
-        emulation.obey("mend")
-        motors.close()
+        motors = enabled(connected(missing_limit=3, gather_deadline_us=500))
+        expect_a_pulled_cable_to_be_a_fault(emulation, motors, order, silent)
 
 
 def test_an_axis_that_is_not_calibrated_gets_no_power_and_says_why() -> None:
@@ -147,7 +123,7 @@ def test_a_drive_of_another_id_is_missing() -> None:
 
 def test_the_watchdog_of_a_drive_disarms_it() -> None:
     with drives(watchdog_ms=500) as emulation:
-        motors = enabled()
+        motors = enabled(connected())
         deadline = threading.Event()
         while any(motor.powered for motor in emulation.motors.motors):
             deadline.wait(0.005)
