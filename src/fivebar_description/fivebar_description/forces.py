@@ -22,7 +22,7 @@ class Forces(NamedTuple):
     """Forces that act all the time and are known: gravity in the robot's plane, a payload, and a constant force.
 
     Laws, planner, estimator and simulated robots all count with them. What is not known of them, in any direction,
-    belongs into `loads`.
+    belongs in `loads`.
     """
 
     tilt: Annotated[
