@@ -13,7 +13,7 @@ from fivebar_description.closed_loop import Vector
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.cable import cable_force, stretched_energy
 from fivebar_sim.effects.encoders import EncoderReading, read_at, seen
-from fivebar_sim.effects.friction import friction, sliding_friction
+from fivebar_sim.effects.friction import friction
 from fivebar_sim.effects.heating import heat_after, hot_share
 from fivebar_sim.effects.loads import held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
@@ -66,8 +66,6 @@ class MujocoMotion:
         self._distal = [self._model.body(name).id for name in ("distal_1", "distal_2")]
         self._arms = self._arms_of_distal_links()
         self._sites = [self._model.site(name).id for name in ("tip_1", "tip_2")]
-        self._weight: Vector = self._model.opt.gravity.copy()
-        self._damping: Vector = self._model.dof_damping[self._motors].copy()
         self._heats = [0.0, 0.0]
         self._currents = [0.0, 0.0]
         self._wanted = (0.0, 0.0)
@@ -142,15 +140,13 @@ class MujocoMotion:
 
     def _heat(self, before: Sequence[float], time: float) -> None:
         """Heat the motors, which were at some angles (rad) a time (s) ago, by their friction since."""
-        robot, heating = self._robot, self._robot.heating
+        heating = self._robot.heating
         if heating.change == 0.0:
             return
         places = self._data.qpos[self._motors].tolist()
-        for motor, leg in enumerate((robot.leg1, robot.leg2)):
-            moved, heat = places[motor] - before[motor], self._heats[motor]
-            curve = leg.motor_friction._replace(viscous=float(self._damping[motor]))
-            lost = hot_share(heating, heat) * sliding_friction(curve, moved / time)
-            self._heats[motor] = heat_after(heating, heat, lost, moved, time)
+        for motor, leg in enumerate((self.mechanism.leg1, self.mechanism.leg2)):
+            moved = places[motor] - before[motor]
+            self._heats[motor] = heat_after(heating, leg.motor_friction, self._heats[motor], moved, time)
 
     def _currents_after(self, time: float) -> list[float]:
         band = self._robot.bandwidth
@@ -207,10 +203,12 @@ class MujocoMotion:
         q11, q12, q21, q22 = self._links
         hot = [hot_share(robot.heating, heat) for heat in self._heats]
         if robot.heating.change != 0.0:
-            self._model.dof_damping[self._motors] = self._damping * hot
+            legs = self.mechanism.leg1, self.mechanism.leg2
+            viscous = [warm * leg.motor_friction.viscous for warm, leg in zip(hot, legs, strict=True)]
+            self._model.dof_damping[self._motors] = viscous
         if robot.shaking.pulsation > 0.0:
-            x, y, z = self._weight.tolist()
-            self._model.opt.gravity[:] = *felt_weight(robot.shaking, x, y, time), z
+            weight = felt_weight(robot.shaking, self.mechanism.weight_x, self.mechanism.weight_y, time)
+            self._model.opt.gravity[:2] = weight
         one, two = self._motors
         share = supplied_share(robot.supply, currents[0], rates[one], currents[1], rates[two])
         for leg, current, motor, link, warm in zip(

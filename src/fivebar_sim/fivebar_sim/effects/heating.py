@@ -6,6 +6,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
+from fivebar_sim.effects.friction import FrictionCurve, sliding_friction
 
 
 class Heating(NamedTuple):
@@ -44,8 +45,9 @@ def hot_share(heating: Heating, heat: float) -> float:
     return 1.0 - heating.change * math.expm1(-heat / heating.work)
 
 
-def heat_after(heating: Heating, heat: float, friction: float, moved: float, time: float) -> float:
-    """Return the heat (J) of a motor after a time (s) in which it has moved (rad) against a friction (Nm)."""
-    if heating.change == 0.0:
-        return 0.0
+def heat_after(heating: Heating, curve: FrictionCurve, heat: float, moved: float, time: float) -> float:
+    """Return the heat (J) of a motor with some friction after it has moved so far (rad) in a time (s)."""
+    if heating.change == 0.0 or time == 0.0:
+        return heat
+    friction = hot_share(heating, heat) * sliding_friction(curve, moved / time)
     return heat * math.exp(-time / heating.cooling) + abs(friction * moved)

@@ -10,8 +10,8 @@ import math
 
 from fivebar_sim.effects.body_dynamics import LegDynamics, accelerations, chain, closing_force
 from fivebar_sim.effects.encoders import EncoderReading, angle_seen_as, read_at
-from fivebar_sim.effects.friction import FrictionCurve, bristle_after, sliding_friction
-from fivebar_sim.effects.heating import heat_after, hot_share
+from fivebar_sim.effects.friction import bristle_after
+from fivebar_sim.effects.heating import heat_after
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.mechanism_state import ZERO, Bristles, MechanismState, Moved, PerBody
 from fivebar_sim.effects.motors import current_after
@@ -56,17 +56,9 @@ def bristles_after(mechanism: Mechanism, bristles: Bristles, before: PerBody, af
         bristle_after(leg1.elbow_friction, bristles.elbow1, distal1 - link1, time),
         bristle_after(leg2.elbow_friction, bristles.elbow2, distal2 - link2, time),
         bristle_after(mechanism.platform_friction, bristles.platform, distal1 - distal2, time),
-        heated(mechanism, leg1.motor_friction, bristles.heat1, motor1, time),
-        heated(mechanism, leg2.motor_friction, bristles.heat2, motor2, time),
+        heat_after(mechanism.heating, leg1.motor_friction, bristles.heat1, motor1, time),
+        heat_after(mechanism.heating, leg2.motor_friction, bristles.heat2, motor2, time),
     )
-
-
-def heated(mechanism: Mechanism, curve: FrictionCurve, heat: float, moved: float, time: float) -> float:
-    """Return the heat (J) of a motor that had some, after it has moved so far (rad) in a time (s)."""
-    heating = mechanism.heating
-    if heating.change == 0.0 or time == 0.0:
-        return heat
-    return heat_after(heating, heat, hot_share(heating, heat) * sliding_friction(curve, moved / time), moved, time)
 
 
 def stepped(
