@@ -19,7 +19,6 @@ from fivebar_sim.effects.loads import held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
 from fivebar_sim.effects.motors import current_after, motor_torque
 from fivebar_sim.effects.observation import ImuMotion
-from fivebar_sim.effects.platform_joint import Force
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.simulation import started_at
 from fivebar_sim.effects.supply import supplied_share
@@ -230,8 +229,8 @@ class MujocoMotion:
             force[[q11, q12]] -= between
             force[[q21, q22]] += between
         data.qfrc_applied[:] = force
-        if robot.push.force > 0.0 or robot.cable.force > 0.0 or robot.cable.stiffness > 0.0 or robot.is_pulled:
-            self._push(places, time)
+        if robot.is_loaded:
+            self._load(places, time)
 
     def _platform(self, places: Vector) -> tuple[float, float]:
         """Return the middle between both tips (m) with the joints at places (rad)."""
@@ -244,12 +243,14 @@ class MujocoMotion:
             y += 0.5 * (leg.proximal * math.sin(angle) + leg.distal * math.sin(theta))
         return x, y
 
-    def _push(self, places: Vector, time: float) -> None:
+    def _load(self, places: Vector, time: float) -> None:
+        """Apply what acts on the platform at a time (s) with the joints at places (rad)."""
+        robot = self._robot
         theta = [float(places[one] + places[two]) for one, two in zip(self._links[::2], self._links[1::2], strict=True)]
-        push = push_at(self._robot.push, time, math.cos(theta[0]), math.sin(theta[0]))
-        pull = cable_force(self._robot.cable, *self._platform(places))
-        push = Force(push.x + pull.x + self._robot.force_x, push.y + pull.y + self._robot.force_y)
+        push = push_at(robot.push, time, math.cos(theta[0]), math.sin(theta[0]))
+        pull = cable_force(robot.cable, *self._platform(places))
+        x, y = push.x + pull.x + robot.force_x, push.y + pull.y + robot.force_y
         for body, angle, arm in zip(self._distal, theta, self._arms, strict=True):
             # half of it on each tip, as a force at the centre of mass and a torque
-            torque = 0.5 * arm * (math.cos(angle) * push.y - math.sin(angle) * push.x)
-            self._data.xfrc_applied[body] = 0.5 * push.x, 0.5 * push.y, 0.0, 0.0, 0.0, torque
+            torque = 0.5 * arm * (math.cos(angle) * y - math.sin(angle) * x)
+            self._data.xfrc_applied[body] = 0.5 * x, 0.5 * y, 0.0, 0.0, 0.0, torque

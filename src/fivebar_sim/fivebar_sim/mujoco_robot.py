@@ -67,9 +67,10 @@ class MujocoRobot(NamedTuple):
     delays: Delays
 
     @property
-    def is_pulled(self) -> bool:
-        """Whether a constant force acts on the platform."""
-        return self.force_x != 0.0 or self.force_y != 0.0
+    def is_loaded(self) -> bool:
+        """Whether there is a push, a cable or a constant force, which acts on the platform at some time."""
+        forces = self.push.force, self.cable.force, self.cable.stiffness, self.force_x, self.force_y
+        return any(one != 0.0 for one in forces)
 
 
 def mujoco_robot(robot: FiveBar, settings: PlantSettings, mechanism: Mechanism, step: float = STEP) -> MujocoRobot:
