@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
+from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.settings import Setting
 from fivebar_description.strict_yaml import InputError
 
@@ -115,8 +115,8 @@ def with_links(robot: FiveBar, links: LinkErrors) -> FiveBar:
     Raises:
         InputError: a distal link is too short to climb.
     """
-    apart = _apart(robot, links)
-    further = math.hypot(apart, links.base_rise) - abs(apart) if links.base_rise != 0.0 else 0.0
+    apart, turn = _apart(robot, links), axis_turn(robot, links)
+    further = math.hypot(apart, links.base_rise) - abs(apart)
 
     def leg(one: LegParameters, base: float, proximal: float, distal: float) -> LegParameters:
         flat = one.distal + distal
@@ -124,16 +124,16 @@ def with_links(robot: FiveBar, links: LinkErrors) -> FiveBar:
             flat = _flat(flat, 0.5 * links.base_height)
         return one._replace(base_x=one.base_x + base, proximal=one.proximal + proximal, distal=flat)
 
-    actual = robot
-    if links.base_rise != 0.0 and has_external_force(robot):
-        # what acts all the time is given along the modelled axes
-        turn = axis_turn(robot, links)
-        g_x, g_y = _turned(robot.gravity_x, robot.gravity_y, -turn)
-        f_x, f_y = _turned(robot.force_x, robot.force_y, -turn)
-        actual = robot._replace(gravity_x=g_x, gravity_y=g_y, force_x=f_x, force_y=f_y)
-    return actual._replace(
+    # what acts all the time is given along the modelled axes
+    gravity_x, gravity_y = _turned(robot.gravity_x, robot.gravity_y, -turn)
+    force_x, force_y = _turned(robot.force_x, robot.force_y, -turn)
+    return robot._replace(
         leg1=leg(robot.leg1, links.base_1, links.l_11, links.l_12),
         leg2=leg(robot.leg2, links.base_2 + further, links.l_21, links.l_22),
+        gravity_x=gravity_x,
+        gravity_y=gravity_y,
+        force_x=force_x,
+        force_y=force_y,
     )
 
 

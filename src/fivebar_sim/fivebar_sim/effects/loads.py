@@ -73,8 +73,6 @@ def weight_of(tilt: Tilt) -> Force:
 def weight_on(robot: FiveBar, tilt: Tilt) -> Force:
     """Return the part of gravity in the plane of a robot (N/kg): what is known of it, and the tilt that is not."""
     more = weight_of(tilt)
-    if not has_external_force(robot):
-        return more
     return Force(robot.gravity_x + more.x, robot.gravity_y + more.y)
 
 

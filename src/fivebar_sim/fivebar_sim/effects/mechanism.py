@@ -132,7 +132,9 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
     phases = np.random.default_rng([settings.seed, STREAM]).uniform(0.0, 2.0 * math.pi, (2, 3)).tolist()
     line_phases = np.random.default_rng([settings.seed, LINE_STREAM]).uniform(0.0, 2.0 * math.pi, 2).tolist()
     motors, joint = settings.motors, settings.platform_joint
-    turn = axis_turn(robot, settings.links)
+    # the encoders were mounted in a frame from which the robot's is turned
+    turn, encoders = axis_turn(robot, settings.links), settings.encoders
+    encoders = encoders._replace(zero_1=encoders.zero_1 + turn, zero_2=encoders.zero_2 + turn)
     leg1, leg2 = (
         _leg(
             settings,
@@ -141,12 +143,7 @@ def mechanism_of(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> Mecha
             motors.constant_1 if motor == 1 else motors.constant_2,
             phases[motor - 1][0],
             phases[motor - 1][1],
-            _turned(
-                disc_of(
-                    settings.encoders, motor, settings.encoder_counts or 0, phases[motor - 1][2], line_phases[motor - 1]
-                ),
-                turn,
-            ),
+            disc_of(encoders, motor, settings.encoder_counts or 0, phases[motor - 1][2], line_phases[motor - 1]),
         )
         for motor, leg in enumerate(actual[:2], start=1)
     )
@@ -195,11 +192,6 @@ def _check(settings: PlantSettings) -> None:
             f"plant.platform_joint.clearance: {clearance:g}: a joint that touches needs a stiffness: expected"
             " platform_joint.stiffness above 0, such as 1e6"
         )
-
-
-def _turned(disc: EncoderDisc, turn: float) -> EncoderDisc:
-    """Return an encoder that was mounted in a frame from which the robot's is turned by some (rad)."""
-    return disc._replace(zero=disc.zero + turn) if turn != 0.0 else disc
 
 
 def _leg(
