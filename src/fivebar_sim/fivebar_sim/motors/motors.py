@@ -16,7 +16,6 @@ from fivebar_sim.plant import PlantDiverged
 LONGEST_CATCH_UP = 0.25
 """Longest time (s) that is simulated at once, after this process was stopped for a while."""
 
-
 RESTING = 0.03
 """Speed (rad/s) of the fastest joint below which friction holds a robot that nothing moves."""
 
@@ -133,7 +132,8 @@ class EmulatedMotors(MovedRobot):
         self._commanded_at: float | None = None
         self._clock = now
         self._impulses = [0.0, 0.0]
-        self._changed = [now, now]
+        """Integrals of both torques (Nm s) over the present period, as far as they have been noted."""
+        self._noted_until = [now, now]
         self.before_step: Callable[[float], None] | None = None
         """Called with the time (s) of the robot's state before that is moved on."""
         super().__init__(file, round(1.0 / self._period), imu)
@@ -183,7 +183,7 @@ class EmulatedMotors(MovedRobot):
         found = motor.state
         if self._file.pace != "commands":
             found = motor.state_at(self._angle_at(number, now))
-            self._note_torque(number, now)
+            self._note_torque(number, self._clock, min(now, self._clock + self._period))
         motor.command(power, torque)
         self._held = self._held and not motor.powered
         self._commanded_at = now
@@ -214,21 +214,20 @@ class EmulatedMotors(MovedRobot):
         passed = 0.0 if self._held else min(max(0.0, now - self._clock), 2.0 * self._period)
         return angles[2 * number] + passed * speeds[2 * number]
 
-    def _note_torque(self, number: int, now: float) -> None:
-        """Note the torque of a motor until a time (s), at which it changes within a period."""
-        until = min(now, self._clock + self._period)
-        since = max(self._changed[number], self._clock)
+    def _note_torque(self, number: int, begin: float, until: float) -> None:
+        """Note the torque of a motor up to a time (s), within the period that has begun at another."""
+        since = max(self._noted_until[number], begin)
         self._impulses[number] += self.motors[number].joint_torque() * max(0.0, until - since)
-        self._changed[number] = until
+        self._noted_until[number] = until
 
     def _torque(self, number: int) -> float:
         """Return the torque (Nm) at a joint in the next period: by the clock its mean over the one that has passed."""
         if self._file.pace == "commands":
             return self.motors[number].joint_torque()
         # its end is the present time of the clock
-        left = self._clock - max(self._changed[number], self._clock - self._period)
+        self._note_torque(number, self._clock - self._period, self._clock)
         impulse, self._impulses[number] = self._impulses[number], 0.0
-        return (impulse + self.motors[number].joint_torque() * max(0.0, left)) / self._period
+        return impulse / self._period
 
     def measure(self) -> MeasuredRecord:
         """Return what is measured now, which is noted once."""
