@@ -127,7 +127,7 @@ class EmulatedRobot(GraphNode):
             self._begin_run()
         if sample > self._sample:
             self._began = self._began if self._began is not None else now
-            late = sample - 1 - min(max(self._commanded, self._sample - 1), sample - 1)
+            late = max(0, sample - 1 - max(self._commanded, self._sample - 1))
             if self._emulation.waits and self._sample > 0:
                 # such a robot stands still until the torque comes
                 late = max(late, int(now - self._heard > LATE_PERIODS / self._rate_hz))
