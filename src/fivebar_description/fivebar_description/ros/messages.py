@@ -10,8 +10,9 @@ from typing import Any, TypeAlias
 
 from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 
+from fivebar_description.imu import Vector3
 from fivebar_description.interface import BASE_FRAME, LATEST_STAMP_NS, NANOSECONDS, Topic
 from fivebar_description.joint_sample import JointSample, MessageError, checked_fields, part_of
 
@@ -63,6 +64,23 @@ def joint_state(
     message.position = array("d", position)
     message.velocity = array("d", velocity)
     message.effort = array("d", effort)
+    return message
+
+
+def imu_message(stamp_ns: int, frame: str, angular_velocity: Vector3, acceleration: Vector3 | None = None) -> Imu:
+    """Return an IMU's reading in its own frame (rad/s, m/s^2), without orientation."""
+    message = Imu()
+    message.header.stamp = to_stamp(stamp_ns)
+    message.header.frame_id = frame
+    # -1 means that there is no such measurement (sensor_msgs/Imu)
+    message.orientation_covariance[0] = -1.0
+    vector = message.angular_velocity
+    vector.x, vector.y, vector.z = angular_velocity
+    if acceleration is None:
+        message.linear_acceleration_covariance[0] = -1.0
+    else:
+        vector = message.linear_acceleration
+        vector.x, vector.y, vector.z = acceleration
     return message
 
 

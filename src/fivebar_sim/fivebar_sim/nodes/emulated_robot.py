@@ -10,7 +10,6 @@ import queue
 import threading
 import time
 
-from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 
 from fivebar_description.interface import (
@@ -150,17 +149,10 @@ class EmulatedRobot(GraphNode):
         if sample > self._last_reading:
             since, self._last_reading = sample - self._last_reading, sample
             rate = self._gyroscope.read(position[2] + position[3], velocity[2] + velocity[3], since)
-            self._late.publish(self._late.arrived(sample, self._gyro_reading(sample, rate), position))
+            # it has no accelerometer
+            message = self._late.imu_message(sample, self._imu.gyro_axes(rate))
+            self._late.publish(self._late.arrived(sample, message, position))
         self.note_answer()
-
-    def _gyro_reading(self, sample: int, rate: float) -> Imu:
-        """Return the message of the gyroscope's reading (rad/s); it has no accelerometer."""
-        message = self._late.imu_message(sample)
-        # -1 means that there is no such measurement (sensor_msgs/Imu)
-        message.linear_acceleration_covariance[0] = -1.0
-        vector = message.angular_velocity
-        vector.x, vector.y, vector.z = self._imu.gyro_axes(rate)
-        return message
 
     def _sync_of(self, sample: int, q11: float, q21: float) -> MeasuredRecord | None:
         """Return the SYNC that a sample was measured at.

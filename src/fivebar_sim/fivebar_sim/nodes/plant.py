@@ -331,12 +331,7 @@ class PlantNode(GraphNode):
 
     def _read_imu(self) -> Imu:
         reading = self._plant.measure_imu()
-        message = self._late.imu_message(self._sample)
-        vector = message.linear_acceleration
-        vector.x, vector.y, vector.z = reading.acceleration
-        vector = message.angular_velocity
-        vector.x, vector.y, vector.z = reading.angular_velocity
-        return message
+        return self._late.imu_message(self._sample, reading.angular_velocity, reading.acceleration)
 
     def _on_safety_state(self, message: String) -> None:
         """Follow the blender's fault: its brake may act for some time, and then nothing until the fault is cleared."""

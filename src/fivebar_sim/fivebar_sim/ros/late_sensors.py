@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 from sensor_msgs.msg import Imu
 
-from fivebar_description.imu import ImuSettings
+from fivebar_description.imu import ImuSettings, Vector3
 from fivebar_description.interface import IMU_DATA, IMU_FRAME, PASSIVE_STATES, late_stamp_ns
 from fivebar_description.joint_sample import JointSample, joint_sample
 from fivebar_description.passive_encoder import PassiveEncoder
-from fivebar_description.ros.messages import to_stamp
+from fivebar_description.ros.messages import imu_message
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock
@@ -56,16 +56,10 @@ class LateSensors:
         self._readings: ReadingQueue[Imu] = imu_queue(self._settings, self._faults, self._rate_hz, self._seed)
         self._angles: ReadingQueue[JointSample] = ReadingQueue(self.passive, self._rate_hz, self._seed, PASSIVE_LOSSES)
 
-    def imu_message(self, sample: int) -> Imu:
-        """Return an empty message of the IMU for a reading that is made at a sample, stamped by the IMU's clock."""
-        message = Imu()
-        message.header.stamp = to_stamp(
-            late_stamp_ns(sample, self._rate_hz, self._clock.offset(sample), self._run.epoch_ns)
-        )
-        message.header.frame_id = self._imu_frame
-        # -1 means that there is no orientation (sensor_msgs/Imu)
-        message.orientation_covariance[0] = -1.0
-        return message
+    def imu_message(self, sample: int, angular_velocity: Vector3, acceleration: Vector3 | None = None) -> Imu:
+        """Return the message of a reading that is made at a sample (rad/s, m/s^2), stamped by the IMU's clock."""
+        stamp = late_stamp_ns(sample, self._rate_hz, self._clock.offset(sample), self._run.epoch_ns)
+        return imu_message(stamp, self._imu_frame, angular_velocity, acceleration)
 
     def arrived(self, sample: int, imu: Imu, position: tuple[float, ...]) -> Arrived:
         """Return what comes with a sample, given its own IMU message.

@@ -11,7 +11,6 @@ import queue
 import sys
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,9 +25,9 @@ from fivebar_control.model.state import Platform
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import DEFAULT_PRIORITY, IMU_DATA, IMU_FRAME, NANOSECONDS
 from fivebar_description.ros.domain_member import DomainMember
-from fivebar_description.ros.messages import to_stamp
+from fivebar_description.ros.messages import imu_message
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
-from fivebar_sim.effects.gyroscope import GyroscopeFaults
+from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.motors.emulation import POLL_PERIOD
 from fivebar_sim.motors.odrive import ODriveBus
@@ -42,32 +41,17 @@ class ImuOnTopic:
         self, settings: ImuSettings, rate_hz: int, seed: int, faults: GyroscopeFaults, publisher: Publisher[Imu]
     ) -> None:
         """Have an IMU that is read with every sample of a robot."""
-        self._settings, self._publisher = settings, publisher
-        self._queue: ReadingQueue[ImuReading] = imu_queue(settings, faults, rate_hz, seed)
-        self._moments: deque[tuple[int, float]] = deque()
+        self._publisher = publisher
+        self._clock = ImuClock(settings, faults, rate_hz, seed)
+        self._queue: ReadingQueue[tuple[ImuReading, float]] = imu_queue(settings, faults, rate_hz, seed)
         self._number = 0
 
     def read(self, reading: ImuReading, moment: float) -> None:
         """Take the reading of the next sample, at a moment of the clock (s since the epoch)."""
-        self._moments.append((self._number, moment))
-        for made, arrived in self._queue.arrived(self._number, reading):
-            while self._moments[0][0] < made:
-                self._moments.popleft()
-            self._publish(arrived, self._moments[0][1])
+        for made, (arrived, then) in self._queue.arrived(self._number, (reading, moment)):
+            stamp = round((then + self._clock.offset(made)) * NANOSECONDS)
+            self._publisher.publish(imu_message(stamp, IMU_FRAME, arrived.angular_velocity, arrived.acceleration))
         self._number += 1
-
-    def _publish(self, reading: ImuReading, moment: float) -> None:
-        message = Imu()
-        message.header.stamp = to_stamp(round((moment + self._settings.clock_offset) * NANOSECONDS))
-        message.header.frame_id = IMU_FRAME
-        # -1 means that there is no orientation (sensor_msgs/Imu)
-        message.orientation_covariance[0] = -1.0
-        for vector, values in (
-            (message.angular_velocity, reading.angular_velocity),
-            (message.linear_acceleration, reading.acceleration),
-        ):
-            vector.x, vector.y, vector.z = values
-        self._publisher.publish(message)
 
 
 class ClockedRobot(PracticeRobot):
