@@ -32,7 +32,7 @@ def by_the_clock(content: dict[str, Any]) -> dict[str, Any]:
     return content | {"interface": "odrive", "pace": "clock", "link": private_bus()}
 
 
-class PractisedRobot:
+class RobotProcess:
     """The process of the simulated robot, whose hand does what it is told."""
 
     def __init__(self, file: Path, domain: int) -> None:
@@ -58,6 +58,7 @@ class PractisedRobot:
             self._process.stdin.write(f"{task_line(task)}\n")
             self._process.stdin.flush()
         except BrokenPipeError:
+            # the process has ended, which is told below
             pass
         self._expect(DONE)
 
@@ -100,7 +101,7 @@ class ClockedBench(RealBench):
             rate_hz = round(1e6 / practice.period_us)
             imu_rate_hz = 0 if practice.imu is None else practice.imu.rate_hz or rate_hz
             super().__init__(rate_hz, imu_rate_hz, domain)
-            self.robot = PractisedRobot(file, domain)
+            self.robot = RobotProcess(file, domain)
             stack.callback(self.robot.close)
             self._left = stack.pop_all()
 

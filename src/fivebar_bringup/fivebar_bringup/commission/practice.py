@@ -152,6 +152,7 @@ def assumed_drives(practice: PracticeFile, torque_limit: float) -> dict[str, Any
         "pace": practice.pace,
         "period_us": practice.period_us,
         "gather_deadline_us": int(GATHER_FRACTION * practice.period_us),
+        # less than the watchdog waits, so that the bridge, which knows what is missing, reports the fault
         "missing_limit": max(1, cycles - 3),
         "watchdog_ms": practice.watchdog_ms,
         "link": dict(practice.link),

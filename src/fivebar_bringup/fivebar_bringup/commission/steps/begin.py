@@ -132,21 +132,18 @@ def _session(
             content["tolerances"] |= TOLERATED
         write_file(folder / ROBOT_FILE, yaml_text(content))
     bench: RobotBench
-    person: Person | None = None
-    known = None if answers is None else _answers_in(answers)
+    person: Person | None
+    known = {} if answers is None else _answers_in(answers)
     if practice:
         simulated = _practice_in(folder, robot, practice, torque, state.realtime)
-        if state.realtime:
-            bench = clocked = ClockedBench(folder / PRACTICE_FILE)
-            person = SimulatedPerson(clocked.robot)
-        else:
-            bench = practised = PracticeBench(simulated)
-            person = SimulatedPerson(practised.robot)
+        practised: ClockedBench | PracticeBench
+        practised = ClockedBench(folder / PRACTICE_FILE) if state.realtime else PracticeBench(simulated)
+        bench, person = practised, SimulatedPerson(practised.robot)
     else:
         _write_drives(folder, state.drives, torque)
         bench = RealBench(DrivesFile(folder / DRIVES_FILE).rate_hz, imu_rate_hz)
         person = PersonAtTerminal(read, tell) if answers is None else None
-    if answers is not None and known is not None:
+    if answers is not None:
         person = PersonByFile(known, answers, person)
     assert person is not None, "somebody answers"
     state.write(folder)
