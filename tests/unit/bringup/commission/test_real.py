@@ -73,20 +73,8 @@ def test_drives_on_a_bus_are_put_right_and_left_without_power(tmp_path: Path, mo
     facts = ({"sign": -1, "zero_rad": 0.3, "gear_ratio": 4.0}, {"zero_rad": -0.2})
     with served(BUS, ODriveBus, ERRORS, ids, motors=facts, period_us=UNHURRIED["period_us"]) as emulation:
         person = HandAtTheEmulation(emulation)
-        session = begun(
-            robot="dextar",
-            torque=2.0,
-            speed=6.0,
-            drives=str(given),
-            practice=None,
-            answers=None,
-            again=None,
-            last="zero",
-            out=tmp_path / "out",
-            imu_rate_hz=0,
-            tell=person.told.append,
-            read=person.read,
-        )
+        chosen = {"drives": str(given), "last": "zero", "tell": person.told.append, "read": person.read}
+        session = begun(**(options(tmp_path / "out") | chosen))  # type: ignore[arg-type]
         ended = commission(session, "zero")
         assert ended.passed, ended.words
         assert not any(motor.powered for motor in emulation.motors.motors)
