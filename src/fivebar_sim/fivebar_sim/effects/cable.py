@@ -16,7 +16,7 @@ def _place(axis: str) -> Setting:
 class Cable(NamedTuple):
     """A force on the platform that is always the same, and a spring between the platform and an anchor that only pulls.
 
-    Other than a push it lasts for the whole run; the tension of the spring follows the platform.
+    Unlike a push it lasts for the whole run, and the tension of the spring follows the platform.
     """
 
     force: Annotated[float, Setting("The constant force; typical: 0.1 to 0.5.", "N", at_least=0.0, at_most=1e4)] = 0.0

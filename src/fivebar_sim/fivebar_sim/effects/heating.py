@@ -10,9 +10,9 @@ from fivebar_sim.effects.friction import FrictionCurve, sliding_friction
 
 
 class Heating(NamedTuple):
-    """How the friction of each motor changes with the heat that it has made, which is lost again with time.
+    """How the friction of each motor changes with the heat that it has made, which the motor loses again with time.
 
-    All of it changes in proportion: Coulomb and viscous friction, and the offset.
+    Coulomb and viscous friction and the offset all change in proportion.
     """
 
     change: Annotated[
@@ -26,7 +26,7 @@ class Heating(NamedTuple):
     work: Annotated[
         float,
         Setting(
-            "Work of the friction after which 63 % of the change are reached; typical: 5 to 500.",
+            "Work of the friction after which 63 % of the change is reached; typical: 5 to 500.",
             "J",
             at_least=1e-3,
             at_most=1e6,

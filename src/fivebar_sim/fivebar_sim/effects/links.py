@@ -59,8 +59,8 @@ class LinkErrors(NamedTuple):
     base_rise: Annotated[
         float,
         Setting(
-            "Motor axis 2 above the x axis, on which motor axis 1 is, in the plane; typical: 2e-5 to 5e-4. The robot's"
-            " frame is then that through both axes, from which the encoders' zeros are off.",
+            "Motor axis 2 above the x axis, on which motor axis 1 is, in the plane; typical: 2e-5 to 5e-4. The x axis"
+            " of the simulated robot then goes through both, and the encoders' zeros are off by the angle to it.",
             "m",
             at_least=-0.01,
             at_most=0.01,

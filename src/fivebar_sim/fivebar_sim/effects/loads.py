@@ -16,7 +16,7 @@ PLANE, LOCUS = "plane", "locus"
 class Tilt(NamedTuple):
     """A base that is not level, so that a part of the weight acts in the robot's plane.
 
-    The controllers do not know it. A tilt that they do is in the robot's file (`forces`), and adds to this one.
+    The controllers do not know it. A tilt that they know is in the robot's file (`forces`), and adds to this one.
     """
 
     angle: Annotated[
