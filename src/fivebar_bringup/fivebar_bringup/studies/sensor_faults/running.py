@@ -95,18 +95,19 @@ def run_numbered(settings: SensorFaultSettings, number: int) -> list[SensorFault
         refused = True
     if refused:
         return [SensorFaultRow(number, "", 0, 0.0, 0.0, REFUSED, "", None, None, 0.0, 0.0, 0.0, 0.0, 0.0)]
-    case, own = found.case, found.case.scenario(PLANNED_FOR)
-    errors, crossings = find_rig(settings.rig).errors, planned(case).crossings
+    case, plan = found.case, planned(found.case)
+    own, errors, times = case.scenario(PLANNED_FOR), find_rig(settings.rig).errors, [one.time for one in plan.crossings]
     rows = []
     for robot in range(settings.robots):
         scenario = own
         if robot > 0:
-            time = crossings[robot % len(crossings)].time
-            scenario = with_drawn_robot(own, errors, odds_seed(case), OTHER_ROBOTS.stop + robot, time)
+            # a push meets one of the crossings
+            met = times[robot % len(times)]
+            scenario = with_drawn_robot(own, errors, odds_seed(case), OTHER_ROBOTS.stop + robot, met)
         rows.append(_run(case, scenario, "", robot, 0.0, 0.0))
         if robot < settings.faulty:
             random = np.random.default_rng((settings.seed, number, STREAM, robot))
-            for one in drawn_faults(random, crossings[0].time, planned(case).path.duration):
+            for one in drawn_faults(random, times[0], plan.path.duration):
                 rows.append(_run(case, one.on(scenario), one.fault, robot, one.size, one.at.time))
     return rows
 
