@@ -93,9 +93,12 @@ def command_of(settings: EstimationSettings) -> str:
     words = ["fivebar", "estimate", settings.bag]
     for change in settings.changes:
         words += ["--set", change]
-    for option in ("file", "scenario", "namespace"):
-        value = getattr(settings, option)
-        words += [f"--{'settings' if option == 'file' else option}", value] if value else []
+    for option, value in (
+        ("--settings", settings.file),
+        ("--scenario", settings.scenario),
+        ("--namespace", settings.namespace),
+    ):
+        words += [option, value] if value else []
     return shlex.join(words)
 
 
