@@ -182,12 +182,11 @@ def _table(findings: IdentificationResult) -> Table:
     from fivebar_bringup.studies.identify.result import INTERVALS
 
     table = Table("parameter", "before", f"identified, {INTERVALS}", "unit", "change", box=None)
-    for one in findings.parameters():
-        table.add_row(one.name, f"{one.before:g}", one.text(), one.unit, one.change())
-    for one in findings.beside():
-        table.add_row(one.name, "", one.text(), one.unit, "")
-    for motor, harmonics in enumerate(findings.cogging(), start=1):
-        for found in harmonics[1]:
+    for line in findings.rows():
+        table.add_row(*line)
+    cogging = findings.cogging()
+    for motor, harmonics in enumerate((cogging.q11, cogging.q21), start=1):
+        for found in harmonics:
             size = math.hypot(found.cosine, found.sine)
             table.add_row(f"cogging {motor}", "", f"{size:.3g}, {found.periods} periods", "Nm", "")
     return table

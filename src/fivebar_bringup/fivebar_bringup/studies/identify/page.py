@@ -17,18 +17,11 @@ def html_page(findings: IdentificationResult, pictures: Sequence[Picture]) -> st
         title=f"{findings.start.name}: identified",
         setting=f"from {findings.bag} · {findings.samples} samples at {findings.rate_hz:g} Hz",
         intervals=INTERVALS,
-        parameter_rows=_parameter_rows(findings),
+        parameter_rows=findings.rows(),
         quality_rows=_quality_rows(findings),
         pictures=pictures,
         parameter_file=findings.parameter_file(),
     )
-
-
-def _parameter_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:
-    for one in findings.parameters():
-        yield one.name, f"{one.before:g}", one.text(), one.unit, one.change()
-    for one in findings.beside():
-        yield one.name, "", one.text(), one.unit, ""
 
 
 def _quality_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:

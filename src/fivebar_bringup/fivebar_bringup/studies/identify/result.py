@@ -76,6 +76,13 @@ class IdentificationResult(NamedTuple):
         ]
         return [*rows, IdentifiedParameter("constants", "motor 2 / motor 1", *self.found.constants_ratio(), 1.0)]
 
+    def rows(self) -> list[tuple[str, str, str, str, str]]:
+        """Return what is identified as the lines of a table: name, before, value and interval, unit, change."""
+        return [
+            *((one.name, f"{one.before:g}", one.text(), one.unit, one.change()) for one in self.parameters()),
+            *((one.name, "", one.text(), one.unit, "") for one in self.beside()),
+        ]
+
     def cogging(self) -> MotorCogging:
         """Return the cogging that is seen, as the robot file has it."""
         numbers = iter(self.found.fit.values[len(COLUMNS) :].tolist())
