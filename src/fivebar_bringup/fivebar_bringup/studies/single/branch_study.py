@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.screening import planned, screened
+from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.model.singularity import FOLDED, STRETCHED, DistalLinks, parallel_svd
 from fivebar_control.safety.stages import NO_FAULT
@@ -124,13 +124,9 @@ def table(runs: Sequence[BranchRun]) -> str:
     }
     lines = ["| within 2 mm | stretched (95 %) | folded (95 %) |", "|---|---|---|"]
     for words, found in rows.items():
-        lines.append(f"| {words} | {' | '.join(_share(values) for values in found.values())} |")
+        shares = (share_words(sum(values), len(values)) for values in found.values())
+        lines.append(f"| {words} | {' | '.join(shares)} |")
     return "\n".join(lines)
-
-
-def _share(values: Sequence[bool]) -> str:
-    low, high = clopper_pearson(sum(values), len(values))
-    return f"{sum(values)} of {len(values)} ({100.0 * low:.1f} to {100.0 * high:.1f} %)"
 
 
 def main() -> None:

@@ -19,9 +19,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
 from fivebar_bringup.studies.sweep.running import made
+from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.reference_torque import full_torque
 from fivebar_control.trajectory.desired import desired_at
@@ -133,14 +133,12 @@ def table(runs: Sequence[ForcedRun], torque: float) -> str:
         for direction in DIRECTIONS:
             all_of = [run for run in runs if (run.rig, run.direction) == (rig, direction)]
             strong = [run for run in all_of if run.torque <= torque]
-            good = sum(run.success for run in strong)
-            low, high = clopper_pearson(good, len(strong))
+            good = share_words(sum(run.success for run in strong), len(strong), 0)
             errors = np.array([(run.level, run.error) for run in strong if run.success]).reshape(-1, 2)
             level, vertical = (1e3 * np.median(errors, axis=0)).tolist() if len(errors) else (math.nan, math.nan)
             lines.append(
                 f"| `{rig}` | {direction} | {np.median([run.torque for run in all_of]):.2f} Nm |"
-                f" {len(strong)} of {len(all_of)} |"
-                f" {good} of {len(strong)} ({100.0 * low:.0f} to {100.0 * high:.0f} %) |"
+                f" {len(strong)} of {len(all_of)} | {good} |"
                 f" {level:.3f} mm | {vertical:.3f} mm | {vertical / level:.2f} |"
             )
     return "\n".join(lines)

@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.screening import accepted, planned
+from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.safety.stages import NO_FAULT
 
@@ -61,18 +61,13 @@ def path_run(case: Draw, law: str, force: float) -> PathRun:
 def line(law: str, force: float, runs: Sequence[PathRun]) -> str:
     """Return a line of the table, in Markdown."""
     timed, path = ([one.timed for one in runs], [one.path for one in runs])
+    near = (share_words(sum(one < PEAK_LIMIT for one in errors), len(runs), 0) for errors in (timed, path))
     end = [one.final for one in runs if math.isfinite(one.final)]
     return (
-        f"| {force:g} N | `{law}` | {_share([one < PEAK_LIMIT for one in timed])} |"
-        f" {_share([one < PEAK_LIMIT for one in path])} |"
+        f"| {force:g} N | `{law}` | {' | '.join(near)} |"
         f" {1e3 * np.median(timed):.2f} mm | {1e3 * np.median(path):.3f} mm |"
         f" {1e3 * max(end, default=math.inf):.2f} mm |"
     )
-
-
-def _share(values: Sequence[bool]) -> str:
-    low, high = clopper_pearson(sum(values), len(values))
-    return f"{sum(values)} of {len(values)} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

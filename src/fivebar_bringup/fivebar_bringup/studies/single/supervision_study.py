@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.screening import accepted, planned
+from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_bringup.studies.sweep.timing import timed_for_loads
 from fivebar_control.laws.registry import SUPERVISIONS
 from fivebar_control.machine_code import expect_many_motions
@@ -66,14 +66,10 @@ def table(runs: Sequence[SupervisedRun]) -> str:
     for rig in dict.fromkeys(run.rig for run in runs):
         for supervision in SUPERVISIONS:
             found = [run for run in runs if (run.rig, run.supervision) == (rig, supervision)]
-            good = sum(run.success for run in found)
-            low, high = clopper_pearson(good, len(found))
+            good = share_words(sum(run.success for run in found), len(found))
             median, most = (1e3 * np.percentile([run.error for run in found], (50.0, 95.0))).tolist()
             over = sum(run.torque > TORQUE_LIMIT for run in found)
-            lines.append(
-                f"| `{rig}` | `{supervision}` | {good} of {len(found)} ({100.0 * low:.1f} to {100.0 * high:.1f} %) |"
-                f" {median:.2f}, {most:.2f} mm | {over} |"
-            )
+            lines.append(f"| `{rig}` | `{supervision}` | {good} | {median:.2f}, {most:.2f} mm | {over} |")
     return "\n".join(lines)
 
 

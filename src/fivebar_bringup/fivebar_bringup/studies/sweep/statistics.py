@@ -368,6 +368,12 @@ def interval_of(some: int, everything: int) -> Cell:
     return Cell(f"{np.floor(1e4 * low) / 100.0:.2f} to {np.ceil(1e4 * high) / 100.0:.2f} %", [low, high])
 
 
+def share_words(some: int, everything: int, decimals: int = 1) -> str:
+    """Return how many of all, with the interval of their share for 95 %, as printed tables of studies have it."""
+    low, high = clopper_pearson(some, everything)
+    return f"{some} of {everything} ({100.0 * low:.{decimals}f} to {100.0 * high:.{decimals}f} %)"
+
+
 def _figure(value: float | None, unit: str) -> Cell:
     if value is None:
         return Cell("–", None)
