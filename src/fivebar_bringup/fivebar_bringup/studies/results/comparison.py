@@ -16,7 +16,7 @@ from fivebar_bringup.studies.compare.results import ComparisonRow
 from fivebar_bringup.studies.engine.directory import PROGRAM
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
+from fivebar_bringup.studies.results.page import JUDGED_IN_TIME, ResultPage, StudyRun, TextTable
 from fivebar_bringup.units import plain
 from fivebar_description.rounding import in_millimetres
 
@@ -168,7 +168,6 @@ COMPARISON = ResultPage(
     limits=(
         "Robots drawn at random, which are on [the page of all laws](laws.md).",
         "A real robot.",
-        "`path`, which keeps to the path and not to its time, as [its page](../path.md) shows: these runs are judged in"
-        " time.",
+        JUDGED_IN_TIME,
     ),
 )

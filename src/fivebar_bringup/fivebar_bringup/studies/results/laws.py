@@ -14,7 +14,7 @@ from fivebar_bringup.studies.benchmark.scoring import scores
 from fivebar_bringup.studies.compare.figures import look_of
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
+from fivebar_bringup.studies.results.page import JUDGED_IN_TIME, ResultPage, StudyRun, TextTable
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_description.rounding import in_millimetres
 
@@ -148,8 +148,7 @@ LAWS = ResultPage(
     " where transmissions are elastic, which its gains excite.",
     limits=(
         "A real robot.",
-        "`path`, which keeps to the path and not to its time, as [its page](../path.md) shows: these runs are judged in"
-        " time.",
+        JUDGED_IN_TIME,
         "Laws on motions that are timed for them: all make the same straight segments in the same times.",
         "Other settings than those of the rig, to which `mpc` and `lqr` were not tuned one by one.",
     ),

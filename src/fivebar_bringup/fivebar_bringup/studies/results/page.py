@@ -11,6 +11,12 @@ from matplotlib.figure import Figure
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import Row, RowTable
 
+JUDGED_IN_TIME = (
+    "`path`, which keeps to the path and not to its time, as [its page](../path.md) shows: these runs are judged in"
+    " time."
+)
+"""What a page does not show whose runs are judged by their distance from the timed reference."""
+
 
 class TextTable(NamedTuple):
     """A table as a person reads it: columns, and rows of as many entries."""
