@@ -109,7 +109,7 @@ def _under_tight_limit(tight: Sequence[ComparisonResult]) -> Requirement:
 
 
 def tight_words(runs: Sequence[ComparisonResult]) -> str:
-    """Return the tight torque limits of runs with their unit: one for each robot; DexTAR's of no runs."""
+    """Return the tight torque limits of runs with their unit, one for each robot; without runs that of DexTAR."""
     limits = {run.case.torque_limit for run in runs if run.case.torque_limit is not None} or {TIGHT_LIMIT}
     return " and ".join(f"{limit:.3g}" for limit in sorted(limits)) + " Nm"
 

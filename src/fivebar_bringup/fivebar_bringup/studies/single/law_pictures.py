@@ -1,4 +1,4 @@
-"""Pictures of the path law and of the published peer beside `unified`, for docs/path.md and docs/lqr.md.
+"""Pictures for docs/path.md, of the path law beside `unified`, and for docs/lqr.md, of the published peer.
 
 `python -m fivebar_bringup.studies.single.law_pictures docs/images` writes them, from four simulated runs.
 """
