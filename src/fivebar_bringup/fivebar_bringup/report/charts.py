@@ -6,11 +6,12 @@ from typing import Any, NamedTuple
 
 
 class ChartLine(NamedTuple):
-    """A line of a chart: a column, its name, and which of the page's colours it has."""
+    """A line of a chart: a column, its name, which of the page's colours it has, and what a symbol or name means."""
 
     column: str
     label: str
     colour: str
+    meaning: str = ""
 
 
 class Chart(NamedTuple):
@@ -36,5 +37,11 @@ class Chart(NamedTuple):
 MOTOR_TORQUES = (ChartLine("torque1", "motor 1", "first"), ChartLine("torque2", "motor 2", "second"))
 
 BLENDING = Chart(
-    "Weight σ and 1/cond(A)", "", 0.02, (ChartLine("sigma", "σ", "third"), ChartLine("kappa", "1/cond(A)", "first"))
+    "Weight σ and 1/cond(A)",
+    "",
+    0.02,
+    (
+        ChartLine("sigma", "σ", "third", "weight of the constraint law"),
+        ChartLine("kappa", "1/cond(A)", "first", "0 on the Type 2 locus"),
+    ),
 )

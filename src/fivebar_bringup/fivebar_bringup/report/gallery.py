@@ -27,6 +27,9 @@ DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
     "hero": lambda run: plane.hero(run, plane.survey_run(run)),
 }
 
+REPLAYED = frozenset({"hero", "torques", "acceleration"})
+"""What the charts of a replay show too, so that a page with one leaves these pictures out."""
+
 
 def draw(run: RunAnalysis, name: str) -> bytes:
     """Return one of a run's figures as PNG."""

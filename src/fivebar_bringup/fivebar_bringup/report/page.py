@@ -16,6 +16,9 @@ from fivebar_bringup.units import error_of, plain
 
 RUNNERS = {"ros": "ROS 2 node graph", "offline": "one process, without ROS"}
 
+UNKNOWN = plain(None, "")
+"""A value that a run does not have."""
+
 
 class Metric(NamedTuple):
     """A line of the results: what was found, its value, and what the thesis states; None where it states nothing."""
@@ -34,7 +37,7 @@ def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture],
         scenario=scenario,
         summary=summary,
         sentence=outcome_sentence(summary),
-        metrics=list(_metrics(scenario, summary)),
+        metrics=[metric for metric in _metrics(scenario, summary) if metric.value != UNKNOWN],
         pictures=pictures,
         scripts=replay,
         commands=_commands(summary),
@@ -49,7 +52,7 @@ def overlay_page(names: tuple[str, str], runs: Sequence[tuple[Scenario, Summary]
         title=f"{names[0]} and {names[1]}",
         setting="two runs with the same time axis · " + ", ".join(run[1].outcome for run in runs),
         names=names,
-        rows=[(name, first.get(name, "–"), second.get(name, "–")) for name in dict.fromkeys([*first, *second])],
+        rows=[(name, first.get(name, UNKNOWN), second.get(name, UNKNOWN)) for name in dict.fromkeys([*first, *second])],
         scripts=replay,
     )
 
@@ -80,7 +83,7 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("largest tracking error, x and y", _both(summary.tracking_error_max_m, "m"))
     yield Metric("root mean square tracking error, x and y", _both(summary.tracking_error_rms_m, "m"))
     yield Metric("largest distance from the reference", error_of(summary.tracking_error_peak_m, "m"))
-    yield Metric("largest weight σ", "–" if summary.sigma_max is None else f"{summary.sigma_max:.3g}", "1 on the locus")
+    yield Metric("largest weight σ", UNKNOWN if summary.sigma_max is None else f"{summary.sigma_max:.3g}", "1 on the locus")
     imu = plain(summary.imu_acceleration_error_rms, "m/s²")
     yield Metric("root mean square acceleration error by the IMU", imu, "goes to zero")
     if summary.vision_error_rms_m is not None:
@@ -89,7 +92,7 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
         yield Metric("camera minus exact platform, largest", error_of(summary.vision_true_error_max_m, "m"))
     yield Metric("largest error of the estimate", error_of(summary.estimate_error_max_m, "m"))
     yield Metric("samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}")
-    times = "–" if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
+    times = UNKNOWN if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
     yield Metric("time between samples: median, 99 %, longest", times)
     if summary.latency_ms is not None:
         latency = summary.latency_ms
@@ -108,7 +111,7 @@ def _both(pair: MotorPair, unit: str) -> str:
 
 
 def _count(value: int | None) -> str:
-    return "–" if value is None else str(value)
+    return UNKNOWN if value is None else str(value)
 
 
 def _commands(summary: Summary) -> str:

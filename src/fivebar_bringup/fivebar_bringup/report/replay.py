@@ -40,8 +40,8 @@ CHARTS = (
         "mm",
         0.002,
         (
-            ChartLine("error", "distance", "first"),
-            ChartLine("constraint", "h", "fourth"),
+            ChartLine("error", "distance", "first", "from the reference"),
+            ChartLine("constraint", "h", "fourth", "across the path"),
             ChartLine("estimate", "error of the estimate", "soft"),
         ),
     ),
@@ -49,7 +49,7 @@ CHARTS = (
         "Acceleration error by IMU, in m/s²",
         "m/s²",
         0.02,
-        (ChartLine("acceleration", "acceleration", "first"),),
+        (ChartLine("acceleration", "acceleration error", "first", "IMU less reference"),),
     ),
 )
 """The charts below the robot; those of which a run has no values are left out."""

@@ -58,14 +58,15 @@ def write_summary_without_bag(run: RunDirectory) -> Summary:
 
 def _write_page(run: RunDirectory, recorded: _Recorded) -> None:
     # here, because matplotlib takes as long to load as all the rest of the command
-    from fivebar_bringup.report.gallery import draw_pictures
+    from fivebar_bringup.report.gallery import REPLAYED, draw_pictures
     from fivebar_bringup.report.page import html_page
     from fivebar_bringup.report.replay import replay_scripts
 
     analysis = recorded.analysis
     pictures = draw_pictures(analysis)
     replay = replay_scripts([(analysis.scenario.name, *recorded)])
-    page = html_page(analysis.scenario, analysis.summary, pictures, replay)
+    shown = [picture for picture in pictures if picture.name not in REPLAYED]
+    page = html_page(analysis.scenario, analysis.summary, shown, replay)
     write_results(run.path, {run.page.name: page}, {picture.name: picture.png for picture in pictures})
 
 

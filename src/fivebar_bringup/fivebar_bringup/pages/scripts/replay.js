@@ -185,6 +185,11 @@ class Player {
       const row = this.texts.values.insertRow(), name = document.createElement("th");
       name.scope = "row";
       name.textContent = line.label;
+      if (line.meaning) {
+        const meaning = document.createElement("small");
+        meaning.textContent = ` ${line.meaning}`;
+        name.append(meaning);
+      }
       row.append(name);
       for (const track of this.tracks) this.cells.push({ track, line, unit: chart.unit, cell: row.insertCell() });
     }
@@ -193,7 +198,7 @@ class Player {
   showValues() {
     for (const { track, line, unit, cell } of this.cells) {
       const column = track.columns[line.column], value = column ? column[track.row(this.time)] : NaN;
-      cell.textContent = Number.isFinite(value) ? `${value.toFixed(3)} ${unit}` : "–";
+      cell.textContent = Number.isFinite(value) ? `${value.toFixed(3).replace(/^-(?=[0.]*$)/, "")} ${unit}` : "–";
     }
   }
 }
