@@ -53,16 +53,22 @@ def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
         asked = _of_both(summary.torque_requested_peak_nm)
         torque += f"; {summary.torque_saturated_samples} samples asked for more than the limit, up to {asked} Nm"
     rows.append(("torque", torque))
-    if summary.odds is not None:
-        # here, because few runs have odds
-        from fivebar_bringup.odds.odds import odds_words
-
-        odds = summary.odds
-        rows.append(("odds", odds_words(odds["successes"], odds["robots"], *odds["interval_95"])))
+    if (odds := odds_of(summary)) is not None:
+        rows.append(("odds", odds))
     rows.append(("faults", ", ".join(summary.faults) or "none"))
     if warnings := _warnings(summary):
         rows.append(("warnings", "; ".join(warnings)))
     return rows
+
+
+def odds_of(summary: Summary) -> str | None:
+    """Return how likely the motion was to succeed, in words; None where its planner has not found that out."""
+    if summary.odds is None:
+        return None
+    # here, because few runs have odds
+    from fivebar_bringup.odds.odds import odds_words
+
+    return odds_words(summary.odds["successes"], summary.odds["robots"], *summary.odds["interval_95"])
 
 
 def _of_both(pair: tuple[float | None, float | None]) -> str:

@@ -199,6 +199,17 @@ def test_a_second_report_is_the_same(reported: tuple[RunDirectory, Summary], tmp
     assert {path: path.read_bytes() for path in first} == first
 
 
+def test_the_page_leaves_out_what_the_run_does_not_have_and_tells_known_odds(
+    reported: tuple[RunDirectory, Summary],
+) -> None:
+    summary = reported[1]
+    assert summary.estimate_error_max_m is None and summary.odds is None
+    page = html_page(load_scenario("middle"), summary, [])
+    assert "<td>–</td>" not in page and "odds" not in page
+    planned = replace(summary, odds={"successes": 21, "robots": 24, "interval_95": (0.68, 0.97)})
+    assert "21 of 24" in html_page(load_scenario("middle"), planned, [])
+
+
 def test_everything_on_the_page_is_escaped(reported: tuple[RunDirectory, Summary]) -> None:
     """A scenario cannot have such a name, a fault can have any text; the page trusts neither."""
     _, summary = reported
