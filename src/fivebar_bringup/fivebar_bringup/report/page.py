@@ -83,7 +83,8 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("largest tracking error, x and y", _both(summary.tracking_error_max_m, "m"))
     yield Metric("root mean square tracking error, x and y", _both(summary.tracking_error_rms_m, "m"))
     yield Metric("largest distance from the reference", error_of(summary.tracking_error_peak_m, "m"))
-    yield Metric("largest weight σ", UNKNOWN if summary.sigma_max is None else f"{summary.sigma_max:.3g}", "1 on the locus")
+    sigma = UNKNOWN if summary.sigma_max is None else f"{summary.sigma_max:.3g}"
+    yield Metric("largest weight σ", sigma, "1 on the locus")
     imu = plain(summary.imu_acceleration_error_rms, "m/s²")
     yield Metric("root mean square acceleration error by the IMU", imu, "goes to zero")
     if summary.vision_error_rms_m is not None:
