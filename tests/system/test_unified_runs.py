@@ -16,7 +16,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import X, Y
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_description.strict_yaml import InputError
 
 pytestmark = pytest.mark.extra

@@ -68,7 +68,8 @@ def assess(
     from fivebar_bringup.studies.assess.assess import ASSESSMENT, QUICK
     from fivebar_bringup.studies.map.map import read_mappable_robot
     from fivebar_bringup.studies.rigs.declared import robot_name
-    from fivebar_bringup.studies.rigs.rig import OF_ROBOT, find_rig
+    from fivebar_bringup.studies.rigs.named import find_rig
+    from fivebar_bringup.studies.rigs.rig import OF_ROBOT
     from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     with input_errors(), keyboard_interrupts():

@@ -112,7 +112,7 @@ def _rigs(text: str | None, quick: bool) -> tuple[str, ...] | None:
         InputError: one of them is not known, or its file does not describe one.
     """
     from fivebar_bringup.studies.compare.cases import AS_GIVEN
-    from fivebar_bringup.studies.rigs.rig import named_rigs
+    from fivebar_bringup.studies.rigs.named import named_rigs
 
     if text is None:
         return ("ideal", "realistic") if quick else None

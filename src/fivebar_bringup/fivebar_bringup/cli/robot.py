@@ -60,7 +60,8 @@ def robot(
 def _check(file: Path) -> str:
     """Return the name of the robot of a file, which a study can be made of."""
     from fivebar_bringup.studies.map.map import read_mappable_robot
-    from fivebar_bringup.studies.rigs.rig import OF_ROBOT, find_rig
+    from fivebar_bringup.studies.rigs.named import find_rig
+    from fivebar_bringup.studies.rigs.rig import OF_ROBOT
 
     found = read_mappable_robot(str(file))
     find_rig(f"{OF_ROBOT}{file}")

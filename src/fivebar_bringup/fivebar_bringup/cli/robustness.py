@@ -111,7 +111,7 @@ def _refuse(study: str, others: Mapping[str, object]) -> None:
 
 
 def _sensors(given: dict[str, Any], out: Path | None, machines: Machines, as_json: bool) -> None:
-    from fivebar_bringup.studies.rigs.rig import find_rig
+    from fivebar_bringup.studies.rigs.named import find_rig
     from fivebar_bringup.studies.sensor_faults.sensor_faults import SENSOR_FAULTS
 
     with input_errors(), keyboard_interrupts():

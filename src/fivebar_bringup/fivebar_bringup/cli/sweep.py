@@ -101,7 +101,7 @@ def sweep(
     Example: `fivebar sweep --case 137 --controllers unified --out runs/case-137`
     """
     from fivebar_bringup.studies.rigs.declared import robots_drawn
-    from fivebar_bringup.studies.rigs.rig import named_rig
+    from fivebar_bringup.studies.rigs.named import named_rig
 
     with input_errors(), keyboard_interrupts():
         if quick and cases is not None:

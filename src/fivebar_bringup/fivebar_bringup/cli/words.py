@@ -38,7 +38,7 @@ def _crossing_controllers() -> str:
 
 
 def _rigs() -> str:
-    from fivebar_bringup.studies.rigs.rig import shipped_rigs
+    from fivebar_bringup.studies.rigs.named import shipped_rigs
 
     return ", ".join(shipped_rigs())
 

@@ -26,7 +26,8 @@ from fivebar_bringup.studies.rigs.declared import (
     derived_tuning,
     robots_drawn,
 )
-from fivebar_bringup.studies.rigs.rig import Rig, find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
+from fivebar_bringup.studies.rigs.rig import Rig
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import validate, yaml_text

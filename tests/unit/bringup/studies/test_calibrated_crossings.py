@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fivebar_bringup.odds.robot_errors import drawn_gyro_bias
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.single.calibrated_crossings import (
     calibrated,
     crossed,

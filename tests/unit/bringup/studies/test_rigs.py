@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.cases import COMPARED_RIGS
-from fivebar_bringup.studies.rigs.rig import find_rig, merged, rig_directory, shipped_rigs
+from fivebar_bringup.studies.rigs.named import find_rig, rig_directory, shipped_rigs
+from fivebar_bringup.studies.rigs.rig import merged
 from fivebar_bringup.studies.sweep.drawing import VARIED, Draw, draw, on_robot, plan_of
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import made

@@ -7,7 +7,7 @@ import math
 import pytest
 from estimator_at_rest import RATE_HZ, TIGHT, model_of
 
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_control.estimation.constants import Drives, history_samples
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.readings import after_encoders, after_gyro, largest_offset, no_pattern

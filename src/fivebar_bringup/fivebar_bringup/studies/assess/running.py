@@ -21,7 +21,8 @@ from fivebar_bringup.studies.rigs.declared import (
     TUNINGS,
     VARIANT,
 )
-from fivebar_bringup.studies.rigs.rig import OF_ROBOT, Rig, find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
+from fivebar_bringup.studies.rigs.rig import OF_ROBOT, Rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, draw, on_robot
 from fivebar_bringup.studies.sweep.running import verdict_on
 from fivebar_bringup.studies.sweep.screening import planned, screened

@@ -10,7 +10,8 @@ import numpy as np
 from fivebar_bringup.motions.request import Request, within_drives
 from fivebar_bringup.motions.start import HOME_MODE, Start
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.rigs.rig import OF_ROBOT, find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
+from fivebar_bringup.studies.rigs.rig import OF_ROBOT
 from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.planning.postures import Place, place_at
 from fivebar_control.planning.timing import Speed

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.engine.table import RowTable
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import BASES, PLANNED_FOR, RATE_HZ, ROBOT, VARIED, Draw, draw, on_robot
 from fivebar_bringup.studies.sweep.screening import limits_for
 from fivebar_control.planning.feasibility import screen

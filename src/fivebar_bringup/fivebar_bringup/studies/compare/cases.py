@@ -10,8 +10,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.compare.screening import has_quickest, quickest_durations
 from fivebar_bringup.studies.rigs.declared import declares_robots
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.rigs.proportion import in_proportion
-from fivebar_bringup.studies.rigs.rig import OF_ROBOT, find_rig
+from fivebar_bringup.studies.rigs.rig import OF_ROBOT
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.scenario.keys import parameters_of
 from fivebar_description.robot_file import load_robot, read_robot

@@ -11,7 +11,7 @@ from fivebar_bringup.studies.compare.cases import AS_GIVEN, ComparisonExtent, on
 from fivebar_bringup.studies.compare.results import ComparisonResult
 from fivebar_bringup.studies.compare.verdicts import lost, tight_words
 from fivebar_bringup.studies.reproduce.rows import largest
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.units import error_of, plain
 from fivebar_control.laws.gains import Gains
 

@@ -12,7 +12,7 @@ import fivebar_control
 import fivebar_description
 import fivebar_sim
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_control.compiling import digest
 from fivebar_control.laws.law import Law
 from fivebar_control.laws.registry import CONTROLLERS, find_controller

@@ -1,4 +1,4 @@
-"""Rig files: found by name or by path, read, and checked as a whole before anything is drawn from them."""
+"""Rig files: read, and checked as a whole before anything is drawn from them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from fivebar_description.errors import InputError
 from fivebar_description.file_format import NEWEST, Format, read_versioned
 from fivebar_description.scenario_file import with_files_beside
 from fivebar_description.settings import Section, Setting
-from fivebar_description.share import is_yaml_path, placed_beside, share_file, yaml_path
+from fivebar_description.share import placed_beside
 from fivebar_description.shared_settings import Robot
 from fivebar_description.strict_yaml import StrictModel, validate
 from fivebar_description.suggestion import expected_one_of
@@ -152,63 +152,6 @@ def merged(content: Keys, keys: Keys) -> dict[str, Any]:
         both = isinstance(value, Mapping) and isinstance(result.get(name), Mapping)
         result[name] = merged(result[name], value) if both else value
     return result
-
-
-def rig_directory() -> Path:
-    """Return the folder of the shipped rigs."""
-    return share_file("fivebar_bringup", "config", "rigs")
-
-
-def shipped_rigs() -> list[str]:
-    """Return the names of the shipped rigs."""
-    return sorted(path.stem for path in rig_directory().glob("*.yaml"))
-
-
-@functools.cache
-def find_rig(name: str) -> Rig:
-    """Return a rig by the name of a shipped one or by the path of its file, which a process reads once.
-
-    A name that begins with `OF_ROBOT` is that of the rig which a robot's file declares.
-
-    Raises:
-        InputError: there is no such rig, or its file does not describe one.
-    """
-    if name.startswith(OF_ROBOT):
-        # here, because that module makes rigs
-        from fivebar_bringup.studies.rigs.declared import declared_rig
-
-        return declared_rig(name.removeprefix(OF_ROBOT))
-    return read_rig(yaml_path("rig", name, rig_directory()))
-
-
-def named_rigs(option: str, text: str, others: Collection[str] = ()) -> tuple[str, ...]:
-    """Return the rigs in a list that is separated by commas, each once, files by their whole path.
-
-    Args:
-        option: that takes the list, for messages.
-        text: names of shipped rigs and paths of files.
-        others: further words that may stand in it.
-
-    Raises:
-        InputError: one of them is no rig.
-    """
-    return tuple(dict.fromkeys(named_rig(option, name.strip(), others) for name in text.split(",")))
-
-
-def named_rig(option: str, name: str, others: Collection[str] = ()) -> str:
-    """Return the name of a rig, a file's by its whole path, and read it.
-
-    Raises:
-        InputError: it is no rig.
-    """
-    if name in others:
-        return name
-    known = (*shipped_rigs(), *others)
-    if not is_yaml_path(name) and name not in known:
-        raise InputError(f"{option}: {name!r}: {expected_one_of(name, known, ', or a path to a .yaml file')}")
-    found = str(Path(name).resolve()) if is_yaml_path(name) else name
-    find_rig(found)
-    return found
 
 
 def read_rig(path: Path) -> Rig:

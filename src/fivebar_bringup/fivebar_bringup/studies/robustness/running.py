@@ -13,7 +13,8 @@ from fivebar_bringup.simulation.case import Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.study import StudySettings
-from fivebar_bringup.studies.rigs.rig import find_rig, merged
+from fivebar_bringup.studies.rigs.named import find_rig
+from fivebar_bringup.studies.rigs.rig import merged
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT, UNIFIED_WEIGHT, torque_limit_of, with_own_law

@@ -13,7 +13,7 @@ from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.study import StudySettings
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sensor_faults.faults import drawn_faults
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
 from fivebar_bringup.studies.sweep.running import verdict_on

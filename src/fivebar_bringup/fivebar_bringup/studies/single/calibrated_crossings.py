@@ -26,7 +26,8 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.guided import GuidedSample, guide, write_guided_bag
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
-from fivebar_bringup.studies.rigs.rig import Rig, find_rig, merged, shipped_rigs
+from fivebar_bringup.studies.rigs.named import find_rig, shipped_rigs
+from fivebar_bringup.studies.rigs.rig import Rig, merged
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import run_case
 from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows

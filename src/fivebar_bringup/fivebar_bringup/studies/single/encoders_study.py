@@ -19,7 +19,7 @@ import numpy as np
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.engine.local import share
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.single.mpc_study import run_once
 from fivebar_control.laws.mpc import MpcSettings
 

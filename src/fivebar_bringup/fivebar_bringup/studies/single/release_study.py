@@ -23,7 +23,7 @@ from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.odds.robot_errors import drawn_effects
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.robot import later_with_effects
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, draw
 from fivebar_control.compiling import compiled_and_kept
 from fivebar_control.model.geometry import inverse_geometry, workspace_bounds

@@ -19,7 +19,7 @@ from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import Sample, simulate
 from fivebar_bringup.studies.compare.verdicts import BOUNDS
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar

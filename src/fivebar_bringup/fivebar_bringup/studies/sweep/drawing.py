@@ -12,8 +12,8 @@ import numpy as np
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, Scales, drawn_effects, drawn_gyro_bias, drawn_scales
 from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.rigs.proportion import in_proportion
-from fivebar_bringup.studies.rigs.rig import find_rig
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin

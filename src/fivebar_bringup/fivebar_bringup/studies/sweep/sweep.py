@@ -11,7 +11,8 @@ from fivebar_bringup.odds.success import success_rule
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
-from fivebar_bringup.studies.rigs.rig import OF_ROBOT, REQUIRED, find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
+from fivebar_bringup.studies.rigs.rig import OF_ROBOT, REQUIRED
 from fivebar_bringup.studies.sweep import drawing
 from fivebar_bringup.studies.sweep.drawing import BASES, VARIED
 from fivebar_bringup.studies.sweep.explanations import explained

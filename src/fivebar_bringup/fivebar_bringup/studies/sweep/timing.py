@@ -11,7 +11,7 @@ from fivebar_bringup.odds.choice import likeliest
 from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.trials import ROBOTS, odds_of
-from fivebar_bringup.studies.rigs.rig import find_rig
+from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, plan_of
 from fivebar_bringup.studies.sweep.screening import limits_for, planned, screened
 from fivebar_control.planning.course import STRAIGHT_LAWS
