@@ -13,7 +13,7 @@ import pytest
 from browser_pages import PATIENCE, assert_looks_like, until
 from fivebar_command import InstalledCommand
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import FAULTS
 
 pytestmark = pytest.mark.extra

@@ -11,7 +11,7 @@ import pytest
 from browser_pages import assert_looks_like, until
 from PIL import Image
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.series import RunSeries, read_series
 from fivebar_bringup.recorded.summary import summarize

@@ -28,8 +28,8 @@ from fivebar_command import LONG, RUN_DEADLINE, CommandCall
 from graph_probe import DDS_VARIABLES, RATE_HZ, ChildProcess, Probe, clean_environment
 from sensor_msgs.msg import JointState
 
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.runs.description import described_robot

@@ -9,7 +9,7 @@ from graph_probe import Bench
 from middle_motion import MiddleMotion
 from std_msgs.msg import Float64, String
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import (
     CTC_TORQUE,
     FAULTS,

@@ -7,7 +7,7 @@ import signal
 from graph_probe import RATE_HZ, Bench
 from middle_motion import MiddleMotion
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
 from fivebar_description.interface import (

@@ -15,11 +15,11 @@ from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 from rcl_interfaces.srv import GetParameters
 from stopped_nodes import expect_orderly_end
 
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode
-from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.robot_sizes import law_sizes

@@ -9,7 +9,7 @@ import pytest
 from graph_probe import Bench, node_modules
 from stopped_nodes import expect_orderly_end
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 
 
 @pytest.mark.extra

@@ -13,9 +13,10 @@ from forked_node import ForkedNode
 from graph_probe import RATE_HZ, Bench, ChildProcess
 from middle_motion import MiddleMotion
 
+from fivebar_bringup.bag import RECORDER
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import RECORDER, Mode
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario

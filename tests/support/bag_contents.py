@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from rosbags.rosbag2 import Reader
 
-from fivebar_bringup.recorded.bag.recording import Recording
-from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.bag.recording import Recording
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_description.interface import Topic
 
 JOINT_STATE_FIELDS = ("position", "velocity", "effort")

@@ -20,10 +20,11 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from std_srvs.srv import Trigger
 
+from fivebar_bringup.bag import RECORDER
 from fivebar_bringup.drives.choice import kind_of, write_drive_files
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, RECORDER, Mode, Sharing
+from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, Mode, Sharing
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import (

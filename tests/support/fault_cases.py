@@ -12,7 +12,7 @@ import pytest
 from fault_bench import ATTEMPTS, FaultBench
 from lifecycle_msgs.msg import Transition
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import FAULTS, JOINT_STATES, TORQUE_COMMAND, Topic
 
 ZERO = (0.0, 0.0)

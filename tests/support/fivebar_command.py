@@ -17,8 +17,8 @@ import yaml
 from forked_node import ForkedNode, fork_context
 from graph_probe import COMMAND, PRELOADED, RATE_HZ, ChildProcess, Probe, clean_environment
 
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.runs.node_starter import LONGEST_NAME
 from fivebar_description.interface import JOINT_STATES, RUN_STATUS, TORQUE_COMMAND, sample_of_stamp
 from fivebar_description.ros.messages import stamp_of

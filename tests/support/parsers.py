@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.live.commands import CommandRefused, read_command
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.timing import read_timing
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.scenario import Scenario

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fivebar_command import CommandCall
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import TORQUE_COMMAND
 
 

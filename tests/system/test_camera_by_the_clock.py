@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.interface import VISION_PLATFORM

@@ -12,9 +12,9 @@ from emulation_file import load_emulation
 from fivebar_command import RUN_DEADLINE, FivebarCommand
 from graph_probe import Bench, Probe
 
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.drives.choice import write_drive_files
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.configuration import load_drives

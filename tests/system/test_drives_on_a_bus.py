@@ -17,9 +17,9 @@ from graph_probe import Bench
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.drives.can_files import TEMPLATE, drive_file
 from fivebar_bringup.drives.choice import write_drive_files
-from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.configuration import drives_path

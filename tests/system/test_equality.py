@@ -11,8 +11,8 @@ import pytest
 from bag_contents import JOINT_STATE_FIELDS, contents
 from fivebar_command import FivebarCommand, InstalledCommand
 
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
 from fivebar_description.interface import (
     ESTIMATION_TOPICS,
     GROUND_TRUTH,

@@ -11,8 +11,8 @@ import pytest
 from bag_contents import contents
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import (
     ESTIMATION_TOPICS,

@@ -16,7 +16,7 @@ from fivebar_command import RUN_DEADLINE, FivebarCommand, GraphRun, InstalledCom
 from mcap.reader import make_reader
 from rosbags.rosbag2 import Reader
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import FAULTS, JOINT_STATES, NANOSECONDS, TORQUE_COMMAND
 from fivebar_description.interrupts import STOP_SIGNALS
 

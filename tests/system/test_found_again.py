@@ -12,7 +12,7 @@ import pytest
 from fivebar_command import FivebarCommand
 from graph_probe import Bench
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import FAULTS, GOAL_STATUS, RUN_STATUS
 
 SEEN = """

@@ -11,8 +11,8 @@ import pytest
 from fivebar_command import FivebarCommand
 from graph_probe import Bench
 
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.motions.start import start_after
-from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_description.interface import FAULTS, REFERENCE, RUN_STATUS
 

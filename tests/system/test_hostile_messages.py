@@ -14,8 +14,8 @@ from fivebar_command import RUN_DEADLINE, FivebarCommand, GraphRun
 from graph_probe import Bench
 from hostile_messages import HostileMessages
 
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CONTROL_CHAIN,

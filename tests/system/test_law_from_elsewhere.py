@@ -10,8 +10,8 @@ import pytest
 from bag_contents import contents
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing

@@ -9,7 +9,7 @@ import pytest
 from bag_contents import contents
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import JOINT_STATES, REFERENCE, TORQUE_COMMAND, torque_topic
 
 ROUND_A_CORNER = """

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import JOINT_STATES
 
 FIVEBAR = Path(sys.executable).with_name("fivebar")

@@ -9,7 +9,7 @@ import pytest
 from fivebar_command import FivebarCommand
 from rehearsed import expect_crossing, expect_stop
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, REFERENCE, TORQUE_COMMAND
 
 pytestmark = pytest.mark.clock

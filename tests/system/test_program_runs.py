@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from fivebar_command import FivebarCommand
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_bringup.studies.estimate.estimate import estimate_bag

@@ -10,8 +10,8 @@ import numpy as np
 from fivebar_command import FivebarCommand
 from rosbags.rosbag2 import Reader
 
-from fivebar_bringup.recorded.bag.definitions import TYPESTORE, absolute_name
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.definitions import TYPESTORE, absolute_name
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.runs.description import described_robot

@@ -49,10 +49,17 @@ def syntax_tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
-def imported(path: Path) -> Iterator[str]:
-    """Full names of everything that a module imports, wherever in its text the import stands."""
+def imported(path: Path, types: bool = True) -> Iterator[str]:
+    """Full names of everything that a module imports, wherever in its text the import stands; `types` for types too."""
     inside = path.relative_to(SRC).parts[1:-1]
-    for node in ast.walk(syntax_tree(path)):
+    nodes = [*ast.walk(syntax_tree(path))]
+    for_types = {
+        inner
+        for node in nodes
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+        for inner in ast.walk(node)
+    }
+    for node in nodes if types else [node for node in nodes if node not in for_types]:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -200,28 +207,53 @@ def test_everything_public_says_what_it_is() -> None:
     assert not {name: found for name, found in silent.items() if found}
 
 
-def folder_of(name: str) -> str:
-    """The folder of the module that an imported name belongs to, as a dotted name; "" where it is none of ours."""
+def module_of(name: str) -> str:
+    """The module or package that an imported name belongs to, as a dotted name; "" where it is none of ours."""
     parts = name.split(".")
     for end in range(len(parts), 0, -1):
         path = SRC / parts[0] / Path(*parts[:end])
-        if path.with_suffix(".py").is_file():
-            return ".".join(parts[: end - 1])
-        if (path / "__init__.py").is_file():
+        if path.with_suffix(".py").is_file() or (path / "__init__.py").is_file():
             return ".".join(parts[:end])
     return ""
 
 
-def test_folders_import_one_way() -> None:
-    """Between any two folders, directly or through others: so a reader knows which of them stands on which."""
-    above: dict[str, set[str]] = {}
-    for path in modules():
-        own = ".".join(path.relative_to(SRC).parts[1:-1])
-        used = {folder_of(name) for name in imported(path) if name.startswith("fivebar")}
-        above.setdefault(own, set()).update(used - {own, "", "fivebar"})
-    assert len(above) > 40
+def imports_of_modules(types: bool) -> dict[str, set[str]]:
+    """By the module, those of ours that it imports; `types` for what only type checkers import too."""
+    return {
+        ".".join(path.relative_to(SRC).with_suffix("").parts[1:]).removesuffix(".__init__"): {
+            module_of(name) for name in imported(path, types) if name.startswith("fivebar_")
+        }
+        - {""}
+        for path in modules()
+        if "fivebar" not in path.relative_to(SRC).parts
+    }
+
+
+def order_of(above: dict[str, set[str]]) -> list[str]:
+    """Some things in an order in which each stands on earlier ones alone."""
     try:
-        order = list(graphlib.TopologicalSorter(above).static_order())
+        return list(graphlib.TopologicalSorter(above).static_order())
     except graphlib.CycleError as error:
-        pytest.fail(f"these folders import each other: {' -> '.join(reversed(error.args[1]))}")
-    assert order.index("fivebar_description") < order.index("fivebar_control.laws") < order.index("fivebar_bringup.cli")
+        pytest.fail(f"these import each other: {' -> '.join(reversed(error.args[1]))}")
+
+
+def test_modules_import_one_way() -> None:
+    assert len(order_of({name: used - {name} for name, used in imports_of_modules(types=False).items()})) > 400
+
+
+def test_folders_import_one_way() -> None:
+    """Between any two parts of one folder, each with all that is in it: so a reader knows which stands on which."""
+    parts: dict[str, dict[str, set[str]]] = {}
+    for name, used in imports_of_modules(types=True).items():
+        for other in used:
+            one, two = name.split("."), other.split(".")
+            shared = next((n for n, pair in enumerate(zip(one, two, strict=False)) if pair[0] != pair[1]), 0)
+            # two modules side by side may name each other's types
+            if shared and max(len(one), len(two)) > shared + 1:
+                inside = parts.setdefault(".".join(one[:shared]), {})
+                inside.setdefault(one[shared], set()).add(two[shared])
+    assert len(parts) > 5
+    orders = {folder: order_of(above) for folder, above in parts.items()}
+    bringup, control = orders["fivebar_bringup"], orders["fivebar_control"]
+    assert bringup.index("bag") < bringup.index("simulation") < bringup.index("recorded") < bringup.index("cli")
+    assert control.index("model") < control.index("laws") < control.index("loop") < control.index("planning")

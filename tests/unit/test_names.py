@@ -84,7 +84,7 @@ ELSEWHERE = {
         "fivebar_description.sdf",
         "fivebar_sim.mujoco_file",
     ),
-    "unit/bringup/recorded/test_bag.py": ("fivebar_description.topic_contents",),
+    "unit/bringup/test_bag.py": ("fivebar_description.topic_contents",),
     "unit/bringup/studies/test_bench.py": ("fivebar_bringup.nodes.bare_chain",),
     "launch/test_launch_files.py": (
         "fivebar_bringup.ros.installed_packages",

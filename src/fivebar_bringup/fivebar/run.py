@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from fivebar.motion import Motion, load_scenario
 from fivebar.picture import Drawing
-from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.recorded.series import RunSeries

@@ -15,8 +15,9 @@ from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
+from fivebar_bringup.bag import RECORDER
 from fivebar_bringup.drives.hardware import Hardware
-from fivebar_bringup.graph.node_spec import RECORDER, Mode
+from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.ros.installed_packages import refuse_missing
 from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import namespace_within, parameters_for_all

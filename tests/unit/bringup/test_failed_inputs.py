@@ -1,6 +1,6 @@
 """Inputs that the command once failed on, in tests/data: each has its right value, whatever the working directory.
 
-Two have no file here: a bag with another robot beside ours is made in `recorded/test_bag.py`, since a few messages show
+Two have no file here: a bag with another robot beside ours is made in `test_bag.py`, since a few messages show
 what differs; and a driver with the profile of sensor data publishes in `tests/ros/test_hearing.py`.
 """
 

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import yaml
 
-from fivebar_bringup.recorded.bag.definitions import TYPESTORE
+from fivebar_bringup.bag.definitions import TYPESTORE
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,

@@ -10,14 +10,14 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.commission.bench import opened_drives
 from fivebar_bringup.commission.limits import Allowed, AllowedDrives
 from fivebar_bringup.commission.person import Lead, Person
 from fivebar_bringup.commission.step import GateClosed
 from fivebar_bringup.drives.choice import RealDrives
 from fivebar_bringup.graph.node_spec import Mode
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs.run import run_with_ros

@@ -8,6 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_bringup.bag import RECORDER
+from fivebar_bringup.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.control_nodes import (
     blender,
@@ -15,10 +17,9 @@ from fivebar_bringup.graph.control_nodes import (
     supervisor,
     trajectory_generator,
 )
-from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode, NodeSpec
+from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, SCENE_NODE, Mode, NodeSpec
 from fivebar_bringup.graph.robot_nodes import beside_bridge, bridge, emulated_hardware, plant
 from fivebar_bringup.graph.sensor_nodes import absent_of_vision, estimator, imu_listener, vision_nodes
-from fivebar_bringup.recorded.bag.recorder_settings import RecorderSettings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_control.ros.node_settings import ProgramSettings

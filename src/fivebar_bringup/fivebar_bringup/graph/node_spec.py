@@ -30,7 +30,6 @@ PLANT = "plant"
 EMULATED_ROBOT = "emulated_robot"
 BRIDGES = ("dextar_bridge", "motkin_bridge", "drive_bridge")
 WATCHDOGS = ("command_watchdog",)
-RECORDER = "bag_recorder"
 SCENE_NODE = "scene"
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from fivebar_bringup.recorded.bag.payloads import recorded_payloads
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.payloads import recorded_payloads
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import read_scenario

@@ -10,8 +10,8 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from std_msgs.msg import String
 
-from fivebar_bringup.recorded.bag.recorder_settings import ALL_TOPICS, RecorderSettings
-from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.bag.recorder_settings import ALL_TOPICS, RecorderSettings
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_description.interface import (
     DIAGNOSTICS,
     DRIVES_STATE,

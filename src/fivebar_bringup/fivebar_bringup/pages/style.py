@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullLocator, ScalarFormatter
 
-from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.summary import peak
 

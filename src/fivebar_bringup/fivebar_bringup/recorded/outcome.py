@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 
-from fivebar_bringup.graph.node_spec import RECORDER
+from fivebar_bringup.bag import RECORDER
 
 INTERRUPTED_FAULT = "interrupted"
 """Name of the fault that the launcher reports where a signal has ended the run."""

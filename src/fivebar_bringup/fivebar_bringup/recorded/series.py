@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray, Recording
+from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.recorded.table import RunTable
 from fivebar_bringup.recorded.vision import NOTHING_SEEN, NOWHERE, PlatformTrack, VisionSeries, vision_series
 from fivebar_bringup.scenario import Scenario

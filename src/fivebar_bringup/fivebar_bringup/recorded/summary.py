@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from fivebar_bringup.recorded.bag.recording import FloatArray, Recording
+from fivebar_bringup.bag.recording import FloatArray, Recording
 from fivebar_bringup.recorded.outcome import RunOutcome, fault_name, outcome_of
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray, Recording
 from fivebar_description.interface import JOINT_STATES, Topic
 from fivebar_description.run_quantities import Quantity, quantities
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.extras import library
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.recorded.series import UNITS
 

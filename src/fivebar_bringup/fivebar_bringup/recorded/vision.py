@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray, Recording
+from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_description.interface import NANOSECONDS, VISION_NAMES, VISION_PLATFORM
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.style import GREY, INK, PURPLE, VERMILION, error_axis, new_figure, shade_zones, time_axis
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.units import engineering
 from fivebar_control.model.state import Platform

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_description.interface import FAULTS
 

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.style import (
     BLUE,
     GREEN,
@@ -24,7 +25,6 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.summary import peak
 from fivebar_bringup.report.analysis import RunAnalysis

@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
+from fivebar_bringup.bag.recording import IntArray
 from fivebar_bringup.pages.style import (
     BLUE,
     GREEN,
@@ -22,7 +23,6 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.recorded.bag.recording import IntArray
 from fivebar_bringup.recorded.summary import peak
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.scene import corners_of, lowest, waypoint_name

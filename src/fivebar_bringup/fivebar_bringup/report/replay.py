@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from fivebar_bringup.bag.recording import FloatArray, IntArray
 from fivebar_bringup.pages.scripts import Scripts, page_scripts
-from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.charts import BLENDING, MOTOR_TORQUES, Chart, ChartLine

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from fivebar_bringup.recorded.bag.definitions import absolute_name
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import RawTopic, Recording
+from fivebar_bringup.bag.definitions import absolute_name
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import RawTopic, Recording
 from fivebar_bringup.recorded.results import json_text, write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.recorded.run_odds import read_odds

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.plan_along import plan_along
 from fivebar_control.trajectory.path import AnySegment, Path

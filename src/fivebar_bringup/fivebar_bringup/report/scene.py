@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.report.workspace import Map, survey
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.planner import Plan

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.patheffects import withStroke
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.style import GREY, INK, PURPLE
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_control.model.geometry import elbow_position, workspace_bounds
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.workspace.fields import platform_grid

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from fivebar_bringup.bag import RECORDER
 from fivebar_bringup.drives.choice import kind_of, real_drives, write_drive_files, write_real_drives
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
-from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, RECORDER, Mode, NodeSpec, Sharing
+from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, Mode, NodeSpec, Sharing
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.runs.admission import load_admitted

@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, RECORDER, SCENE_NODE, Mode
+from fivebar_bringup.bag import RECORDER
+from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, SCENE_NODE, Mode
 from fivebar_bringup.recorded.outcome import INTERRUPTED_FAULT, RECORDING_FAILED
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.runs.node_processes import NodeProcess, NodesNotStarted, start_processes

@@ -28,7 +28,7 @@ COMMON_MODULES = (
     "sensor_msgs.msg",
     "std_msgs.msg",
     "std_srvs.srv",
-    "fivebar_bringup.recorded.bag.recording",
+    "fivebar_bringup.bag.recording",
     "fivebar_control.estimation.step",
     "fivebar_control.hardware.drive_session",
     "fivebar_control.laws.registry",

@@ -10,8 +10,8 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform, State

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, FAULT_NUMBERS
 from fivebar_bringup.simulation.settings import cycle_settings

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray, Recording
+from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample
 from fivebar_description.interface import (

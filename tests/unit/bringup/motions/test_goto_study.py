@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.motions.live import goal_fields
 from fivebar_bringup.motions.request import Request, plan_request, scenario_of
 from fivebar_bringup.motions.start import Start
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.run_directory import new_run_directory
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario

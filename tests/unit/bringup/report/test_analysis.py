@@ -12,10 +12,10 @@ from typing import Literal
 import numpy as np
 import pytest
 
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.series import RunSeries, read_series
 from fivebar_bringup.recorded.summary import CycleTime, PlannedCrossing, Summary, peak, rms, sign_changes, summarize

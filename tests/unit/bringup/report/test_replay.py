@@ -17,8 +17,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.pages.scripts import page_scripts
-from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.series import RunSeries, read_series
 from fivebar_bringup.recorded.summary import summarize

@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style, new_figure, png
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.series import read_series

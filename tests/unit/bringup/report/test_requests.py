@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from engine_agreement import changed
 
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_control.planning.plan_along import plan_along
 from fivebar_control.trajectory.path import Path

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.recorded.outcome import EXIT_STATUS
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenarios.scenario_files import load_scenario

@@ -12,9 +12,9 @@ from bag_contents import copied_into
 from led_robot import BIAS, PATH, led, with_errors
 from typer.testing import CliRunner
 
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_control.calibration.record import CalibrationRecord, TouchedPoint

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.series import read_series
 from fivebar_bringup.recorded.summary import summarize

@@ -13,11 +13,11 @@ from bag_contents import copied_into
 from rosbags.rosbag2 import Reader
 from typer.testing import CliRunner
 
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import FloatArray, Recording
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import FloatArray, Recording
-from fivebar_bringup.recorded.bag.writer import BagWriter
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario

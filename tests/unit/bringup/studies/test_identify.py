@@ -13,9 +13,9 @@ import pytest
 from bag_contents import copied_into
 from typer.testing import CliRunner
 
+from fivebar_bringup.bag.recording import FloatArray, Recording
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.pages import style
-from fivebar_bringup.recorded.bag.recording import FloatArray, Recording
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario

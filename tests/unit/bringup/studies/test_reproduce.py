@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.pages.content import Cell, Table
-from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.results import finite
 from fivebar_bringup.recorded.series import read_series
 from fivebar_bringup.recorded.summary import summarize

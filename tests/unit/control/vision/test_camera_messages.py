@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivebar_bringup.recorded.bag.definitions import TYPESTORE
+from fivebar_bringup.bag.definitions import TYPESTORE
 from fivebar_control.vision.localisation import PlatformTracker
 from fivebar_control.vision.messages import calibration_of, picture_of
 from fivebar_control.vision.sight import reading_of

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.commission.motions import LEAST_KAPPA, crossing_points, through_all
 from fivebar_bringup.commission.record import imu_keys
 from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.calibrate.reading import read_record

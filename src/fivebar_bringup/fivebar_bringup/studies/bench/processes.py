@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode, Sharing
-from fivebar_bringup.recorded.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import new_run_directory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fivebar_bringup.recorded.bag.reader import read_bag
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.recorded.results import new_directory
 from fivebar_bringup.studies.calibrate.reading import read_passive, read_record, read_seen, read_touched
 from fivebar_bringup.studies.calibrate.result import CalibrationResult

@@ -8,8 +8,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, model_validator
 
+from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.studies.identify.reading import joint_columns
 from fivebar_control.calibration.passive import PassiveReadings
 from fivebar_control.calibration.record import NOT_SEEN, CalibrationRecord, SeenPositions, TouchedPoint

@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.style import GREY, INK, MOTORS, PALE, house_style, new_figure, png
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.studies.closed_chain.five_bar import five_bar_chain
 from fivebar_bringup.studies.closed_chain.kinematics import motion_from_active
 from fivebar_control.model.dynamics import inverse_dynamics

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.series import read_series
 from fivebar_bringup.recorded.summary import peak, rms, summarize

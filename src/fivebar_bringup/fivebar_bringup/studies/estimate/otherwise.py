@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.estimate.record import EstimatorRecord
 from fivebar_bringup.studies.estimate.replay import Replay, estimated_again

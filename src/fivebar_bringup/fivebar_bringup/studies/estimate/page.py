@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.style import BLUE, GREY, house_style, new_figure, png
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.studies.estimate.changes import SECTIONS
 from fivebar_bringup.studies.estimate.estimate import EstimationComparison
 from fivebar_control.estimation.watch_limits import watch_limits

@@ -9,10 +9,10 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from fivebar_bringup.bag.payloads import recorded_payloads
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag.payloads import recorded_payloads
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.recorded.timing import read_timing
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.identify.reading import Source

@@ -112,7 +112,7 @@ def _program(settings: EstimationSettings) -> str:
     return total.hexdigest()[:16]
 
 
-DECIDING = ("recorded/*.py", "recorded/bag/*.py", "studies/estimate/*.py", "studies/identify/reading.py")
+DECIDING = ("recorded/*.py", "bag/*.py", "studies/estimate/*.py", "studies/identify/reading.py")
 """Files that decide the rows besides those of every study."""
 
 ESTIMATION = Study(

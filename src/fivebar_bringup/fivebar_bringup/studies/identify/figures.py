@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import BLUE, GREY, MOTORS, house_style, new_figure, png
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.studies.identify.result import INTERVALS, IdentificationResult, IdentifiedParameter
 from fivebar_bringup.units import engineering, suitable_unit
 

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_control.identification.equations import Record
 from fivebar_description.closed_loop import ClosedLoop

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.studies.reproduce.cases import ReproductionCase
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd

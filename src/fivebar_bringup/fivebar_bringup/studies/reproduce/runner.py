@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import TypeAdapter
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.content import Picture
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.recorded.series import read_series
 from fivebar_bringup.recorded.summary import Summary, rms, summarize
 from fivebar_bringup.recorded.timing import RunTiming

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILION, house_style, new_figure, png
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.recorded.results import json_text, new_directory, write_results
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing

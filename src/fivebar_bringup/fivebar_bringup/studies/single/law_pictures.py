@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.style import BLUE, GREY, VERMILION, ZONE, house_style, new_figure, svg
-from fivebar_bringup.recorded.bag.recording import FloatArray
 from fivebar_bringup.report.thesis import MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate

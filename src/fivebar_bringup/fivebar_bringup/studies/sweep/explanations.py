@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from fivebar_bringup.recorded.bag.recording import FloatArray
+from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import TraceRow

@@ -21,12 +21,12 @@ import yaml
 from mcap.reader import NonSeekingReader, make_reader
 from rosbags.rosbag2 import Reader
 
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.definitions import TYPESTORE, absolute_name, type_hash
+from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.tail import PAGE
+from fivebar_bringup.bag.writer import RECORDING_RECORD, BagWriter
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.definitions import TYPESTORE, absolute_name, type_hash
-from fivebar_bringup.recorded.bag.reader import read_bag
-from fivebar_bringup.recorded.bag.tail import PAGE
-from fivebar_bringup.recorded.bag.writer import RECORDING_RECORD, BagWriter
 from fivebar_bringup.studies.identify.reading import joint_columns
 from fivebar_description.interface import (
     FAULTS,
@@ -480,8 +480,8 @@ def test_bag_is_readable_between_any_two_pages_written(tmp_path: Path, monkeypat
 KILLED = """
 import sys
 from pathlib import Path
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_description.interface import JOINT_STATES, JOINTS, TOPICS, sample_stamp_ns
 
 writer = BagWriter(Path(sys.argv[1]), TOPICS)
@@ -518,8 +518,8 @@ def test_kill_costs_at_most_what_came_after_the_last_checkpoint(tmp_path: Path, 
 FULL = """
 import resource, signal, sys
 from pathlib import Path
-from fivebar_bringup.recorded.bag import serialize
-from fivebar_bringup.recorded.bag.writer import BagWriter
+from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.writer import BagWriter
 from fivebar_description.interface import JOINT_STATES, JOINTS, TOPICS
 
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.recording import Recording
 from fivebar_description.interface import PAYLOAD
 from fivebar_description.parameters import MOST_PAYLOAD
 

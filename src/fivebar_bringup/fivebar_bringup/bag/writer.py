@@ -16,9 +16,9 @@ from types import TracebackType
 
 from mcap.writer import CompressionType, Writer
 
-from fivebar_bringup.recorded.bag.definitions import absolute_name, message_definition, qos_profiles, type_hash
-from fivebar_bringup.recorded.bag.metadata import Span, bag_information, metadata_yaml, topic_metadata
-from fivebar_bringup.recorded.bag.tail import TailFile, TailStream
+from fivebar_bringup.bag.definitions import absolute_name, message_definition, qos_profiles, type_hash
+from fivebar_bringup.bag.metadata import Span, bag_information, metadata_yaml, topic_metadata
+from fivebar_bringup.bag.tail import TailFile, TailStream
 from fivebar_description.interface import Topic
 from fivebar_description.text_file import replace_file
 

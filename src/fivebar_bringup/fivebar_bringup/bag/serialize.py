@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from rosbags.typesys.stores import ros2_jazzy as ros
 
-from fivebar_bringup.recorded.bag.definitions import TYPESTORE
+from fivebar_bringup.bag.definitions import TYPESTORE
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.joint_sample import joint_sample
 

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
+from fivebar_bringup.bag.definitions import TYPESTORE, absolute_name
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.bag.definitions import TYPESTORE, absolute_name
 from fivebar_description.interface import (
     NANOSECONDS,
     RUN_EPOCH,

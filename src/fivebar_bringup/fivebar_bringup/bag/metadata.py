@@ -11,7 +11,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from fivebar_bringup.recorded.bag.definitions import absolute_name, qos_profiles, type_hash
+from fivebar_bringup.bag.definitions import absolute_name, qos_profiles, type_hash
 from fivebar_description.interface import Topic
 
 NO_START_NS = 2**63 - 1
