@@ -40,6 +40,8 @@ class Odds(NamedTuple):
 
 
 def odds_words(successes: int, robots: int, low: float, high: float) -> str:
-    """Return odds on at least one robot, with their interval, for a person."""
+    """Return odds with their interval for a person."""
+    if not robots:
+        return "not known: no robots were drawn"
     share = f"{successes / robots:.0%}"
     return f"{successes} of {robots} drawn robots succeed: {share}, with 95 % confidence {low:.0%} to {high:.0%}"

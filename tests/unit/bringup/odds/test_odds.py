@@ -51,7 +51,8 @@ def test_odds_say_how_sure_they_are() -> None:
         assert tail == pytest.approx(0.025, rel=1e-6)
     assert Odds(3, 4) + Odds(1, 4) == Odds(4, 8)
     assert "18 of 24 drawn robots succeed: 75%" in str(odds)
-    assert Odds().interval == (0.0, 1.0)
+    nothing = Odds()
+    assert (nothing.share, nothing.interval, str(nothing)) == (0.0, (0.0, 1.0), "not known: no robots were drawn")
 
 
 def test_robots_are_drawn_within_what_is_declared_whatever_the_simulated_one_is() -> None:
