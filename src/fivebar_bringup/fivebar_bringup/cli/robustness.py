@@ -30,7 +30,7 @@ from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.rounding import in_millimetres
 
 
-@command(Group.STUDY, former={"--controller": "--controllers"})
+@command(Group.STUDY, former={"--controller": "--controllers", "--sensors": "--rig"})
 def robustness(
     effects: Annotated[
         str | None,
@@ -47,14 +47,14 @@ def robustness(
         bool,
         typer.Option("--losses", help="Instead: commands or samples lost in bursts, at every moment of a crossing."),
     ] = False,
-    sensors: Annotated[
+    rig: Annotated[
         str | None,
-        typer.Option("--sensors", metavar="RIG", help="Instead: faults of the sensors on random crossings of a rig."),
+        typer.Option("--rig", metavar="RIG", help="Instead: faults of the sensors on random crossings of a rig."),
     ] = None,
     cases: Annotated[
-        int | None, typer.Option("--cases", min=1, help="With --sensors: random crossings [default: 120]")
+        int | None, typer.Option("--cases", min=1, help="With --rig: random crossings [default: 120]")
     ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", min=0, help="With --sensors: of all [default: 1]")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", min=0, help="With --rig: of all [default: 1]")] = None,
     out: StudyOutOption = None,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
@@ -63,22 +63,22 @@ def robustness(
 ) -> None:
     """Find how large each fault of a robot may be.
 
-    Each fault, from wrong lengths to backlash, is raised alone until a controller fails. With `--sensors` the sensors
+    Each fault, from wrong lengths to backlash, is raised alone until a controller fails. With `--rig` the sensors
     of a rig's robots fail in every way on random crossings, and a table says what is survived, and named how.
 
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """
     of_effects = {"--effects": effects, "--controllers": controllers, "--robot": robot, "--quick": quick or None}
-    of_sensors = {"--sensors": sensors, "--cases": cases, "--seed": seed}
+    of_sensors = {"--rig": rig, "--cases": cases, "--seed": seed}
     machines = Machines(jobs, scheduler, scheduler_file)
     if losses:
         others = {"--scheduler": scheduler, "--scheduler-file": scheduler_file}
         _refuse("--losses", {**of_effects, **of_sensors, **others})
         _losses(out, processes_of(jobs), as_json)
         return
-    if sensors is not None:
-        _refuse("--sensors", of_effects)
-        _sensors({"rig": sensors, "cases": cases, "seed": seed}, out, machines, as_json)
+    if rig is not None:
+        _refuse("--rig", of_effects)
+        _sensors({"rig": rig, "cases": cases, "seed": seed}, out, machines, as_json)
         return
     _refuse("--effects", of_sensors)
     from fivebar_bringup.studies.rigs.declared import robot_name
@@ -115,9 +115,8 @@ def _sensors(given: dict[str, Any], out: Path | None, machines: Machines, as_jso
     from fivebar_bringup.studies.sensor_faults.sensor_faults import SENSOR_FAULTS
 
     with input_errors(), keyboard_interrupts():
-        rig = find_rig(given["rig"])
-        if not rig.scenario.get("ekf", {}).get("gyro"):
-            raise InputError(f"--sensors: {given['rig']!r}: has no gyroscope: expected a rig with ekf: {{gyro: true}}")
+        if not find_rig(given["rig"]).scenario.get("ekf", {}).get("gyro"):
+            raise InputError(f"--rig: {given['rig']!r}: has no gyroscope: expected a rig with ekf: {{gyro: true}}")
         made = run_command(SENSOR_FAULTS.place, given, out, machines, as_json)
     if as_json:
         print(json.dumps(made.content, indent=2, allow_nan=False))

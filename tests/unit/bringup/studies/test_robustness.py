@@ -89,7 +89,11 @@ def test_any_robot_is_judged_by_its_size_and_has_settings_in_proportion() -> Non
     ("words", "said"),
     [
         (["--losses", "--robot", "motkin"], "--robot: motkin: expected none in the study of --losses"),
-        (["--sensors", "good", "--effects", "mass"], "--effects: mass: expected none in the study of --sensors"),
+        (["--rig", "good", "--effects", "mass"], "--effects: mass: expected none in the study of --rig"),
+        (
+            ["--sensors", "good", "--seed", "1", "--quick"],
+            "--sensors is deprecated: use --rig\nfivebar: --quick: True: expected none in the study of --rig",
+        ),
         (["--seed", "3"], "--seed: 3: expected none in the study of --effects"),
     ],
 )

@@ -110,7 +110,7 @@ def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFau
 
 def command_of(settings: SensorFaultSettings) -> str:
     """Return the command that repeats the study."""
-    return f"fivebar robustness --sensors {settings.rig} --cases {settings.cases} --seed {settings.seed}"
+    return f"fivebar robustness --rig {settings.rig} --cases {settings.cases} --seed {settings.seed}"
 
 
 SENSOR_FAULTS = Study(
