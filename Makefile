@@ -44,7 +44,7 @@ CLOCK = $(shell grep -rl --include='test_*.py' 'mark\.clock' tests/ros tests/sys
 
 .PHONY: test
 test: setup ## run the tests
-	@# four at a time on two processors, because tests also wait, for nodes and for what another one compiles; what
+	@# four at a time on two processors, because half of the tests wait for nodes (tests/conftest.py has the order); what
 	# follows the clock by itself, one after the other, and also where the others have failed; machine code is optimised
 	# less, which takes a quarter off its compilation, and kept apart from what users run and the long tests test
 	status=0

@@ -48,6 +48,28 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(folder)
         if folder == "unit" and item.get_closest_marker("clock"):
             raise pytest.UsageError(f"{item.nodeid}: unit tests do not follow the clock, and would not be run")
+    items[:] = in_good_order(items)
+
+
+FIRST = ("test_odds.py", "test_engine.py")
+"""Files that compile for long what others need, which would wait for it."""
+
+WAITING = ("launch", "ros", "system")
+"""Folders whose tests mostly wait for nodes, so that a processor has time for others beside them."""
+
+
+def in_good_order(items: list[pytest.Item]) -> list[pytest.Item]:
+    """Return tests in the order in which several workers keep all processors busy, those of a file side by side."""
+    files: dict[Path, list[pytest.Item]] = {}
+    for item in items:
+        files.setdefault(item.path, []).append(item)
+    waiting = [path for path in files if any(TESTS / folder in path.parents for folder in WAITING)]
+    # those of bringup last, which need most of what is compiled first
+    others = [path for path in reversed(files) if path not in waiting]
+    # both kinds spread evenly, whatever their numbers
+    place = {path: (n + 0.5) / len(kind) for kind in (waiting, others) for n, path in enumerate(kind)}
+    place |= {path: FIRST.index(path.name) - len(FIRST) for path in files if path.name in FIRST}
+    return [item for path in sorted(files, key=place.__getitem__) for item in files[path]]
 
 
 def pytest_collection_finish() -> None:
