@@ -17,18 +17,16 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.interpreter import module_command
 
-pytestmark = pytest.mark.clock
+pytestmark = [pytest.mark.clock, pytest.mark.extra]
 
 REHEARSED = ("run", "middle_ros2_control", "--hardware", "emulated", "--json")
 
 
-@pytest.mark.extra
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     call = fivebar(*REHEARSED, "--out", str(folder / "ros2_control"))
     expect_crossing(call)
 
 
-@pytest.mark.extra
 @pytest.mark.parametrize(
     ("broken", "fault"),
     [
@@ -47,7 +45,6 @@ def test_a_fault_on_the_way(fivebar: Callable[..., FivebarCommand], folder: Path
     expect_stop(fivebar, REHEARSED, broken, folder / broken.replace(" ", "_"), fault)
 
 
-@pytest.mark.extra
 @pytest.mark.parametrize("updates", [1, 2])
 def test_a_robot_that_is_there_sets_the_pace(folder: Path, updates: int) -> None:
     """Its controller manager runs by the clock, at the rate of the run or twice as often."""

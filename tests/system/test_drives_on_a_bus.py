@@ -26,8 +26,6 @@ from fivebar_control.hardware.configuration import drives_path
 from fivebar_description.errors import InputError
 from fivebar_description.interface import MOTOR_STATES, TORQUE_COMMAND
 
-pytestmark = pytest.mark.clock
-
 BRIDGE = "/dextar_bridge"
 
 RATE_HZ = 50
@@ -80,6 +78,7 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
         yield bench
 
 
+@pytest.mark.clock
 @pytest.mark.extra
 @pytest.mark.parametrize("laboratory", [0.4], indirect=True)
 def test_it_ends_with_the_motion_and_says_that_it_succeeded(laboratory: Laboratory) -> None:
@@ -91,6 +90,7 @@ def test_it_ends_with_the_motion_and_says_that_it_succeeded(laboratory: Laborato
     call.expect_no_process(0.0)
 
 
+@pytest.mark.clock
 @pytest.mark.extra
 @pytest.mark.parametrize("laboratory", [20.0], indirect=True)
 @pytest.mark.parametrize("end", ["fault", "deactivate"])

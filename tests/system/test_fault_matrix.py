@@ -112,7 +112,7 @@ MOMENTS = moments()
 ALL_MOMENTS = [pytest.param(one, marks=() if one == "on the locus" else pytest.mark.extra) for one in MOMENTS]
 """Where the least can be done is tried in every test run, the others with the long tests."""
 
-LONG = ("killed generator", "killed supervisor", "killed estimator")
+LONG = ("killed generator", "killed supervisor", "killed estimator", "killed blender")
 """Nodes whose end is told in the same way as that of the others: with the long tests."""
 
 ALL_NODES = [pytest.param(one, marks=pytest.mark.extra if one in LONG else ()) for one in NODES]

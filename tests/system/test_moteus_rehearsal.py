@@ -9,7 +9,7 @@ import pytest
 from fivebar_command import FivebarCommand
 from rehearsed import expect_crossing, expect_stop
 
-pytestmark = pytest.mark.clock
+pytestmark = [pytest.mark.clock, pytest.mark.extra]
 
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--drives", "moteus", "--json")
 
@@ -24,17 +24,14 @@ def test_the_middle_crossing_at_500_hz(fivebar: Callable[..., FivebarCommand], f
     expect_crossing(fivebar(*AT_500_HZ, "--out", str(folder / "quick")))
 
 
-@pytest.mark.extra
 def test_a_fault_at_500_hz(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     expect_stop(fivebar, AT_500_HZ, "0.5 fault 1 UNDER_VOLTAGE", folder / "quick_fault", UNDER_VOLTAGE)
 
 
-@pytest.mark.extra
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     expect_crossing(fivebar(*REHEARSED, "--out", str(folder / "moteus")))
 
 
-@pytest.mark.extra
 @pytest.mark.parametrize(
     ("broken", "fault"),
     [

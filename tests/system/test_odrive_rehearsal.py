@@ -12,18 +12,16 @@ from rehearsed import expect_crossing, expect_stop
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, REFERENCE, TORQUE_COMMAND
 
-pytestmark = pytest.mark.clock
+pytestmark = [pytest.mark.clock, pytest.mark.extra]
 
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--drives", "odrive", "--json")
 
 
-@pytest.mark.extra
 def test_the_middle_crossing(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     call = fivebar(*REHEARSED, "--out", str(folder / "odrive"))
     expect_crossing(call)
 
 
-@pytest.mark.extra
 @pytest.mark.parametrize(
     ("broken", "fault"),
     [
@@ -44,7 +42,6 @@ TOGETHER = (*REHEARSED, "--together")
 """With the bridge in the process of the control chain."""
 
 
-@pytest.mark.extra
 def test_the_middle_crossing_in_one_process(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
     call = fivebar(*TOGETHER, "--out", str(folder / "together"))
     expect_crossing(call)
@@ -55,7 +52,6 @@ def test_the_middle_crossing_in_one_process(fivebar: Callable[..., FivebarComman
     assert {bag.count(topic) >= 201 for topic in (MOTOR_STATES, JOINT_STATES, REFERENCE, TORQUE_COMMAND)} == {True}
 
 
-@pytest.mark.extra
 @pytest.mark.parametrize(
     ("broken", "fault"),
     [("0.5 silent 2", "feedback_missing: q21 (id 1): no answer"), ("0.5 kill blender", "node_died: controllers ")],

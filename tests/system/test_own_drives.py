@@ -10,8 +10,6 @@ from doc_blocks import write_files
 from fivebar_command import FivebarCommand
 from rehearsed import expect_crossing, expect_stop
 
-pytestmark = pytest.mark.clock
-
 REHEARSED = ("run", "middle_robot", "--hardware", "emulated", "--json")
 
 
@@ -24,11 +22,13 @@ def drives(folder: Path) -> Iterator[str]:
         yield str(folder / "my_drives.yaml")
 
 
+@pytest.mark.clock
 def test_a_crossing(fivebar: Callable[..., FivebarCommand], folder: Path, drives: str) -> None:
     call = fivebar(*REHEARSED, "--drives", drives, "--out", str(folder / "own"))
     expect_crossing(call)
 
 
+@pytest.mark.clock
 @pytest.mark.extra
 @pytest.mark.parametrize(
     ("broken", "fault"),

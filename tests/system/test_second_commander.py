@@ -61,9 +61,9 @@ def first_fault(run: GraphRun) -> str:
 @pytest.mark.parametrize(
     ("mode", "topic"),
     [
-        pytest.param("lockstep", CTC_TORQUE, marks=pytest.mark.extra),
+        ("lockstep", CTC_TORQUE),
         ("lockstep", TORQUE_COMMAND),
-        pytest.param("realtime", CTC_TORQUE, marks=pytest.mark.clock),
+        pytest.param("realtime", CTC_TORQUE, marks=[pytest.mark.clock, pytest.mark.extra]),
         pytest.param("realtime", TORQUE_COMMAND, marks=[pytest.mark.clock, pytest.mark.extra]),
     ],
     ids=lambda value: getattr(value, "name", value),
