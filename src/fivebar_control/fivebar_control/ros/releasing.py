@@ -13,7 +13,7 @@ from std_srvs.srv import Trigger
 from fivebar_control.laws.torque import Torque
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.planning.release import ReleaseRefused, plan_release
+from fivebar_control.planning.release import ReleaseRefused
 from fivebar_control.planning.release_step import (
     ENDINGS,
     PRESSING,
@@ -24,7 +24,7 @@ from fivebar_control.planning.release_step import (
     has_ended,
     release_step,
 )
-from fivebar_control.safety.stages import guard_limits_of
+from fivebar_control.scenario.release import scenario_release
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, MOTOR_STATES, RELEASE_STATUS
 from fivebar_description.joint_sample import JointSample, MessageError
@@ -157,18 +157,8 @@ class Releasing:
             self._say("pressing")
 
     def _begin(self, sample: int, q11: float, q21: float, platform: tuple[float, float] | None) -> None:
-        scenario = self._scenario
         try:
-            plan = plan_release(
-                scenario.five_bar(),
-                scenario.known_within(),
-                guard_limits_of(scenario.safety_settings(), scenario.rate_hz),
-                scenario.elbows_pass(),
-                scenario.rate_hz,
-                q11,
-                q21,
-                platform,
-            )
+            plan = scenario_release(self._scenario, q11, q21, platform)
         except ReleaseRefused as error:
             self._finish(f"refused: {error}")
             return

@@ -30,9 +30,9 @@ from fivebar_control.model.geometry import inverse_geometry, workspace_bounds
 from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import STRETCHED, distal_links, inverse_condition, parallel_svd, type1_margin
 from fivebar_control.planning.postures import WORKING_MODES
-from fivebar_control.planning.release import TYPE_1_MARGIN, ReleasePlan, ReleaseRefused, plan_release
+from fivebar_control.planning.release import TYPE_1_MARGIN, ReleaseRefused
 from fivebar_control.planning.release_step import ENDINGS, RELEASED, Release, first_memory, has_ended, release_step
-from fivebar_control.safety.stages import guard_limits_of
+from fivebar_control.scenario.release import scenario_release
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism, actual_robot, mechanism_of
 from fivebar_sim.effects.mechanism_state import MechanismState
@@ -255,7 +255,7 @@ def released(rest: DrawnRest) -> ReleaseRun | str | None:
     q11, q21 = counted(seen.q11, bench.resolution), counted(seen.q21, bench.resolution)
     platform = None if rest.said is None else (there.x + rest.said[0], there.y + rest.said[1])
     try:
-        plan = plan_of(scenario, q11, q21, platform)
+        plan = scenario_release(scenario, q11, q21, platform)
     except ReleaseRefused as error:
         return None if str(error).startswith(AWAY) else str(error)
     stream = gyro_stream(scenario.plant.seed)
@@ -276,24 +276,6 @@ def released(rest: DrawnRest) -> ReleaseRun | str | None:
         one.serial,
         inverse_condition(there),
         bool(one.diverged),
-    )
-
-
-def plan_of(scenario: Scenario, q11: float, q21: float, platform: tuple[float, float] | None) -> ReleasePlan:
-    """Return the release of a scenario's robot from motor angles (rad).
-
-    Raises:
-        ReleaseRefused: it is not known what would become of it.
-    """
-    return plan_release(
-        scenario.five_bar(),
-        scenario.known_within(),
-        guard_limits_of(scenario.safety_settings(), scenario.rate_hz),
-        scenario.elbows_pass(),
-        scenario.rate_hz,
-        q11,
-        q21,
-        platform,
     )
 
 
