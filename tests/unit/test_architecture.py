@@ -49,8 +49,13 @@ def syntax_tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
-def imported(path: Path, types: bool = True) -> Iterator[str]:
+@functools.cache
+def imported(path: Path, types: bool = True) -> tuple[str, ...]:
     """Full names of everything that a module imports, wherever in its text the import stands; `types` for types too."""
+    return tuple(_imported(path, types))
+
+
+def _imported(path: Path, types: bool) -> Iterator[str]:
     inside = path.relative_to(SRC).parts[1:-1]
     nodes = [*ast.walk(syntax_tree(path))]
     for_types = {

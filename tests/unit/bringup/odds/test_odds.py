@@ -155,6 +155,7 @@ def robot_file(directory: Path, more: str) -> str:
     return str(path)
 
 
+@pytest.mark.extra
 def test_goto_chooses_a_duration_with_good_odds_and_keeps_one_that_is_given(tmp_path: Path) -> None:
     robot = robot_file(tmp_path, "loads: {tilt: 0.02, push: 2.0, passive: 0.005}\n")
     command = ["goto", "0", "0.02", "--mode", "-", "--robot", robot, "--plan-only", "--json"]

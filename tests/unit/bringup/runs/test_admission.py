@@ -46,7 +46,9 @@ def scenario_file(directory: Path, controller: str, more: str = "") -> str:
     return str(path)
 
 
-@pytest.mark.parametrize("controller", CONTROLLERS)
+@pytest.mark.parametrize(
+    "controller", [pytest.param(name, marks=pytest.mark.extra if name == "mpc" else ()) for name in CONTROLLERS]
+)
 def test_a_rest_just_before_the_locus_is_refused(tmp_path: Path, controller: str) -> None:
     scenario = load_scenario(scenario_file(tmp_path, controller))
     assert scenario.plan().crossings == ()
