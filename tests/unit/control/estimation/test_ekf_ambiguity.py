@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from engine_agreement import columns, prepared
+from engine_agreement import columns, long_if_seldom_compiled, prepared
 from estimate_replay import OFF_MODEL, encoder_scenario
 
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
@@ -150,16 +150,18 @@ def test_an_estimate_at_the_limit_of_deviations_is_not_ambiguous(dextar: FiveBar
         assert check_ambiguity(model, AmbiguityLimits(limit, 0.2), 0, belief).ambiguous == ambiguous
 
 
+@pytest.mark.parametrize("controller", long_if_seldom_compiled(["unified", "multi_cartesian"]))
 @pytest.mark.parametrize("plant", [{}, OFF_MODEL], ids=["as believed", "off"])
 @pytest.mark.parametrize(
     ("duration", "ambiguous"), [(0.5, False), (1.0, False), (2.0, False), (3.0, False), (12.0, True), (15.0, True)]
 )
 @pytest.mark.parametrize("waypoints", [DOWN, ASIDE], ids=["down", "aside"])
 def test_slow_crossings_are_ambiguous_and_ballistic_ones_are_not(
-    waypoints: list[list[float]], duration: float, ambiguous: bool, plant: dict[str, float]
+    waypoints: list[list[float]], duration: float, ambiguous: bool, plant: dict[str, float], controller: str
 ) -> None:
     """In the compiled engine, which has this test of the estimator."""
-    scenario = encoder_scenario("middle", duration, plant=plant, waypoints=waypoints, tracking_error_limit=0.2)
+    fields = {"waypoints": waypoints, "tracking_error_limit": 0.2, "controller": controller}
+    scenario = encoder_scenario("middle", duration, plant=plant, **fields)
     outcome, trace = traced_crossing(*prepared(scenario))
     assert FAULT_NAMES[outcome.fault] == ("estimate_ambiguous" if ambiguous else "")
     if ambiguous:
@@ -182,14 +184,16 @@ def test_the_whole_estimator_finds_nothing_else(way: float, duration: float, fau
         assert run.samples[number - 1].command != (0.0, 0.0)
 
 
+@pytest.mark.parametrize("controller", long_if_seldom_compiled(["unified", "multi_cartesian"]))
 @pytest.mark.parametrize(
     ("duration", "friction", "mass", "inertia"),
     [(5.0, 1.2, 0.9, 1.1), (4.0, 0.5, 1.0, 1.0), (5.0, 1.5, 1.2, 1.0), (8.0, 0.8, 1.1, 0.9), (12.0, 0.8, 1.1, 0.9)],
 )
 def test_a_wrong_estimate_is_never_passed_on_in_silence(
-    duration: float, friction: float, mass: float, inertia: float
+    duration: float, friction: float, mass: float, inertia: float, controller: str
 ) -> None:
     """Robots that are not as believed, some of which stop on the locus: no estimate is 2 mm off without the fault."""
     plant = {"friction_scale": friction, "mass_scale": mass, "inertia_scale": inertia}
-    scenario = encoder_scenario("middle", duration, plant=plant, waypoints=DOWN, tracking_error_limit=0.2)
+    fields = {"waypoints": DOWN, "tracking_error_limit": 0.2, "controller": controller}
+    scenario = encoder_scenario("middle", duration, plant=plant, **fields)
     assert 0.0 < crossing(*prepared(scenario, stop_at_fault=True)).estimate_error < 2e-3
