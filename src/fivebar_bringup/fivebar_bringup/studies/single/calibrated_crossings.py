@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import itertools
 import tempfile
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -162,28 +163,23 @@ def rigs_of(rig: Rig, plant: dict[str, Any], result: CalibrationResult, folder: 
 
 
 def crossed(
-    rig: Rig, seed: int, robot: int, plant: dict[str, Any], result: CalibrationResult, crossings: int
-) -> list[BeforeAndAfter]:
-    """Return the first so many crossings of a robot that are accepted once it is calibrated.
+    rig: Rig, seed: int, numbers: Iterable[int], plant: dict[str, Any], result: CalibrationResult
+) -> Iterator[BeforeAndAfter]:
+    """Yield those crossings of a robot that are accepted once it is calibrated.
 
     Args:
         rig: whose robot it is.
-        seed, robot: number of both; each robot has motions of its own.
+        seed, numbers: of the motions.
         plant: the robot.
         result: its calibration.
-        crossings: how many.
     """
-    done: list[BeforeAndAfter] = []
     with tempfile.TemporaryDirectory() as folder:
         files = rigs_of(rig, plant, result, Path(folder))
-        for number in itertools.count(1000 * (robot + 1)):
-            if len(done) == crossings:
-                break
+        for number in numbers:
             (after,) = run_case(seed, number, str(files.after), ("unified",))
             if after.status == FEASIBLE:
                 (before,) = run_case(seed, number, str(files.before), ("unified",))
-                done.append(BeforeAndAfter(before, after))
-    return done
+                yield BeforeAndAfter(before, after)
 
 
 def _left_text(left: list[LeftError]) -> list[str]:
@@ -238,7 +234,9 @@ def main() -> None:
     for robot in range(given.robots):
         plant = robot_of_rig(rig, given.seed, robot)
         result = calibrated(rig, plant, drawn_gyro_bias(rig.errors, given.seed, robot), 1e-3 * given.touched)
-        crossings = crossed(rig, given.seed, robot, plant, result, given.crossings)
+        # each robot has motions of its own
+        numbers = itertools.count(1000 * (robot + 1))
+        crossings = list(itertools.islice(crossed(rig, given.seed, numbers, plant, result), given.crossings))
         left.append(left_error(result))
         done += crossings
         good = sum(crossing.after.within(PEAK_LIMIT) for crossing in crossings)
