@@ -81,6 +81,39 @@ steps:
 """
 
 
+LOADED = """\
+name: loaded
+scenario: {loads: {push: 1.0}}
+start: [0.0, 0.15]
+steps:
+  - {move: [0.0, 0.12], duration: 0.2}
+  - {move: [0.0, 0.03], mode: "-", duration: 0.5}
+  - pick: 0.1
+  - {move: [0.0, 0.12], mode: "+"}
+"""
+
+
+@pytest.mark.extra
+def test_each_move_has_its_odds_where_the_robot_declares_something(
+    fivebar: Callable[..., FivebarCommand], tmp_path: Path
+) -> None:
+    """Before anything moves, and told again by the graph, whose planner finds the same in a process of its own."""
+    file, out = tmp_path / "loaded.yaml", tmp_path / "out"
+    file.write_text(LOADED, encoding="utf-8")
+    command = fivebar("program", str(file), "--json", "--no-page", "--out", str(out))
+    assert command.finish() == 0, command.stderr
+    printed = command.json()
+    moves = [step["odds"] for step in printed["steps"] if step["waypoints"]]
+    assert [one["robots"] for one in moves] == [24, 24, 24]
+    assert all(one["share"] >= 0.9 for one in moves)
+    summary = printed["summary"]
+    assert summary["odds"] == printed["odds"]
+    assert 0.9 <= summary["odds"]["share"] <= 1.0
+    # the first move is the plan of the run
+    assert [one["odds"] for one in summary["requested_odds"]] == moves[1:]
+    assert [one["goal"] for one in summary["requested_odds"]] == [[0.0, 0.03], [0.0, 0.12]]
+
+
 @pytest.mark.extra
 def test_a_program_that_requests_no_further_motion_rests_until_it_is_over(
     fivebar: Callable[..., FivebarCommand], tmp_path: Path

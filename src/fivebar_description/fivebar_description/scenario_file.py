@@ -53,6 +53,7 @@ KEYS = (
     "safety",
     "tracking_error_limit",
     "error_tolerance",
+    "judge",
     "risk",
     "force",
 )

@@ -46,6 +46,23 @@ def is_latency(value: Any) -> bool:
     return isinstance(value, dict) and all(is_number(value.get(name)) for name in _PERCENTILES)
 
 
+def is_odds(value: Any) -> bool:
+    """Return whether a value tells how likely a motion is to succeed, or why that is not known."""
+    if not isinstance(value, dict):
+        return False
+    better = value.get("better")
+    if better is not None and not (isinstance(better, dict) and is_number(better.get("duration_s"))):
+        return False
+    counted = [one for one in (value, better) if one is not None and "unknown" not in one]
+    return is_text(value.get("unknown", "")) and all(map(_counts_robots, counted))
+
+
+def _counts_robots(value: dict[str, Any]) -> bool:
+    made, robots = value.get("successes", -1), value.get("robots", 0)
+    interval = list_of(is_number, 2)(value.get("interval_95"))
+    return interval and is_count(made) and is_count(robots) and bool(made <= robots > 0)
+
+
 RUN_STATUS_FIELDS = {
     "state": Field(one_of(RUN_STATES), f"one of {', '.join(RUN_STATES)}", needed=True),
     "sample": Field(is_count, "a number of a sample", needed=True),
@@ -78,6 +95,7 @@ GOAL_STATUS_FIELDS = {
     "blend_radius": Field(_NUMBERS, "radii in m"),
     "time_law": Field(is_text, "a name"),
     "payload_kg": Field(is_number, "a mass in kg"),
+    "odds": Field(is_odds, "successes, robots and interval_95, or unknown"),
     "knots": Field(list_of(list_of(is_number, 7)), "times, coordinates and their derivatives"),
     "slowing_s": Field(is_number, "a time in s"),
     "path_time_s": Field(is_number, "a time in s"),

@@ -278,17 +278,18 @@ def stand(
     Example: `fivebar stand unified_middle --realtime --domain 7 --seconds 300`
     """
     from fivebar_bringup.motions.stand import stand as rest
-    from fivebar_bringup.runs.admission import load_admitted
+    from fivebar_bringup.runs.admission import load_with_odds
 
     with input_errors(), keyboard_interrupts():
         check_ros_environment()
         within = read_namespace(namespace)
-        loaded = load_admitted(scenario)
+        admitted = load_with_odds(scenario)
+        loaded = admitted.scenario
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
         how_long = "until Ctrl-C" if seconds is None else f"for {seconds:g} s of simulated time"
         Printer(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
         with live_page(view, domain, within) as live, progress_bar(loaded.name, as_json) as progress:
-            directory, summary = rest(loaded, seconds, mode, out, live.domain, progress, within)
+            directory, summary = rest(loaded, seconds, mode, out, live.domain, progress, within, admitted.kept)
             live.tell(directory, summary)
     if as_json:
         print(json.dumps(summary.as_dict(), indent=2, allow_nan=False))
@@ -300,10 +301,13 @@ def stand(
 def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float, as_json: bool) -> NoReturn:
     """Follow a goal on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
     from fivebar_bringup.motions.live import request_live
+    from fivebar_bringup.odds.odds import told_odds
 
     def report(status: dict[str, Any]) -> None:
         if not as_json:
             detail = status.get("reason") or (f"{sum(status['durations_s']):.3f} s" if "durations_s" in status else "")
+            if "odds" in status:
+                detail += f"; odds: {told_odds(status['odds'])}"
             print(f"{status['state']}{': ' if detail else ''}{detail}", flush=True)
 
     last = request_live(fields, domain, timeout, report, namespace)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -14,7 +15,15 @@ from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
 if TYPE_CHECKING:
+    from fivebar_bringup.odds.robot_errors import RobotErrors
     from fivebar_bringup.scenario import Scenario
+
+
+class Distribution(StrEnum):
+    """Distributions of errors, as in `RobotErrors`."""
+
+    UNIFORM = "uniform"
+    NORMAL = "normal"
 
 
 @command(Group.ROBOT)
@@ -28,13 +37,20 @@ def odds(
             help="Derive the limits of the estimator's watch: what sound robots exceed once in 10 000 crossings.",
         ),
     ] = False,
+    distribution: Annotated[
+        Distribution,
+        typer.Option(
+            help="How errors are distributed: evenly within their bounds, or normally, with standard deviations of half"
+            " the bounds; loads are drawn evenly."
+        ),
+    ] = Distribution.UNIFORM,
     as_json: JsonOption = False,
 ) -> None:
     """Tell how likely a scenario is to succeed on drawn robots.
 
-    Robots are drawn within the tolerances and loads of the robot's file, or of the scenario, each error uniform within
-    its bound, and the motion is simulated on each. What the file declares no tolerance of is assumed. Then each
-    uncertainty is taken away in turn, on the same robots.
+    Robots are drawn within the tolerances and loads of the robot's file, or of the scenario, by default each error
+    uniform within its bound, and the motion is simulated on each. What the file declares no tolerance of is assumed.
+    Then each uncertainty is taken away in turn, on the same robots.
 
     With `--limits` the robots make the motion without the limits of the estimator's watch, and a tail is fitted to the
     largest innovations of those that succeed: limits for the section `ekf` that a sound robot exceeds in less than one
@@ -54,12 +70,12 @@ def odds(
                 f"{scenario}: expected tolerances or loads, of the scenario or of its robot's file, without"
                 " working_modes, stands and plant.engine: mujoco: there is nothing to draw robots from"
             )
-        errors = declared_errors(loaded)
+        errors = declared_errors(loaded)._replace(distribution=distribution.value)
         if limits:
-            _show_limits(loaded, robots, as_json)
+            _show_limits(loaded, errors, robots, as_json)
             raise typer.Exit(COMPLETED)
         with progress_bar("odds", as_json):
-            found = declared_odds(loaded, robots)
+            found = declared_odds(loaded, robots, distribution.value)
             better = reliefs(loaded, errors, SEED, range(robots))
     if as_json:
         with_less = [{"with": one.words, **one.odds.as_dict()} for one in better]
@@ -71,15 +87,14 @@ def odds(
     raise typer.Exit(COMPLETED)
 
 
-def _show_limits(scenario: Scenario, robots: int, as_json: bool) -> None:
+def _show_limits(scenario: Scenario, errors: RobotErrors, robots: int, as_json: bool) -> None:
     from fivebar_bringup.odds.declared import SEED
-    from fivebar_bringup.odds.drawn_robots import declared_errors
     from fivebar_bringup.odds.misfit_limits import FEWEST, as_settings, fitted_limits, sound_maxima
 
     if not scenario.estimated:
         raise InputError(f"{scenario.name}: estimator: none has no watch: expected estimator: ekf")
     with progress_bar("odds --limits", as_json):
-        maxima = sound_maxima(scenario, declared_errors(scenario), SEED, range(robots))
+        maxima = sound_maxima(scenario, errors, SEED, range(robots))
     if len(maxima) < FEWEST:
         raise InputError(
             f"{scenario.name}: {len(maxima)} of {robots} drawn robots make the motion: expected at least {FEWEST}, to"

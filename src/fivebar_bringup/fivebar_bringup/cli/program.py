@@ -33,7 +33,7 @@ from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros_environment import check_ros_environment
 
 if TYPE_CHECKING:
-    from fivebar_bringup.motions.program import PlannedStep
+    from fivebar_bringup.motions.program import PlannedProgram
 
 
 @command(Group.RUN)
@@ -68,10 +68,10 @@ def program(
     """
     from fivebar_bringup.motions.program import (
         plan_program,
+        program_as_json,
         program_path,
         run_program,
         scenario_of_program,
-        steps_as_json,
     )
     from fivebar_control.planning.program import load_program
 
@@ -87,37 +87,44 @@ def program(
         rehearse = hardware is Hardware.EMULATED
         mode = Mode.REALTIME if realtime or rehearse else Mode.LOCKSTEP
         with progress_bar("planning", as_json):
-            steps = plan_program(loaded, scenario, str(path), mode)
+            planned = plan_program(loaded, scenario, str(path), mode)
+        content = program_as_json(planned)
         if not as_json:
-            _show(steps)
+            _show(planned)
         if dry_run:
             if as_json:
-                print(json.dumps({"steps": steps_as_json(steps)}, indent=2, allow_nan=False))
+                print(json.dumps(content, indent=2, allow_nan=False))
             raise typer.Exit(COMPLETED)
         with live_page(view, domain, within) as live, progress_bar(loaded.program.name, as_json) as progress:
             directory, summary, last = run_program(
-                loaded, scenario, steps, mode, out, live.domain, progress, within, page, rehearse
+                loaded, scenario, planned, mode, out, live.domain, progress, within, page, rehearse
             )
             live.tell(directory, summary)
     if as_json:
-        content = {"steps": steps_as_json(steps), "program": last, "summary": summary.as_dict()}
+        content |= {"program": last, "summary": summary.as_dict()}
         print(json.dumps(content, indent=2, allow_nan=False))
     else:
         print_outcome(directory, summary)
     raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 
-def _show(steps: tuple[PlannedStep, ...]) -> None:
-    """Print planned steps as a table."""
+def _show(planned: PlannedProgram) -> None:
+    """Print planned steps as a table, with the odds of the moves where they are known."""
     from fivebar_bringup.motions.program import words_of
+    from fivebar_bringup.odds.odds import told_odds
 
-    table = Table("step", "line", "round", "does", "s", box=None)
+    steps, with_odds = planned.steps, planned.odds is not None
+    table = Table("step", "line", "round", "does", "s", *(["odds"] if with_odds else []), box=None)
     for step in steps:
         rounds = " ".join(f"{at}/{count}" for at, count in step.instruction.rounds)
         does = words_of(step.instruction)
         if len(step.planned.segments) > 1:
             does += f", in {len(step.planned.segments)} stretches"
-        table.add_row(step.instruction.number, str(step.instruction.line), rounds, does, f"{step.duration:.3f}")
+        told = step.planned.odds
+        odds = [("" if told is None else told_odds(told, short=True))] if with_odds else []
+        table.add_row(step.instruction.number, str(step.instruction.line), rounds, does, f"{step.duration:.3f}", *odds)
     printer = Printer(soft_wrap=True)
     printer.print(table, highlight=False)
     printer.print(f"{len(steps)} steps, {sum(step.duration for step in steps):.3f} s", highlight=False)
+    if planned.odds is not None:
+        printer.print(f"odds of all moves: {planned.odds}", highlight=False)

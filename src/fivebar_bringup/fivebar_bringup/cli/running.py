@@ -135,7 +135,7 @@ def run(
     Example: `fivebar run experiment.yaml --hardware external --drives joints.yaml --namespace fivebar`
     """
     from fivebar_bringup.drives.choice import interface_of_run, kind_of, real_drives
-    from fivebar_bringup.runs.admission import load_admitted
+    from fivebar_bringup.runs.admission import load_with_odds
     from fivebar_bringup.runs.injection import read_injection, refuse_late
     from fivebar_bringup.runs.run import run_with_ros
     from fivebar_description.ros.scheduling import Scheduling
@@ -145,7 +145,8 @@ def run(
             interrupt_with(parent)
         check_ros_environment()
         within = read_namespace(namespace)
-        loaded = load_admitted(scenario)
+        admitted = load_with_odds(scenario)
+        loaded = admitted.scenario
         emulated, simulated = hardware is Hardware.EMULATED, hardware is Hardware.SIMULATED
         if inject and not emulated:
             raise InputError("--inject: expected --hardware emulated, whose drives and nodes can be broken")
@@ -187,6 +188,7 @@ def run(
                 within,
                 drives,
                 real,
+                admitted.kept,
             )
             live.tell(directory, summary)
     _finish(directory, summary, as_json)
@@ -243,13 +245,14 @@ def simulate(
 
     Example: `fivebar simulate middle --json`
     """
-    from fivebar_bringup.runs.admission import load_admitted
+    from fivebar_bringup.runs.admission import load_with_odds
     from fivebar_bringup.runs.offline import run_offline
 
     with input_errors(), keyboard_interrupts():
-        loaded = load_admitted(scenario)
+        admitted = load_with_odds(scenario)
+        loaded = admitted.scenario
         with progress_bar(loaded.name, as_json) as progress:
-            directory, summary = run_offline(loaded, out, progress, page)
+            directory, summary = run_offline(loaded, out, progress, page, admitted.kept)
     _finish(directory, summary, as_json)
 
 

@@ -11,8 +11,11 @@ from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import Work
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals
+from fivebar_bringup.motions.likely_orders import LikelyOrders
 from fivebar_bringup.motions.request import within_drives
 from fivebar_bringup.motions.stand import standing_graph
+from fivebar_bringup.odds.drawn_robots import has_odds
+from fivebar_bringup.odds.odds import Odds, kept_odds
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
@@ -104,18 +107,29 @@ def scenario_of_program(loaded: LoadedProgram, source: str) -> Scenario:
     return scenario
 
 
-def plan_program(
-    loaded: LoadedProgram, scenario: Scenario, source: str, mode: Mode = Mode.LOCKSTEP
-) -> tuple[PlannedStep, ...]:
-    """Plan and screen every step without moving.
+class PlannedProgram(NamedTuple):
+    """A program that is planned step by step.
+
+    Attributes:
+        steps: the instructions with what they take.
+        odds: how many of the drawn robots make all moves; None where nothing is declared to draw them from.
+    """
+
+    steps: tuple[PlannedStep, ...]
+    odds: Odds | None = None
+
+
+def plan_program(loaded: LoadedProgram, scenario: Scenario, source: str, mode: Mode = Mode.LOCKSTEP) -> PlannedProgram:
+    """Plan and screen every step without moving, by the odds of each move where robots can be drawn.
 
     Raises:
         InputError: a move is refused; the message says which step, in which line, and why.
     """
     conditions = conditions_of(scenario, mode is Mode.REALTIME)
+    likely = LikelyOrders(scenario, conditions) if has_odds(scenario) else None
     x, y = scenario.waypoints[0]
     at, payload = (x, y), 0.0
-    steps = []
+    steps, orders = [], []
     for instruction in loaded.instructions:
         action = instruction.action
         if isinstance(action, Move):
@@ -131,17 +145,18 @@ def plan_program(
                 action.via,
                 action.blend_radius,
             )
-            planned = plan_once(conditions, order)
+            planned = plan_once(conditions, order) if likely is None else likely.plan(order)
             if planned.refused:
                 raise InputError(f"{source}: {instruction.place}: {planned.refused}")
             steps.append(PlannedStep(instruction, sum(planned.durations), planned))
+            orders.append(order)
             at = planned.course.waypoints[-1]
         elif isinstance(action, Carry):
             payload = action.payload
             steps.append(PlannedStep(instruction, SETTLING))
         else:
             steps.append(PlannedStep(instruction, action.seconds if isinstance(action, Wait) else 0.0))
-    return tuple(steps)
+    return PlannedProgram(tuple(steps), None if likely is None else likely.together(orders))
 
 
 def _by_way_of(move: Move) -> str:
@@ -166,8 +181,12 @@ def words_of(instruction: Instruction) -> str:
     return f"payload {action.payload:g} kg"
 
 
-def steps_as_json(steps: tuple[PlannedStep, ...]) -> list[dict[str, Any]]:
-    """Return planned steps as plain values; m, s, kg."""
+def program_as_json(planned: PlannedProgram) -> dict[str, Any]:
+    """Return a planned program as plain values; m, s, kg."""
+    return {"steps": _steps_as_json(planned.steps), "odds": kept_odds(planned.odds)}
+
+
+def _steps_as_json(steps: tuple[PlannedStep, ...]) -> list[dict[str, Any]]:
     return [
         {
             "step": step.instruction.number,
@@ -179,6 +198,7 @@ def steps_as_json(steps: tuple[PlannedStep, ...]) -> list[dict[str, Any]]:
             "durations_s": list(step.planned.durations),
             "blend_radius": list(step.planned.course.blend_radius),
             "time_law": step.planned.course.time_law if step.planned.course.waypoints else None,
+            "odds": step.planned.odds,
         }
         for step in steps
     ]
@@ -202,7 +222,7 @@ def refuse_payload(loaded: LoadedProgram, nodes: Sequence[NodeSpec]) -> None:
 def run_program(
     loaded: LoadedProgram,
     scenario: Scenario,
-    steps: tuple[PlannedStep, ...],
+    planned: PlannedProgram,
     mode: Mode,
     out: Path | None,
     domain: int | None,
@@ -219,7 +239,7 @@ def run_program(
         InputError: the output directory cannot be used, the scenario cannot be rehearsed, or the robot that would be
             moved cannot carry the program's payload.
     """
-    first = steps[0].planned
+    first, odds = planned.steps[0].planned, planned.odds
     course = first.course
     update = {"waypoints": course.waypoints, "segment_duration": first.durations, "time_law": course.time_law}
     if course.rounded:
@@ -243,8 +263,8 @@ def run_program(
         return run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace, followed=followed)
 
     with interrupts_deferred():
-        run = new_run_directory(out, timed)
-        outcome = run_prepared(timed, mode, domain, specs, follow)
+        run = new_run_directory(out, timed, kept_odds(odds))
+        outcome = run_prepared(timed, mode, domain, specs, follow, odds is not None)
         if last.get("state") not in (ProgramState.COMPLETED, *([] if outcome.faults else [ProgramState.RUNNING])):
             stopped = f"program_stopped: {last.get('reason', 'not completed')}"
             outcome = outcome._replace(faults=[*outcome.faults, stopped])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import Work, crossing_graph
 from fivebar_bringup.graph.node_spec import Mode, NodeSpec
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
+from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, Progress, run_graph
@@ -28,8 +30,11 @@ def stand(
     domain: int | None,
     progress: Progress,
     namespace: str = "",
+    odds: Mapping[str, Any] | None = None,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with all nodes, then let the robot rest for some seconds of simulated time; return its summary.
+
+    The odds of its motion, where they are known, are kept with the run.
 
     Without a time it rests until it is interrupted, which then is no fault. A further interrupt ends the reading of its
     bag, which takes as long as a tenth of the run.
@@ -49,8 +54,8 @@ def stand(
         return run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
 
     with interrupts_deferred():
-        run = new_run_directory(out, scenario)
-        outcome = run_prepared(scenario, mode, domain, specs, follow)
+        run = new_run_directory(out, scenario, odds)
+        outcome = run_prepared(scenario, mode, domain, specs, follow, has_odds(scenario))
         # whoever interrupts a robot that rests has had what was asked for, but not before it has begun
         as_asked = seconds is None and run.bag.exists()
         faults = [fault for fault in outcome.faults if not (as_asked and fault == INTERRUPTED)]
@@ -63,4 +68,5 @@ def standing_graph(
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes of a run whose robot rests for some samples after its plan and does what it is asked to."""
     last = min(scenario.plan().path.samples(scenario.rate_hz) + resting, LONGEST)
-    return tuple(standing(node, last) for node in crossing_graph(scenario, mode, run.bag, rehearsal, work=work))
+    nodes = crossing_graph(scenario, mode, run.bag, rehearsal, work=work)
+    return tuple(standing(node, last, scenario) for node in nodes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
@@ -24,9 +25,13 @@ class Choice(NamedTuple, Generic[M]):
 
 
 def likeliest(
-    motions: Sequence[M], scenario_of: Callable[[M], Scenario], errors: RobotErrors, seed: int
+    motions: Sequence[M],
+    scenario_of: Callable[[M], Scenario],
+    errors: RobotErrors,
+    seed: int,
+    until: float = math.inf,
 ) -> Choice[M] | None:
-    """Return the motion with the best odds, each by the scenario that runs it; None of no motions.
+    """Return the motion with the best odds, each by the scenario that runs it; None of no motions, or for want of time.
 
     All motions are tried on the same few robots, the more promising half of them on twice as many, and so on. The one
     that is left is tried on robots that had no part in the choice: the best of many looks better than it is on those
@@ -36,9 +41,11 @@ def likeliest(
     robots = FIRST_ROBOTS
     while len(left) > 1:
         tried = [
-            (motion, trials + trials_of(scenario_of(motion), errors, seed, range(trials.odds.robots, robots)))
+            (motion, trials + trials_of(scenario_of(motion), errors, seed, range(trials.odds.robots, robots), until))
             for motion, trials in left
         ]
+        if any(trials.odds.robots < robots for _, trials in tried):
+            return None
         # in case of equality the first of them, as they were given
         tried.sort(key=lambda one: -one[1].promise)
         left = tried[: (len(tried) + 1) // 2]
@@ -46,4 +53,5 @@ def likeliest(
     if not left:
         return None
     motion = left[0][0]
-    return Choice(motion, odds_of(scenario_of(motion), errors, seed, OTHER_ROBOTS))
+    odds = odds_of(scenario_of(motion), errors, seed, OTHER_ROBOTS, until)
+    return Choice(motion, odds) if odds.robots == len(OTHER_ROBOTS) else None

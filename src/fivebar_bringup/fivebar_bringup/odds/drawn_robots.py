@@ -22,8 +22,12 @@ S = TypeVar("S", bound=Scenario)
 
 def has_odds(scenario: Scenario) -> bool:
     """Return whether a scenario's robot declares anything to draw from, and its run can be simulated by the engine."""
-    declared = scenario.to_bear().declared or scenario.known_within().declared
-    return declared and scenario.plant.engine == PINOCCHIO and scenario.stands is None and not scenario.working_modes
+    return (
+        scenario.declares_errors
+        and scenario.plant.engine == PINOCCHIO
+        and scenario.stands is None
+        and not scenario.working_modes
+    )
 
 
 def declared_errors(scenario: Scenario) -> RobotErrors:

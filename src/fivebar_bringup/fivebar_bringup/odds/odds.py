@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from fivebar_bringup.odds.intervals import Interval, clopper_pearson
@@ -45,3 +46,18 @@ def odds_words(successes: int, robots: int, low: float, high: float) -> str:
         return "not known: no robots were drawn"
     share = f"{successes / robots:.0%}"
     return f"{successes} of {robots} drawn robots succeed: {share}, with 95 % confidence {low:.0%} to {high:.0%}"
+
+
+def told_odds(content: Mapping[str, Any], short: bool = False) -> str:
+    """Return for a person what `goal/status` tells of odds, in full or in short."""
+    if "unknown" in content:
+        return "not known" if short else f"not known: {content['unknown']}"
+    made, robots = content["successes"], content["robots"]
+    words = f"{made} of {robots}" if short else odds_words(made, robots, *content["interval_95"])
+    better = content.get("better")
+    return words if better is None else f"{words}; better in {better['duration_s']:.3g} s: {told_odds(better, True)}"
+
+
+def kept_odds(odds: Odds | None) -> dict[str, Any] | None:
+    """Return odds as they are kept with a run, None where they are not known."""
+    return None if odds is None else odds.as_dict()

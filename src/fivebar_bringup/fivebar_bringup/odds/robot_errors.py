@@ -1,11 +1,14 @@
 """By how much the robots of a rig differ from their file and from each other, and the robot that random numbers make.
 
-Every error is uniform between minus and plus its bound, or between 0 and its bound, and independent of the others.
+Every error is uniform between minus and plus its bound, or between 0 and its bound, and independent of the others. What
+is known of masses, lengths, zeros, torque constants and gyroscope may be distributed normally instead.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from statistics import NormalDist
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -18,6 +21,17 @@ PUSH_LENGTH = 0.05
 
 _SCALES, _EFFECTS, _GYROSCOPE = 1, 2, 3
 """Random streams of a robot, beside its number and a seed."""
+
+UNIFORM, NORMAL = "uniform", "normal"
+
+NORMAL_DEVIATION = 0.5
+"""Standard deviation of a normally distributed error as a share of its bound, which 95 % of them keep."""
+
+NORMAL_REACH = 2.0
+"""Largest normally distributed error as a share of its bound."""
+
+LEAST_RELATIVE = -0.9
+"""Least relative error, of normally distributed ones: masses and torque constants are positive."""
 
 LOSSES = 0.2
 """s, around the first crossing, in which commands are lost."""
@@ -79,6 +93,23 @@ class RobotErrors(NamedTuple):
         float,
         Setting("Bound of a gyroscope's bias, plus or minus.", "rad/s", at_least=0.0, at_most=10.0),
     ] = 0.0
+    distribution: Annotated[
+        str,
+        Setting(
+            "How errors of masses, friction, lengths, zeros, torque constants and bias are distributed: evenly within"
+            " their bounds, or normally, with standard deviations of half the bounds.",
+            choices=(UNIFORM, NORMAL),
+        ),
+    ] = UNIFORM
+
+    def spread(self, even: Sequence[float]) -> list[float]:
+        """Return errors relative to their bounds, of numbers that are drawn evenly between -1 and 1."""
+        if self.distribution == UNIFORM:
+            return [*even]
+        quantile = NormalDist(0.0, NORMAL_DEVIATION).inv_cdf
+        # a number at the very end would be infinite
+        shares = (min(max(0.5 * (1.0 + one), 1e-12), 1.0 - 1e-12) for one in even)
+        return [min(max(quantile(share), -NORMAL_REACH), NORMAL_REACH) for share in shares]
 
 
 NO_ERRORS = RobotErrors()
@@ -95,18 +126,23 @@ class Scales(NamedTuple):
 def drawn_scales(errors: RobotErrors, seed: int, number: int) -> Scales:
     """Return the scales of the robot of a number."""
     random = np.random.default_rng((seed, number, _SCALES))
-    mass, inertia, friction = random.uniform(-1.0, 1.0, 3).tolist()
+    mass, inertia, friction = errors.spread(random.uniform(-1.0, 1.0, 3).tolist())
     return Scales(
-        1.0 + errors.mass_and_inertia * mass,
-        1.0 + errors.mass_and_inertia * inertia,
-        1.0 + errors.coulomb_friction * friction,
+        1.0 + _relative(errors, errors.mass_and_inertia * mass),
+        1.0 + _relative(errors, errors.mass_and_inertia * inertia),
+        1.0 + _relative(errors, errors.coulomb_friction * friction),
     )
+
+
+def _relative(errors: RobotErrors, error: float) -> float:
+    return error if errors.distribution == UNIFORM else max(error, LEAST_RELATIVE)
 
 
 def drawn_gyro_bias(errors: RobotErrors, seed: int, number: int) -> float:
     """Return the bias (rad/s) of the gyroscope of the robot of a number."""
     bound = errors.gyro_bias
-    return float(np.random.default_rng((seed, number, _GYROSCOPE)).uniform(-bound, bound))
+    even = np.random.default_rng((seed, number, _GYROSCOPE)).uniform(-bound, bound)
+    return float(even) if errors.distribution == UNIFORM or bound == 0.0 else bound * errors.spread([even / bound])[0]
 
 
 def drawn_effects(errors: RobotErrors, seed: int, number: int, crossing: float) -> dict[str, Any]:
@@ -115,7 +151,7 @@ def drawn_effects(errors: RobotErrors, seed: int, number: int, crossing: float) 
     Equal seeds and numbers make the same robot of any rig, with errors in proportion to the rig's bounds.
     """
     random = np.random.default_rng((seed, number, _EFFECTS))
-    lengths, zeros, constants = random.uniform(-1.0, 1.0, 6), random.uniform(-1.0, 1.0, 2), random.uniform(-1.0, 1.0, 2)
+    lengths, zeros, constants = (errors.spread(random.uniform(-1.0, 1.0, count).tolist()) for count in (6, 2, 2))
     tilt, force, share, before = random.uniform(0.0, 1.0, 4).tolist()
     tilted, pushed = random.uniform(-math.pi, math.pi, 2).tolist()
     effects: dict[str, Any] = {"seed": int(random.integers(2**31))}
@@ -123,13 +159,11 @@ def drawn_effects(errors: RobotErrors, seed: int, number: int, crossing: float) 
     if max(errors.length, base) > 0.0:
         bounds = {"l_11": errors.length, "l_12": errors.length, "l_21": errors.length, "l_22": errors.length}
         bounds |= {"base_1": base, "base_2": base}
-        effects["links"] = {
-            name: bound * share for (name, bound), share in zip(bounds.items(), lengths.tolist(), strict=True)
-        }
+        effects["links"] = {name: bound * share for (name, bound), share in zip(bounds.items(), lengths, strict=True)}
     if errors.zero > 0.0:
-        effects["encoders"] = dict(zip(("zero_1", "zero_2"), (errors.zero * zeros).tolist(), strict=True))
+        effects["encoders"] = dict(zip(("zero_1", "zero_2"), (errors.zero * one for one in zeros), strict=True))
     if errors.torque_constant > 0.0:
-        drawn = (errors.torque_constant * constants).tolist()
+        drawn = [_relative(errors, errors.torque_constant * one) for one in constants]
         effects["motors"] = dict(zip(("constant_1", "constant_2"), drawn, strict=True))
     if errors.tilt > 0.0:
         effects["tilt"] = {"angle": errors.tilt * tilt, "heading": tilted}

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from fivebar_bringup.odds.drawn_robots import with_drawn_robot
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import RobotErrors
-from fivebar_bringup.odds.success import shortcomings
+from fivebar_bringup.odds.success import judged_peak, shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import Outcome
@@ -34,24 +35,28 @@ class Trials(NamedTuple):
         odds: how many make it.
         promise: the same with a gradual transition from success to failure by the largest error: of two motions that
             equally many robots make, the one that keeps nearer to its reference has more. A run with a fault has none.
+        failed: numbers of the robots that do not make it.
     """
 
     odds: Odds = Odds()
     promise: float = 0.0
+    failed: frozenset[int] = frozenset()
 
     def __add__(self, other: object) -> Trials:
         """Return the trials on the robots of both."""
         if not isinstance(other, Trials):
             return NotImplemented
-        return Trials(self.odds + other.odds, self.promise + other.promise)
+        return Trials(self.odds + other.odds, self.promise + other.promise, self.failed | other.failed)
 
 
-def odds_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Odds:
+def odds_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float = math.inf) -> Odds:
     """Return the odds of a scenario's motion; arguments as for `trials_of`."""
-    return trials_of(scenario, errors, seed, robots).odds
+    return trials_of(scenario, errors, seed, robots, until).odds
 
 
-def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Trials:
+def trials_of(
+    scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float = math.inf
+) -> Trials:
     """Try a scenario's motion on drawn robots.
 
     Args:
@@ -59,20 +64,23 @@ def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterab
         errors: within which they are drawn.
         seed: of the draws.
         robots: their numbers; with equal seeds and numbers different motions are tried on the same robots.
+        until: when no further robot is begun (s on the steady clock).
 
     Raises:
         PlanRefused: the motion cannot be made.
     """
-    successes, tried, promise = 0, 0, 0.0
+    tried, promise = 0, 0.0
+    failed = set()
     crossings = len(scenario.plan().crossings)
-    for one in tries_of(scenario, errors, seed, robots):
-        successes += not one.missed
+    for one in tries_of(scenario, errors, seed, robots, until):
         tried += 1
+        if one.missed:
+            failed.add(one.robot)
         if one.outcome.fault == NO_FAULT and one.outcome.mode_changes == crossings:
-            beyond = one.outcome.error_peak / scenario.error_tolerance - 1.0
+            beyond = judged_peak(one.outcome, scenario.judge) / scenario.error_tolerance - 1.0
             # the exponent is bounded, as the exponential function overflows
             promise += 1.0 / (1.0 + math.exp(min(beyond / SOFTNESS, 100.0)))
-    return Trials(Odds(successes, tried), promise)
+    return Trials(Odds(tried - len(failed), tried), promise, frozenset(failed))
 
 
 class Try(NamedTuple):
@@ -83,7 +91,9 @@ class Try(NamedTuple):
     missed: list[str]
 
 
-def tries_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Iterator[Try]:
+def tries_of(
+    scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float = math.inf
+) -> Iterator[Try]:
     """Yield the runs of a scenario's motion on drawn robots; arguments as for `trials_of`.
 
     Raises:
@@ -94,7 +104,10 @@ def tries_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterabl
     planned = plan.path.samples(scenario.rate_hz) + 1
     times = [one.time for one in plan.crossings] or [0.5 * plan.path.duration]
     for number in robots:
+        if time.monotonic() >= until:
+            return
         # a push meets one of the crossings
         drawn = with_drawn_robot(scenario, errors, seed, number, times[number % len(times)])
         outcome = crossing(case_of(drawn, stop_at_fault=True), samples)
-        yield Try(number, outcome, shortcomings(outcome, planned, len(plan.crossings), scenario.error_tolerance))
+        missed = shortcomings(outcome, planned, len(plan.crossings), scenario.error_tolerance, scenario.judge)
+        yield Try(number, outcome, missed)

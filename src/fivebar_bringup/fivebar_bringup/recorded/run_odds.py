@@ -1,4 +1,4 @@
-"""The odds of a run's motion, as its planner has found them."""
+"""The odds of a run's motions, as their planner has found them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from fivebar_bringup.recorded.bag.recording import Recording
 from fivebar_bringup.recorded.results import read_json
+from fivebar_description.interface import GOAL_STATUS
+from fivebar_description.status_texts import read_goal_status
 from fivebar_description.strict_yaml import StrictModel
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -35,3 +38,12 @@ def read_odds(path: Path) -> dict[str, Any] | None:
         InputError: the file cannot be read, or has unexpected content.
     """
     return read_json(path, RunOdds).model_dump(mode="json") if path.exists() else None
+
+
+def requested_odds(recording: Recording) -> list[dict[str, Any]]:
+    """Return the odds of the requested motions that a run has made, with goals and first samples, in order of time."""
+    if not recording.count(GOAL_STATUS):
+        return []
+    statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False)
+    fields = ("goal", "first_sample", "durations_s", "odds")
+    return [{name: status.get(name) for name in fields} for status in statuses if "odds" in status]

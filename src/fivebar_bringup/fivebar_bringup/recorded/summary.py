@@ -13,10 +13,12 @@ import numpy as np
 
 from fivebar_bringup.bag.recording import FloatArray, Recording
 from fivebar_bringup.recorded.outcome import RunOutcome, fault_name, outcome_of
+from fivebar_bringup.recorded.run_odds import requested_odds
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.singularity import FOLDED, DistalLinks
+from fivebar_control.scenario.scenario import PATH
 from fivebar_control.trajectory.path_distance import path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
@@ -110,12 +112,15 @@ class Summary:
         dropped_messages: messages that the recorder is known to have missed.
         error_tolerance_m: the scenario's tolerance (m).
         within_tolerance: whether the platform is known to have stayed within it throughout, in real time at all samples
-            that are not missing.
+            that are not missing; from its reference, or from the path where the scenario says `judge: path`.
+        judge: by which of both distances, "timed" or "path".
         stray_messages: recorded messages with other names, lengths or stamps than those of their topic have.
         not_judged: what is not known because the module of the run's law is not imported by what only reads a run.
         working_mode_changes: how often a leg went through Type 1, of `planned_working_mode_changes`.
         planned_crossings: of the Type 2 locus, in order of time.
-        odds: how likely the motion was to succeed, as `RunOdds` has it; None where its planner has not found that out.
+        odds: how likely the motion was to succeed, of a program all its moves, as `RunOdds` has it; None where its
+            planner has not found that out.
+        requested_odds: the same of each requested motion whose planner has found it out, as `goal/status` has told.
     """
 
     outcome: RunOutcome
@@ -160,6 +165,8 @@ class Summary:
     planned_crossings: list[PlannedCrossing]
     odds: dict[str, Any] | None
     path_error_peak_m: float | None
+    judge: str
+    requested_odds: list[dict[str, Any]]
 
     @property
     def completed(self) -> bool:
@@ -187,7 +194,7 @@ def summarize(
     The odds are those that its planner has found, if it has.
 
     Raises:
-        BagError: the recorded faults cannot be read.
+        BagError: the recorded faults or requests cannot be read.
         InputError: the scenario's motion is refused.
     """
     plan = scenario.plan() if planned is None else planned
@@ -199,13 +206,16 @@ def summarize(
     changes = sign_changes(series.det_a)
     turned = working_mode_changes(np.sin(series.joint_position[:, [1, 3]]).tolist())
     clocked = timing.mode == REALTIME
-    judged = distance[~np.isnan(distance)] if clocked else distance
+    from_path = path_distances(series.reference, series.platform)
+    by_path = scenario.judge == PATH
+    counted = np.where(np.isnan(distance), math.nan, from_path) if by_path else distance
+    judged = counted[~np.isnan(counted)] if clocked else counted
     within = bool(judged.size) and bool(np.all(judged <= scenario.error_tolerance))
     unrecorded = _unrecorded_samples(series, planned_samples, clocked)
     bridged = _bridged_samples(scenario, timing) if clocked else 0
     deviations = [
-        *_lost_tracking(distance, bridged),
-        *(_beyond_tolerance(distance, scenario.error_tolerance) if clocked else ()),
+        *_lost_tracking(distance, bridged, counted),
+        *(_beyond_tolerance(counted, scenario.error_tolerance, by_path) if clocked else ()),
         *_wrong_changes("assembly", changes, planned_changes),
         *_wrong_changes("working", turned, plan.working_mode_changes),
     ]
@@ -255,7 +265,9 @@ def summarize(
         not_judged=_not_judged(recording, scenario, bridged),
         planned_crossings=planned_crossings(plan, scenario.elbows_pass() if plan.crossings else UNKNOWN),
         odds=odds,
-        path_error_peak_m=peak(path_distances(series.reference, series.platform)),
+        path_error_peak_m=peak(from_path),
+        judge=scenario.judge,
+        requested_odds=requested_odds(recording),
     )
 
 
@@ -337,12 +349,13 @@ def _unrecorded_samples(series: RunSeries, planned: int, clocked: bool) -> Seque
     return (f"{series.sample.size} of the {planned} planned samples were recorded",)
 
 
-def _beyond_tolerance(distance: FloatArray, tolerance: float) -> Sequence[str]:
+def _beyond_tolerance(distance: FloatArray, tolerance: float, by_path: bool) -> Sequence[str]:
     largest = peak(distance)
     if largest is None or largest <= tolerance:
         return ()
     tolerated = f"tolerated are {tolerance * 1e3:g} mm"
-    return (f"the platform was up to {in_millimetres(largest)} from its reference, {tolerated}",)
+    kept_to = "path" if by_path else "reference"
+    return (f"the platform was up to {in_millimetres(largest)} from its {kept_to}, {tolerated}",)
 
 
 def _bridged_samples(scenario: Scenario, timing: RunTiming) -> int | None:
@@ -367,15 +380,17 @@ def _not_judged(recording: Recording, scenario: Scenario, bridged: int | None) -
     return unknown
 
 
-def _lost_tracking(distance: FloatArray, bridged: int | None) -> list[str]:
+def _lost_tracking(distance: FloatArray, bridged: int | None, judged: FloatArray) -> list[str]:
     """Return reasons where the error is beyond its limits, or unknown for more than the bridged samples in a row.
 
-    None for the bridged samples leaves out how many these may be.
+    None for the bridged samples leaves out how many these may be. `judged` is the distance from the reference or from
+    the path, by which the run is judged but for its end.
     """
     reasons = []
-    largest = peak(distance)
+    largest = peak(judged)
     if largest is not None and largest > ERROR_LIMIT:
-        reasons.append(f"the platform was up to {in_millimetres(largest)} from its reference, allowed are 50 mm")
+        kept_to = "reference" if judged is distance else "path"
+        reasons.append(f"the platform was up to {in_millimetres(largest)} from its {kept_to}, allowed are 50 mm")
     unknown = np.isnan(distance)
     longest = max((len(list(run)) for lacks, run in groupby(unknown.tolist()) if lacks), default=0)
     if (bridged is not None and longest > bridged) or unknown[-1:].any():

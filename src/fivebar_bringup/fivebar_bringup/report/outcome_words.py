@@ -6,6 +6,7 @@ import math
 
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
+from fivebar_control.scenario.scenario import PATH, TIMED
 from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
 from fivebar_description.robot_file import UNKNOWN
 from fivebar_description.rounding import in_millimetres
@@ -42,10 +43,15 @@ def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
     """Return what a person asks first about a run, with units: names and texts."""
     made = f"{summary.samples} of {summary.planned_samples} samples, {_changes(summary)}"
     rows = [("motion", made if summary.simulated_s is None else f"{summary.simulated_s:.2f} s, {made}")]
-    peak, limit = summary.tracking_error_peak_m, f"tolerance {summary.error_tolerance_m * 1e3:g} mm"
+    peak, limit = _judged_peak(summary), f"tolerance {summary.error_tolerance_m * 1e3:g} mm"
     x, y = summary.tracking_error_rms_m
     rms = f", root mean square {in_millimetres(math.hypot(x, y))}" if x is not None and y is not None else ""
-    rows.append(("error", "not known" if peak is None else f"at most {in_millimetres(peak)}{rms}, {limit}"))
+    rows.append(
+        (
+            "error" if summary.judge == TIMED else "error from the path",
+            "not known" if peak is None else f"at most {in_millimetres(peak)}{rms}, {limit}",
+        )
+    )
     if summary.estimate_error_max_m is not None:
         rows.append(("estimate", f"at most {in_millimetres(summary.estimate_error_max_m)} from the platform"))
     torque = f"at most {_of_both(summary.torque_peak_nm)} Nm of motors 1 and 2"
@@ -55,6 +61,8 @@ def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
     rows.append(("torque", torque))
     if (odds := odds_of(summary)) is not None:
         rows.append(("odds", odds))
+    if (requested := requested_odds_of(summary)) is not None:
+        rows.append(("odds of requested motions", requested))
     rows.append(("faults", ", ".join(summary.faults) or "none"))
     if warnings := _warnings(summary):
         rows.append(("warnings", "; ".join(warnings)))
@@ -69,6 +77,16 @@ def odds_of(summary: Summary) -> str | None:
     from fivebar_bringup.odds.odds import odds_words
 
     return odds_words(summary.odds["successes"], summary.odds["robots"], *summary.odds["interval_95"])
+
+
+def requested_odds_of(summary: Summary) -> str | None:
+    """Return how likely the requested motions were to succeed, in words; None where that is not known of any."""
+    if not summary.requested_odds:
+        return None
+    from fivebar_bringup.odds.odds import told_odds
+
+    told = [f"to {place(*one['goal'])} {told_odds(one['odds'], short=True)}" for one in summary.requested_odds]
+    return "; ".join(dict.fromkeys(told))
 
 
 def _of_both(pair: tuple[float | None, float | None]) -> str:
@@ -95,11 +113,19 @@ def _warnings(summary: Summary) -> list[str]:
 
 
 def _distance(summary: Summary) -> str:
-    text = f"at most {in_millimetres(summary.tracking_error_peak_m)} from the reference"
+    text = f"at most {in_millimetres(_judged_peak(summary))} from the {_kept_to(summary)}"
     if summary.overruns is not None:
         samples = "sample" if summary.overruns == 1 else "samples"
         text += f", {summary.overruns} {samples} late and {summary.missing_samples} missing"
     return f"{text}, tolerance {summary.error_tolerance_m * 1e3:g} mm"
+
+
+def _judged_peak(summary: Summary) -> float | None:
+    return summary.path_error_peak_m if summary.judge == PATH else summary.tracking_error_peak_m
+
+
+def _kept_to(summary: Summary) -> str:
+    return "path" if summary.judge == PATH else "reference"
 
 
 def _changes(summary: Summary) -> str:

@@ -9,7 +9,7 @@ from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.scripts import Scripts
 from fivebar_bringup.recorded.summary import MotorPair, Summary
-from fivebar_bringup.report.outcome_words import odds_of, outcome_sentence
+from fivebar_bringup.report.outcome_words import odds_of, outcome_sentence, requested_odds_of
 from fivebar_bringup.report.thesis import thesis_figures
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.units import error_of, plain
@@ -94,6 +94,8 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     yield Metric("largest error of the estimate", error_of(summary.estimate_error_max_m, "m"))
     if (odds := odds_of(summary)) is not None:
         yield Metric("odds before the run, on drawn robots", odds)
+    if (requested := requested_odds_of(summary)) is not None:
+        yield Metric("odds of requested motions, on drawn robots", requested)
     yield Metric("samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}")
     times = UNKNOWN if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
     yield Metric("time between samples: median, 99 %, longest", times)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import NONE, load_scenario
@@ -28,32 +28,60 @@ def load_admitted(name_or_path: str, parameters: Mapping[str, Any] = NONE) -> Sc
         InputError: there is no such scenario, it is malformed, its motion is refused, or the screen refuses it and the
             scenario does not say `force: true`.
     """
+    return _admitted(name_or_path, parameters).scenario
+
+
+class Admitted(NamedTuple):
+    """A scenario that may run, and how many of the drawn robots make its motion; None where that is not known."""
+
+    scenario: Scenario
+    odds: Odds | None
+
+    @property
+    def kept(self) -> dict[str, Any] | None:
+        """The odds as plain numbers, to be kept with a run."""
+        return None if self.odds is None else self.odds.as_dict()
+
+
+def load_with_odds(name_or_path: str) -> Admitted:
+    """Read and screen a scenario as `load_admitted` does, and find its odds where its robot declares something.
+
+    Raises:
+        InputError: as `load_admitted`.
+    """
+    scenario, odds = _admitted(name_or_path, NONE)
+    # a law that is not compiled takes a minute for all robots
+    if odds is None and _has_odds(scenario) and scenario.scheme().compiles:
+        odds = _tried(scenario)
+    return Admitted(scenario, odds)
+
+
+def _admitted(name_or_path: str, parameters: Mapping[str, Any]) -> Admitted:
     scenario = load_scenario(name_or_path, parameters)
     try:
-        refuse_unfit(scenario)
+        return Admitted(scenario, refuse_unfit(scenario))
     except PlanRefused as refusal:
         raise PlanRefused(f"{name_or_path}: {refusal}") from refusal
-    return scenario
 
 
-def refuse_unfit(scenario: Scenario) -> None:
-    """Raise where the screen refuses a scenario's motion.
+def refuse_unfit(scenario: Scenario) -> Odds | None:
+    """Raise where the screen refuses a scenario's motion; return its odds where these have decided.
 
-    Where it refuses the motion for the declared loads alone, the odds decide: how many robots make it that are drawn
-    within what is declared.
+    Where the screen refuses the motion for the declared loads alone, the odds decide: how many robots make it that are
+    drawn within what is declared.
 
     Raises:
         PlanRefused: a figure is beyond its limit; the message gives each with place and limit.
     """
     if scenario.force:
-        return
+        return None
     plan = scenario.plan()
     verdict = screened(scenario, plan)
     if verdict.feasible:
-        return
+        return None
     odds = _odds(scenario, plan) if _only_loads(verdict) else None
     if odds is not None and odds.share >= scenario.risk.success:
-        return
+        return odds
     help_ = _advice(scenario, plan, verdict)
     within = f"; within the limits {help_}" if help_ else ""
     unlikely = "" if odds is None else f"; {odds}, expected are at least {scenario.risk.success:.0%}"
@@ -68,13 +96,24 @@ def _only_loads(verdict: Feasibility) -> bool:
 
 def _odds(scenario: Scenario, plan: Plan) -> Odds | None:
     """Return the odds of a motion whose loads the screen does not accept; None where they are not known."""
-    # here, because the compiled engine takes long to load
-    from fivebar_bringup.odds.declared import declared_odds
+    # where the screen finds the loads, it has not predicted the run
+    possible = _has_odds(scenario) and screened(scenario, plan, judge_loads=False).feasible
+    return _tried(scenario) if possible else None
+
+
+def _has_odds(scenario: Scenario) -> bool:
+    if not scenario.declares_errors:
+        return False
+    # here, because few scenarios declare any
     from fivebar_bringup.odds.drawn_robots import has_odds
 
-    # where the screen finds the loads, it has not predicted the run
-    if not (has_odds(scenario) and screened(scenario, plan, judge_loads=False).feasible):
-        return None
+    return has_odds(scenario)
+
+
+def _tried(scenario: Scenario) -> Odds:
+    # here, because the compiled engine takes long to load
+    from fivebar_bringup.odds.declared import declared_odds
+
     with stage("trying drawn robots"):
         return declared_odds(scenario)
 

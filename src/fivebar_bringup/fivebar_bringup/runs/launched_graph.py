@@ -58,7 +58,7 @@ def launched_processes(request: ControlRequest) -> list[LaunchedProcess]:
     names = {node.executable for node in kept}
     adapted = [_adapted(node, request, names, file) for node in kept]
     if last is not None:
-        adapted = [standing(node, last) for node in adapted]
+        adapted = [standing(node, last, scenario) for node in adapted]
     sharing = {YES: Sharing.CHAIN, NO: Sharing.NONE}.get(request.composed)
     specs = processes(adapted, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), sharing)
     return [_launched(_without(spec, request.parameters)) for spec in specs]

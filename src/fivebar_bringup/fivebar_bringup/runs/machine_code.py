@@ -8,8 +8,16 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 
 
-def compile_for(scenario: Scenario, mode: Mode) -> None:
-    """Compile what the nodes of a run have compiled, where no earlier run has; some ten seconds the first time."""
+def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> None:
+    """Compile what the nodes of a run have compiled, where no earlier run has; some ten seconds the first time.
+
+    With `finds_odds` also the engine, on which the planner of requests tries drawn robots.
+    """
+    if finds_odds:
+        # here, because the engine takes long to load
+        from fivebar_bringup.odds.declared import declared_odds
+
+        declared_odds(scenario, 1)
     if not has_compiled_estimator(scenario, mode):
         return
     # numba takes most of a second to import

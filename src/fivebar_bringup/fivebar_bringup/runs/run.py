@@ -89,6 +89,7 @@ def run_prepared(
     domain: int | None,
     specs: Callable[[], Sequence[ProcessSpec]],
     follow: Callable[[Sequence[ProcessSpec], int], GraphOutcome],
+    finds_odds: bool = False,
 ) -> GraphOutcome:
     """Prepare a run of the graph and follow it, in a block that defers interrupts; return how it ended.
 
@@ -100,11 +101,12 @@ def run_prepared(
         domain: DDS domain, a private one by default.
         specs: describes the processes, and writes what files they need.
         follow: runs these processes in a domain.
+        finds_odds: whether requests are planned by their odds.
     """
     began = time.monotonic()
     try:
         with interrupts_allowed():
-            compile_for(scenario, mode)
+            compile_for(scenario, mode, finds_odds)
             described = specs()
     except KeyboardInterrupt:
         return GraphOutcome(time.monotonic() - began, None, None, [INTERRUPTED])

@@ -44,7 +44,8 @@ class TrajectoryGenerator(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("trajectory_generator")
-        scenario = RunFile(self, *GOALS, law=True).file
+        run_file = RunFile(self, *GOALS, law=True)
+        scenario = run_file.file
         settings = self.declare_settings(TrajectorySettings)
         self._motion = declared_motion(self, scenario)
         self._hold = Hold()
@@ -52,7 +53,12 @@ class TrajectoryGenerator(SamplingNode):
         self._published = -1
         self._queue = self._new_queue()
         self._goals = GoalServer(
-            self, scenario, settings.mode == REALTIME, self._queue, lambda sample: self._run.stamp(sample)
+            self,
+            scenario,
+            settings.mode == REALTIME,
+            self._queue,
+            lambda sample: self._run.stamp(sample),
+            (settings.planner, str(run_file.path)),
         )
         self._reference = self.advertise(REFERENCE)
         self.advertise(RUN_PLAN).publish(String(data=plan_text(plan_values(self._motion, scenario))))

@@ -104,6 +104,17 @@ class Risk(NamedTuple):
         ),
     ] = 0.9
 
+    odds_time: Annotated[
+        float,
+        Setting(
+            "Longest time that a request to a running graph may take, by the clock, to find its success probability;"
+            " where that does not suffice, the displacement by the declared loads decides.",
+            "s",
+            at_least=0.0,
+            at_most=600.0,
+        ),
+    ] = 10.0
+
 
 ERROR_TOLERANCE = 2e-3
 """Largest distance (m) of a robot within its tolerances, unless its user says otherwise."""

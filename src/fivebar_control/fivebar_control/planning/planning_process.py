@@ -6,9 +6,12 @@ when its parent ends, however that comes about.
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
-from functools import lru_cache
+from collections.abc import Callable, Mapping
+from functools import lru_cache, partial
+from importlib import import_module
 from multiprocessing.connection import Connection, Pipe
 from typing import Any, NamedTuple, cast
 
@@ -56,6 +59,9 @@ class Conditions(NamedTuple):
         forbidden: postures that it may not enter, in one row; by default those of the robot's file.
         controller: which follows the motion.
         law: settings of its law, None for those of the robot by default.
+        planner: what plans motions in place of `plan_once`, as my_package.my_module:function; "" for none.
+        file: the run's file, by its path, for that planner.
+        odds_time: longest time (s) that this planner may take to find out how likely a motion is to succeed.
     """
 
     robot: str
@@ -72,6 +78,9 @@ class Conditions(NamedTuple):
     forbidden: tuple[float, ...] = ()
     controller: str = "unified"
     law: tuple[Any, ...] | None = None
+    planner: str = ""
+    file: str = ""
+    odds_time: float = math.inf
 
     def follower(self, file: RobotFile) -> TunedController:
         """Return the controller with its settings."""
@@ -90,6 +99,7 @@ class Planned(NamedTuple):
         durations: of the legs (s).
         segments: between rests, as planned: who follows them needs no planner.
         stop: how the motion under way stops, and goes on where it pauses.
+        odds: how likely the motion is to succeed, as `goal/status` tells it; None where no robots are drawn.
     """
 
     refused: str = ""
@@ -97,6 +107,7 @@ class Planned(NamedTuple):
     durations: tuple[float, ...] = ()
     segments: tuple[AnySegment, ...] = ()
     stop: Stop | None = None
+    odds: Mapping[str, Any] | None = None
 
     def path(self) -> Path:
         """Return the motion."""
@@ -216,6 +227,15 @@ def _leave_priority_to_this_thread() -> None:
     policy = os.sched_getscheduler(0)
     if policy in (os.SCHED_FIFO, os.SCHED_RR):
         os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, os.sched_getparam(0))
+
+
+def planner_of(conditions: Conditions) -> Callable[[Order], Planned]:
+    """Return what plans requests under some conditions: `plan_once`, or the planner that they name."""
+    if not conditions.planner:
+        return partial(plan_once, conditions)
+    module, _, name = conditions.planner.partition(":")
+    found: Callable[[Order], Planned] = getattr(import_module(module), name)(conditions)
+    return found
 
 
 @lru_cache(maxsize=256)

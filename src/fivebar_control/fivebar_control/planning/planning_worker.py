@@ -27,18 +27,24 @@ def main() -> None:
     orders: SimpleQueue[tuple[int, Any]] = SimpleQueue()
     threading.Thread(target=_take, args=(connection, orders), name="orders", daemon=True).start()
     # this takes a processor for half a second, and a plan for up to several
-    from fivebar_control.planning.planning_process import Planned, plan_once
+    from fivebar_control.planning.planning_process import Planned, planner_of
 
     if conditions.loads.declared:
         # such requests are also tried with the time law of least torque, whose solver takes as long again to load
         import_module("fivebar_control.trajectory.passage_torques")
+    try:
+        plan = planner_of(conditions)
+    except Exception as error:
+        # a planner that cannot be loaded refuses every request and must not end the process
+        reason = f"planner {conditions.planner}: {error!r}"
+        plan = lambda order: Planned(reason)  # noqa: E731
     if gives_way and not at_once:
         _give_way()
     connection.send((0, None))
     while True:
         number, order = orders.get()
         try:
-            planned = plan_once(conditions, order)
+            planned = plan(order)
         except Exception as error:
             # an error of the planner refuses this request and must not end the process
             planned = Planned(f"planning failed: {error!r}")

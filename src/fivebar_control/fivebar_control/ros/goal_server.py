@@ -76,6 +76,7 @@ class GoalServer:
         by_the_clock: bool,
         queue: MotionQueue,
         stamp: Callable[[int], int],
+        planner: tuple[str, str] = ("", ""),
     ) -> None:
         """Join the topics on behalf of a node, and judge requests as a scenario says.
 
@@ -85,12 +86,20 @@ class GoalServer:
             by_the_clock: whether no sample waits for a plan.
             queue: of the motions.
             stamp: returns the stamp (ns) of a sample.
+            planner: as in `Conditions`, with the run's file.
         """
         self._open = scenario.scheme().takes_goals
         self._wait = 0.0 if by_the_clock else LOCKSTEP_WAIT
         self._rate_hz = scenario.rate_hz
         self._queue = queue
-        self._planning = PlanningProcess(conditions_of(scenario, by_the_clock and self._open), gives_way=by_the_clock)
+        name, file = planner
+        conditions = conditions_of(scenario, by_the_clock and self._open)._replace(
+            planner=name,
+            file=file if name else "",
+            # in lockstep time waits for plans
+            odds_time=scenario.risk.odds_time if name and by_the_clock else math.inf,
+        )
+        self._planning = PlanningProcess(conditions, gives_way=by_the_clock)
         if self._open and by_the_clock:
             # by the clock no cycle can wait until a process has been started, or while it loads
             self._planning.start()
@@ -387,6 +396,7 @@ class GoalServer:
             last_sample=self._arrival,
             waypoints=[list(point) for point in planned.course.waypoints],
             durations_s=list(planned.durations),
+            **({} if planned.odds is None else {"odds": dict(planned.odds)}),
             **self._beyond_waypoints(planned),
         )
 

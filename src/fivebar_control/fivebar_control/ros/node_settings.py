@@ -5,12 +5,19 @@ This module does not import ROS, so that the graph can be described without it.
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import LOCKSTEP, REALTIME, AwaitedNodes, LastSample, RunMode
 
 HOLD, CONTINUE = "hold", "continue"
+
+PLANNER = re.compile(r"([A-Za-z_][\w.]*:[A-Za-z_]\w*)?")
+
+
+def _module_and_name(text: str) -> str | None:
+    return None if PLANNER.fullmatch(text) else "expected my_package.my_module:function, or none"
 
 
 class TrajectorySettings(NamedTuple):
@@ -25,6 +32,14 @@ class TrajectorySettings(NamedTuple):
             choices=(HOLD, CONTINUE),
         ),
     ] = HOLD
+    planner: Annotated[
+        str,
+        Setting(
+            "What plans requests, as my_package.my_module:function, in place of the planner of this package: a graph"
+            " that `fivebar` starts names the one that finds out how likely they are to succeed.",
+            check=_module_and_name,
+        ),
+    ] = ""
 
 
 class ProgramSettings(NamedTuple):

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Callable
 from itertools import chain
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -53,7 +53,7 @@ from fivebar_description.forbidden import NamedBounds, kept_clear_of, numbers_of
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, laden
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.physical_bounds import Duration
 from fivebar_description.readings import LONGEST_LATENCY
@@ -91,6 +91,9 @@ def _ends_in_signs(place: tuple[float, ...]) -> str | None:
 
 DECLARED, SEEN = "declared", "seen"
 """How the place and the modes are known in which the robot starts."""
+
+TIMED, PATH = "timed", "path"
+"""By which distance of the platform a run is judged."""
 
 
 CONTROLLER = Setting(
@@ -187,11 +190,20 @@ class ControlScenario(StrictModel):
             at_most=10.0,
         ),
     ] = 0.002
+    judge: Annotated[
+        str,
+        Setting(
+            "By what a run succeeds: its distance from the reference at the time of each sample, or from the path,"
+            " whatever the time. In both cases it has to end at the goal.",
+            choices=(TIMED, PATH),
+        ),
+    ] = TIMED
     risk: Section[Risk] = Risk()
     force: Annotated[
         bool, Setting("Run the motion although the screen refuses it, as for a demonstration of what goes wrong.")
     ] = False
     _law_unopened: bool = PrivateAttr(default=False)
+    _payload: float = PrivateAttr(default=0.0)
 
     @model_validator(mode="before")
     @classmethod
@@ -289,7 +301,14 @@ class ControlScenario(StrictModel):
 
     def five_bar(self) -> FiveBar:
         """Return the robot that the controllers believe in."""
-        return load_robot(self.robot)
+        robot = load_robot(self.robot)
+        return laden(robot, self._payload) if self._payload else robot
+
+    def carrying(self, payload: float) -> Self:
+        """Return the same with a payload (kg) on the platform from the start on, of which the file says nothing."""
+        copy = self.model_copy()
+        copy._payload = payload
+        return copy
 
     def plan(self) -> Plan:
         """Return the checked motion.
@@ -355,6 +374,11 @@ class ControlScenario(StrictModel):
     def to_bear(self) -> Loads:
         """Return what the robot has to bear: by the section `loads`, by default as its file says."""
         return loads_of(self.robot, self.loads)
+
+    @property
+    def declares_errors(self) -> bool:
+        """Whether tolerances or loads are declared, within which robots can be drawn."""
+        return self.to_bear().declared or self.known_within().declared
 
     @property
     def compensates_disturbance(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from fivebar_description.errors import InputError
@@ -29,9 +30,11 @@ class FileParameters(Generic[M]):
 
     Attributes:
         file: the file with these values.
+        path: of the file.
     """
 
     file: M
+    path: Path
 
     def __init__(
         self,
@@ -57,8 +60,8 @@ class FileParameters(Generic[M]):
         """
         self._node, self._model, self._tunable = node, model, tunable
         name = node.parameters((SCENARIO._replace(default=default),))[SCENARIO.name]
-        self._path = scenario_path(name)
-        self._content: dict[str, Any] = read_content(self._path)
+        self.path = scenario_path(name)
+        self._content: dict[str, Any] = read_content(self.path)
         self.file = self._checked(self._content)
         self._keys: dict[str, FileKey] = {}
         keys = keys_of(model, names)
@@ -87,7 +90,7 @@ class FileParameters(Generic[M]):
         self.change({name: value for name, value in values.items() if value != as_tuple(defaults[name])})
 
     def _checked(self, content: Mapping[str, Any]) -> M:
-        return validate(dict(content), self._model, f"{self._node.get_name()}: {self._path}")
+        return validate(dict(content), self._model, f"{self._node.get_name()}: {self.path}")
 
     def _spec(self, key: FileKey, default: Any) -> Spec:
         spec = spec_of(key.name, key.setting, default, key.none, self._checks(key))

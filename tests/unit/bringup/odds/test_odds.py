@@ -19,7 +19,7 @@ from fivebar_bringup.odds.declared import declared_odds
 from fivebar_bringup.odds.drawn_robots import ASSUMED, declared_errors, has_odds, with_drawn_robot
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import reliefs
-from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
+from fivebar_bringup.odds.robot_errors import NO_ERRORS, NORMAL, RobotErrors
 from fivebar_bringup.odds.trials import ROBOTS, Trials, odds_of, trials_of
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
@@ -76,6 +76,17 @@ def test_robots_are_drawn_within_what_is_declared_whatever_the_simulated_one_is(
     assert max(robot.push.force for robot in drawn) <= 3.0
     assert all(1.0 - 0.05 <= robot.push.start <= 1.0 and robot.push.length == 0.05 for robot in drawn)
     assert all(robot.tilt.angle <= 0.1 for robot in drawn)
+    # of normally distributed ones 95 % keep the bounds, loads are as before
+    normal = [
+        with_drawn_robot(slow(), errors._replace(distribution=NORMAL), 1, number, 1.0).plant for number in range(200)
+    ]
+    others = np.array([robot.links[:4] for robot in normal]) / 1e-3
+    assert np.mean(others**2) == pytest.approx(0.25, rel=0.15)
+    assert np.mean(np.abs(others) <= 1.0) == pytest.approx(0.954, abs=0.03)
+    assert np.abs(others).max() > 1.05
+    assert [robot.push for robot in normal] == [robot.push for robot in drawn]
+    # the worse of two robots is so by either distribution
+    assert np.all(np.argsort(others[:, 0]) == np.argsort(lengths[:, 0]))
     # what all robots have in common, and the friction that is declared as a load
     assert all(robot.transmission.frequency == 60.0 and robot.friction.passive == 0.005 for robot in drawn)
     # the robot that is simulated has no part in it
@@ -128,7 +139,7 @@ def test_the_likeliest_motion_is_found_and_judged_by_robots_that_had_no_part_in_
     """Motions are durations here; the robot of a number makes those of which its own threshold is the shorter one."""
     tried: list[tuple[float, list[int]]] = []
 
-    def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int]) -> Trials:
+    def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float) -> Trials:
         numbers = list(robots)
         (duration,) = scenario.durations()
         tried.append((duration, numbers))

@@ -27,6 +27,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.scenario.scenario import PATH
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     FAULTS,
@@ -458,6 +459,21 @@ def test_a_run_has_to_stay_within_the_tolerance(record: Record, mode: Literal["r
     assert "at most 1.01 mm from the reference, tolerance 0.5 mm" in html_page(tight, summary, ())
 
 
+@pytest.mark.parametrize(
+    ("offset", "outcome"), [((0.0, 1e-3), RunOutcome.SUCCEEDED), ((1e-3, 0.0), RunOutcome.OFF_REFERENCE)]
+)
+def test_a_run_that_is_late_on_its_path_succeeds_where_the_path_counts(
+    record: Record, offset: tuple[float, float], outcome: RunOutcome
+) -> None:
+    """The robot is 1 mm behind on the line, or 1 mm beside it; at the end 2 mm from the reference are allowed."""
+    by_path = DOWN.model_copy(update={"error_tolerance": 5e-4, "judge": PATH})
+    summary = summary_of(record(offset=offset), by_path)
+    assert (summary.outcome, summary.judge) == (outcome, "path")
+    assert summary.tracking_error_peak_m == pytest.approx(1e-3)
+    from_path = "1.00" if offset[0] else "0.00"
+    assert f"at most {from_path} mm from the path, tolerance 0.5 mm" in html_page(by_path, summary, ())
+
+
 def test_undefined_and_infinite_figures_do_not_reach_the_json(record: Record) -> None:
     directory = record(
         efforts={2: (math.nan, math.inf), 3: (0.5, 0.5)},
@@ -516,6 +532,8 @@ def test_the_fields_of_the_summary(record: Record) -> None:
         "planned_crossings",
         "odds",
         "path_error_peak_m",
+        "judge",
+        "requested_odds",
     ]
 
 

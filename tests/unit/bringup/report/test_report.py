@@ -205,9 +205,12 @@ def test_the_page_leaves_out_what_the_run_does_not_have_and_tells_known_odds(
     summary = reported[1]
     assert summary.estimate_error_max_m is None and summary.odds is None
     page = html_page(load_scenario("middle"), summary, [])
-    assert "<td>–</td>" not in page and "odds" not in page
-    planned = replace(summary, odds={"successes": 21, "robots": 24, "interval_95": (0.68, 0.97)})
-    assert "21 of 24" in html_page(load_scenario("middle"), planned, [])
+    assert "<td>–</td>" not in page and "drawn robots" not in page
+    odds = {"successes": 21, "robots": 24, "interval_95": (0.68, 0.97)}
+    assert "21 of 24" in html_page(load_scenario("middle"), replace(summary, odds=odds), [])
+    told = [{"goal": [0.0, 0.02], "odds": odds}, {"goal": [0.0, 0.1], "odds": {"unknown": "no time was left"}}]
+    page = html_page(load_scenario("middle"), replace(summary, requested_odds=told), [])
+    assert "to (0.0000, 0.0200) m 21 of 24; to (0.0000, 0.1000) m not known" in page
 
 
 def test_everything_on_the_page_is_escaped(reported: tuple[RunDirectory, Summary]) -> None:

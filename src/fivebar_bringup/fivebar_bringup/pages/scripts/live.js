@@ -158,10 +158,18 @@ class Live {
   }
 
   on_goal(goal) {
-    const state = { planning: "The graph plans the motion.", moving: "The robot is moving.", arrived: "Arrived.",
+    const moving = `The robot is moving.${this.oddsOf(goal)}`;
+    const state = { planning: "The graph plans the motion.", moving, arrived: "Arrived.",
       refused: `The graph refused: ${goal.reason}`, stopped: `Stopped: ${goal.reason}` }[goal.state];
     if (state) this.find("answer").textContent = state;
     if (goal.state === "arrived") this.plan = null;
+  }
+
+  // How likely the motion is to succeed, where the graph tells.
+  oddsOf(goal) {
+    if (!goal.odds) return "";
+    const { unknown, successes, robots } = goal.odds;
+    return unknown ? ` Its odds are not known: ${unknown}.` : ` In simulation ${successes} of ${robots} drawn robots succeed.`;
   }
 
   // Drives that are off have no fault: so they are before and after a run.

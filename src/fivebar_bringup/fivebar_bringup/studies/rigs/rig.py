@@ -9,9 +9,10 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors, drawn_effects
+from fivebar_bringup.odds.robot_errors import NO_ERRORS, NORMAL, RobotErrors, drawn_effects
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import CONTROLLERS, find_controller
+from fivebar_control.scenario.scenario import PATH
 from fivebar_control.scenario.sensors import check_sensors
 from fivebar_description.errors import InputError
 from fivebar_description.file_format import NEWEST, Format, read_versioned
@@ -41,6 +42,7 @@ OF_A_RIG = (
     "safety",
     "tracking_error_limit",
     "error_tolerance",
+    "judge",
 )
 """Keys and sections of a scenario that belong to a rig; the others are those of the motion."""
 
@@ -52,6 +54,12 @@ BLENDED = "multi_cartesian"
 
 OF_ROBOT = "robot:"
 """How the name of a rig begins that a robot's file declares; the name or the path of that file follows."""
+
+CHANGES: dict[str, dict[str, dict[str, Any]]] = {
+    "normal": {"errors": {"distribution": NORMAL}},
+    "by_path": {"scenario": {"judge": PATH}},
+}
+"""Changes of any rig: by these names after a colon, as in `middling:normal`."""
 
 REQUIRED = 0.999
 """Share of the feasible crossings that a sweep's counted controller has to complete, unless a rig says otherwise."""

@@ -45,12 +45,12 @@ def run_case(
 def made(scenario: Scenario, plan: Plan, size: float = 1.0) -> tuple[Outcome, list[str]]:
     """Run a scenario with its plan; return the outcome and how it falls short of a success on a robot of a size."""
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
-    return _judged(case_of(scenario), plan, samples, size)
+    return _judged(case_of(scenario), plan, samples, size, scenario.judge)
 
 
-def _judged(case: Case, plan: Plan, samples: Sampled, size: float) -> tuple[Outcome, list[str]]:
-    outcome = crossing(case, samples)
-    return outcome, shortcomings(outcome, plan.path.samples(case.rate_hz) + 1, len(plan.crossings), size * PEAK_LIMIT)
+def _judged(case: Case, plan: Plan, samples: Sampled, size: float, judge: str) -> tuple[Outcome, list[str]]:
+    outcome, planned_samples = crossing(case, samples), plan.path.samples(case.rate_hz) + 1
+    return outcome, shortcomings(outcome, planned_samples, len(plan.crossings), size * PEAK_LIMIT, judge)
 
 
 def verdict_on(found: TimedCase, controller: str) -> tuple[Feasibility, list[str]]:
@@ -72,7 +72,8 @@ def _row(found: TimedCase, controller: str) -> SweepRow:
     case, odds = found.case, _odds_for(found, controller)
     plan = planned(case)
     verdict, reasons = verdict_on(found, controller)
-    outcome, missed = _judged(case_of(case.scenario(controller)), plan, sampled_case(case), case.size)
+    scenario = case.scenario(controller)
+    outcome, missed = _judged(case_of(scenario), plan, sampled_case(case), case.size, scenario.judge)
     nearest = max(verdict.figures, key=use_of)
     first = plan.crossings[0]
     faulty = outcome.fault != NO_FAULT

@@ -34,6 +34,7 @@ from fivebar_bringup.studies.sweep.statistics import (
 )
 from fivebar_control.laws.registry import controller_problem, laws_unopened
 from fivebar_control.machine_code import expect_many_motions
+from fivebar_control.scenario.scenario import TIMED
 
 MOST_DRAWS = 100
 """Largest ratio of drawn cases to requested crossings."""
@@ -170,9 +171,14 @@ def _verdict(settings: SweepSettings, rows: Sequence[SweepRow], controller: str,
     text = (
         f"{controller} completed {good} of the {everything} crossings that were judged feasible before the run"
         f"{f' ({branches})' if branches else ''}; required are {100.0 * required:g} %. Success means:"
-        f" {success_rule(rows[0].draw.size)}."
+        f" {success_rule(rows[0].draw.size, _judge(settings))}."
     )
     return good >= required * everything, text
+
+
+def _judge(settings: SweepSettings) -> str:
+    """Return by what the runs of a sweep are judged."""
+    return str(find_rig(settings.rig).scenario.get("judge", TIMED)) if settings.rig else TIMED
 
 
 def _drawn_words(settings: SweepSettings) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from fivebar_bringup.odds.choice import likeliest
 from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.robot_errors import UNIFORM
 from fivebar_bringup.odds.trials import ROBOTS, odds_of
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, plan_of
@@ -59,7 +60,8 @@ def timed(case: Draw) -> TimedCase:
     planned(first)
     if case.rig == VARIED or not has_odds(first.scenario(PLANNED_FOR)):
         return TimedCase(first)
-    errors, seed = find_rig(case.rig).errors, odds_seed(case)
+    # what is declared of a robot are bounds, however its errors are distributed
+    errors, seed = find_rig(case.rig).errors._replace(distribution=UNIFORM), odds_seed(case)
     by_loads = TimedCase(first, Odds())
     if screened(first, PLANNED_FOR, judge_loads=False).feasible:
         by_loads = TimedCase(first, odds_of(first.scenario(PLANNED_FOR), errors, seed, range(ROBOTS)))

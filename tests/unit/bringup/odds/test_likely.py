@@ -1,0 +1,79 @@
+"""A motion is made if it is likely enough; with too little time it is not known whether it is."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import pytest
+
+from fivebar_bringup.odds import likely
+from fivebar_bringup.odds.choice import Choice
+from fivebar_bringup.odds.likely import Candidate, LikelyMotion, likely_motion
+from fivebar_bringup.odds.odds import Odds, told_odds
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.strict_yaml import InputError
+
+
+def in_seconds(duration: float) -> Candidate[str]:
+    content = {
+        "name": "motion",
+        "controller": "unified",
+        "waypoints": ((0.0, 0.15), (0.0, 0.02)),
+        "segment_duration": duration,
+        "loads": {"push": 2.0},
+    }
+    return Candidate(f"{duration:g} s", Scenario.model_validate(content))
+
+
+def found_with(
+    monkeypatch: pytest.MonkeyPatch, first: Odds, best: Odds | None, given: bool = False, until: float = math.inf
+) -> LikelyMotion[str]:
+    """Return what becomes of a motion of 2 s with such odds, and with these in the best other duration, 1 s."""
+    monkeypatch.setattr(likely, "odds_of", lambda *arguments: first)
+    monkeypatch.setattr(likely, "most_relieved", lambda *arguments: "with a level base 24 of 24 would")
+
+    def choose(motions: list[Candidate[str]], *more: object) -> Choice[Candidate[str]] | None:
+        chosen = next((one for one in motions if one.motion == "1 s"), None)
+        return None if best is None or chosen is None else Choice(chosen, best)
+
+    monkeypatch.setattr(likely, "likeliest", choose)
+    return likely_motion(in_seconds(2.0), in_seconds, given, until)
+
+
+def test_a_likely_motion_is_made_and_an_unlikely_one_in_the_duration_with_the_best_odds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert found_with(monkeypatch, Odds(22, 24), None).motion == "2 s"
+    found = found_with(monkeypatch, Odds(21, 24), Odds(23, 24))
+    assert (found.motion, found.odds, found.better, found.decided) == ("1 s", Odds(23, 24), None, True)
+    assert found.scenario.durations() == (1.0,)
+    with pytest.raises(InputError, match=r"at best, in 1 s, 20 of 24 .* \(risk.success\); with a level base 24 of 24"):
+        found_with(monkeypatch, Odds(8, 24), Odds(20, 24))
+
+
+def test_a_duration_that_is_given_is_kept_and_a_better_one_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = found_with(monkeypatch, Odds(8, 24), Odds(23, 24), given=True)
+    assert (found.motion, found.odds, found.better) == ("2 s", Odds(8, 24), (1.0, Odds(23, 24)))
+    assert found_with(monkeypatch, Odds(8, 24), Odds(8, 24), given=True).better is None
+
+
+def test_with_too_little_time_nothing_is_decided_but_what_cannot_become_likely(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = time.monotonic()
+    found = found_with(monkeypatch, Odds(9, 10), None, until=now)
+    assert (found.motion, found.odds, found.decided) == ("2 s", Odds(9, 10), False)
+    # 3 failures of 24 are too many, whatever the other robots do
+    with pytest.raises(InputError, match=r"in 2 s 7 of 10 drawn robots succeed.*no time was left"):
+        found_with(monkeypatch, Odds(7, 10), Odds(24, 24), until=now)
+
+
+def test_no_robot_is_tried_when_the_time_is_over() -> None:
+    found = likely_motion(in_seconds(2.0), in_seconds, given=False, until=time.monotonic())
+    assert (found.odds, found.decided) == (Odds(), False)
+
+
+def test_what_a_status_tells_is_said_in_words() -> None:
+    told = {**Odds(8, 24).as_dict(), "better": {"duration_s": 0.5, **Odds(24, 24).as_dict()}}
+    assert told_odds(told, short=True) == "8 of 24; better in 0.5 s: 24 of 24"
+    assert told_odds(told).startswith("8 of 24 drawn robots succeed: 33%, with 95 % confidence")
+    assert told_odds({"unknown": "no time"}) == "not known: no time"
