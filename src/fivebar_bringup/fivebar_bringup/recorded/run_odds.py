@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from fivebar_bringup.recorded.bag.recording import Recording
+from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.recorded.results import read_json
 from fivebar_description.interface import GOAL_STATUS
 from fivebar_description.status_texts import read_goal_status

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from fivebar_bringup.studies.rigs.declared import declared_rig
-from fivebar_bringup.studies.rigs.rig import OF_ROBOT, Rig, read_rig
+from fivebar_bringup.studies.rigs.rig import CHANGES, OF_ROBOT, Rig, changed, read_rig
 from fivebar_description.errors import InputError
 from fivebar_description.share import is_yaml_path, share_file, yaml_path
 from fivebar_description.suggestion import expected_one_of
@@ -27,11 +27,14 @@ def shipped_rigs() -> list[str]:
 def find_rig(name: str) -> Rig:
     """Return a rig by the name of a shipped one or by the path of its file, which a process reads once.
 
-    A name that begins with `OF_ROBOT` is that of the rig which a robot's file declares.
+    A name that begins with `OF_ROBOT` is that of the rig which a robot's file declares; one of `CHANGES` may follow.
 
     Raises:
         InputError: there is no such rig, or its file does not describe one.
     """
+    base, _, change = name.rpartition(":")
+    if base and change in CHANGES:
+        return changed(find_rig(base), change, name)
     if name.startswith(OF_ROBOT):
         return declared_rig(name.removeprefix(OF_ROBOT))
     return read_rig(yaml_path("rig", name, rig_directory()))
@@ -59,6 +62,9 @@ def named_rig(option: str, name: str, others: Collection[str] = ()) -> str:
     """
     if name in others:
         return name
+    base, _, change = name.rpartition(":")
+    if base and change in CHANGES:
+        return f"{named_rig(option, base)}:{change}"
     known = (*shipped_rigs(), *others)
     if not is_yaml_path(name) and name not in known:
         raise InputError(f"{option}: {name!r}: {expected_one_of(name, known, ', or a path to a .yaml file')}")

@@ -162,6 +162,12 @@ def merged(content: Keys, keys: Keys) -> dict[str, Any]:
     return result
 
 
+def changed(rig: Rig, change: str, name: str) -> Rig:
+    """Return a rig with one of `CHANGES`, by its name."""
+    content = rig.model_dump() | {"errors": rig.errors._asdict()}
+    return validate(merged(content, CHANGES[change]), Rig, name)
+
+
 def read_rig(path: Path) -> Rig:
     """Read a rig file, and check that a scenario can be put on it.
 
