@@ -51,6 +51,9 @@ SLOW_WIDTHS = 3.0
 SLOW_SHARE = 0.005
 """Part of the filters' weight that may lie on slow samples."""
 
+BRIDGED = 0.01
+"""Time (s) between two samples within which those that are missing are filled in."""
+
 ROWS_PER_CUTOFF = 5.0
 """Rows per period of the parallel filter's cut-off: more would add no information."""
 
@@ -69,6 +72,41 @@ class Record(NamedTuple):
     angles: FloatArray
     torques: FloatArray
     assembly: FloatArray
+
+
+def bridged(record: Record) -> Record:
+    """Return a record with its short gaps filled, as a busy machine leaves them: each would spoil the filters' reach.
+
+    Angles go on along the cubic through two samples on either side, or straight where there is one only; torques go
+    straight. The assembly mode is filled where it is the same on both sides.
+    """
+    known: NDArray[np.bool_] = np.all(np.isfinite(np.hstack([record.angles, record.torques])), axis=1)
+    edges = np.flatnonzero(np.diff(known.astype(np.int8)))
+    longest = BRIDGED * record.rate_hz
+    angles, torques, assembly = (np.copy(part) for part in record[1:])
+    for last, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        following = end + 1
+        if known[following - 1] or not known[last] or following - last > longest:
+            continue
+        near = [k for k in (last - 1, last, following, following + 1) if 0 <= k < len(known)]
+        on = near if len(near) == 4 and known[near].all() else [last, following]
+        inside = np.arange(last + 1, following)
+        angles[inside] = _through(record.angles[on], on, inside)
+        torques[inside] = _through(record.torques[[last, following]], [last, following], inside)
+        if assembly[last] == assembly[following]:
+            assembly[inside] = assembly[last]
+    return Record(record.rate_hz, angles, torques, assembly)
+
+
+def _through(values: FloatArray, places: Sequence[int], wanted: NDArray[np.int_]) -> FloatArray:
+    """Return [m, columns], the polynomial through values [n, columns] at n places, at other places (Lagrange)."""
+    weights = np.ones((len(wanted), len(places)))
+    for number, place in enumerate(places):
+        for other in places:
+            if other != place:
+                weights[:, number] *= (wanted - other) / (place - other)
+    found: FloatArray = weights @ values
+    return found
 
 
 class Equations(NamedTuple):

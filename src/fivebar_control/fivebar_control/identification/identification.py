@@ -18,6 +18,7 @@ from fivebar_control.identification.equations import (
     SLOW_WIDTHS,
     Equations,
     Record,
+    bridged,
     filtered_equations,
 )
 from fivebar_control.identification.harmonics import SeenHarmonics, seen_harmonics, with_harmonics
@@ -98,7 +99,7 @@ def identify(robot: FiveBar, record: Record) -> Identification:
     Raises:
         NotIdentifiable: the record is too short, excites too little, or does not fit the model.
     """
-    cutoffs = choose_cutoffs(longest_stretch(record.angles), record.rate_hz)
+    cutoffs, record = choose_cutoffs(longest_stretch(record.angles), record.rate_hz), bridged(record)
     equations = filtered_equations(robot, record, cutoffs)
     lag = max(1, round(CORRELATION / cutoffs.parallel_hz * equations.rate_hz))
     used = np.isfinite(equations.regressor).all(axis=2) & np.isfinite(equations.torque)

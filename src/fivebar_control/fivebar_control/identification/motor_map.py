@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.identification.cutoff import choose_cutoffs
-from fivebar_control.identification.equations import PASSIVE, VISCOUS, Equations, Record, filtered_equations
+from fivebar_control.identification.equations import PASSIVE, VISCOUS, Equations, Record, bridged, filtered_equations
 from fivebar_control.identification.identification import (
     CORRELATION,
     LARGEST_CONDITION,
@@ -88,7 +88,7 @@ def map_motors(robot: FiveBar, record: Record, harmonics: Sequence[int] = ()) ->
     Raises:
         NotIdentifiable: the record is too short, or does not distinguish what is asked for.
     """
-    cutoffs = choose_cutoffs(longest_stretch(record.angles), record.rate_hz)
+    cutoffs, record = choose_cutoffs(longest_stretch(record.angles), record.rate_hz), bridged(record)
     equations = filtered_equations(robot, record, cutoffs, harmonics)
     lag = max(1, round(CORRELATION / cutoffs.parallel_hz * equations.rate_hz))
     regressor = _columns(robot, equations)

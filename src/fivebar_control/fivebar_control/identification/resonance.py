@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from scipy.signal import csd
 from scipy.special import stdtrit
 
-from fivebar_control.identification.equations import Record
+from fivebar_control.identification.equations import Record, bridged
 from fivebar_control.identification.identification import NotIdentifiable, stretches
 from fivebar_control.identification.least_squares import CONFIDENCE
 from fivebar_control.identification.motor_map import MotorValue
@@ -156,7 +156,7 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
         NoResonance: the robot is rigid as far as the record can tell.
         NotIdentifiable: the record is unsuitable, or determines no resonance.
     """
-    inertia, response = inertia_at(robot, record), frequency_response(record)
+    inertia, response = inertia_at(robot, record), frequency_response(bridged(record))
     given, period = np.array([robot.leg1.inertia, robot.leg2.inertia]), 1.0 / record.rate_hz
     noise = np.median(response.deviations / np.abs(response.values), axis=(1, 2))
     swing = 2.0 * response.amplitude * np.median(np.abs(response.values), axis=(1, 2))

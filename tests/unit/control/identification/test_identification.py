@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_control.identification.cutoff import Cutoffs
-from fivebar_control.identification.equations import PARAMETERS, Record, filtered_equations
+from fivebar_control.identification.equations import PARAMETERS, Record, bridged, filtered_equations
 from fivebar_control.identification.identification import NotIdentifiable, identify, parameter_values
 from fivebar_control.identification.motor_map import map_motors
 from fivebar_control.identification.regressor import platform_load
@@ -111,6 +111,34 @@ def test_a_gap_is_left_out(robot: FiveBar) -> None:
     found = identify(robot, whole._replace(angles=angles, torques=torques))
     assert found.fit.values[:7] == pytest.approx(np.array(parameter_values(robot)), rel=1e-3, abs=1e-4)
     assert sum(found.used_s) < sum(identify(robot, whole).used_s)
+
+
+def test_samples_that_are_missing_one_by_one_leave_no_gap(robot: FiveBar) -> None:
+    """As of a busy machine: with every one of them left out, little would be left beside the filters' reach."""
+    whole = record()
+    angles, torques, assembly = whole.angles.copy(), whole.torques.copy(), whole.assembly.copy()
+    lost = np.arange(600, len(angles) - 40, 60)
+    angles[lost] = torques[lost] = math.nan
+    assembly[lost] = math.nan
+    found, exact = identify(robot, Record(RATE, angles, torques, assembly)), identify(robot, whole)
+    assert found.fit.values == pytest.approx(exact.fit.values, rel=2e-3, abs=2e-4)
+    assert found.used_s == pytest.approx(exact.used_s, abs=0.1)
+
+
+def test_only_short_gaps_are_bridged_and_by_what_is_around_them() -> None:
+    time = np.arange(40) / 500.0
+    angles = np.stack([np.sin(9.0 * time), 0.2 * time**3], axis=1)
+    torques, ones = np.stack([time, -time], axis=1), np.ones(40)
+    holed = Record(500.0, angles.copy(), torques.copy(), ones.copy())
+    for first, last in ((0, 1), (5, 8), (20, 29), (33, 34), (39, 40)):
+        holed.angles[first:last] = holed.torques[first:last] = holed.assembly[first:last] = math.nan
+    found = bridged(holed)
+    assert np.flatnonzero(np.isnan(found.angles).any(axis=1)).tolist() == [0, *range(20, 29), 39]
+    within = [5, 6, 7, 33]
+    np.testing.assert_allclose(found.angles[within], angles[within], atol=2e-7)
+    np.testing.assert_allclose(found.torques[within], torques[within], atol=1e-12)
+    assert found.assembly[within].tolist() == [1.0] * 4
+    assert np.isnan(holed.angles[5]).all()
 
 
 def test_the_torques_of_the_wrong_period_are_noticed(robot: FiveBar) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -53,19 +54,28 @@ def chirped(frequencies: tuple[float, float] | None, share: float = 0.7, against
     return Record(RATE, COUNT * np.round(angles / COUNT), torques, np.full(samples, ASSEMBLY))
 
 
-def with_gaps(record: Record, places: tuple[int, ...]) -> Record:
-    """Leave three samples out at each of these places, as where a machine stood still."""
-    angles = record.angles.copy()
+def with_gaps(record: Record, places: Sequence[int], length: int) -> Record:
+    """Leave some samples out at each of these places, as where a machine stood still."""
+    angles, torques = record.angles.copy(), record.torques.copy()
     for place in places:
-        angles[place : place + 3] = np.nan
-    return record._replace(angles=angles)
+        angles[place : place + length] = torques[place : place + length] = np.nan
+    return record._replace(angles=angles, torques=torques)
 
 
 @pytest.mark.parametrize(
-    ("frequencies", "gaps"), [((60.0, 60.0), ()), ((45.0, 110.0), ()), ((60.0, 60.0), (700, 720, 1350, 2010))]
+    ("frequencies", "gaps", "length"),
+    [
+        ((60.0, 60.0), (), 0),
+        ((45.0, 110.0), (), 0),
+        # too long to be bridged; and so many short ones that no second is without one
+        ((60.0, 60.0), (700, 720, 1350, 2010), 8),
+        ((60.0, 60.0), range(150, 2900, 130), 2),
+    ],
 )
-def test_transmissions_come_back_with_intervals(frequencies: tuple[float, float], gaps: tuple[int, ...]) -> None:
-    found = find_resonance(ROBOT, with_gaps(chirped(frequencies), gaps))
+def test_transmissions_come_back_with_intervals(
+    frequencies: tuple[float, float], gaps: Sequence[int], length: int
+) -> None:
+    found = find_resonance(ROBOT, with_gaps(chirped(frequencies), gaps, length))
     for leg, true in zip(found.legs, frequencies, strict=True):
         assert leg.frequency.value == pytest.approx(true, rel=0.03)
         assert 0.0 < leg.frequency.half_width < 0.1 * true
