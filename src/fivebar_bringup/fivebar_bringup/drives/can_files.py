@@ -96,7 +96,7 @@ def drive_file(scenario: Scenario, configuration: str) -> DriveFile:
 def _contents(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the contents of the files of emulated drives and of their bridge, on a bus of their own."""
     emulation, drives = _shipped("fivebar_sim"), _shipped("fivebar_control")
-    plant, cycles = scenario.plant, scenario.stop_cycles()
+    plant, cycles, start = scenario.plant, scenario.stop_cycles(), scenario.initial_joints()
     period_us = MICROSECONDS // scenario.rate_hz
     period_ms = max(1, -(-period_us // 1000))
     # half a period, so that every cycle sends one even if it starts slightly early
@@ -112,6 +112,7 @@ def _contents(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
         "gather_deadline_us": int(GATHER_FRACTION * period_us),
         # one less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
         "missing_limit": cycles - 2,
+        "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
         "master": {"node_id": 127, "heartbeat_ms": beat_ms, "timeout_ms": cycles * period_ms},
     }
     for joint in ACTIVE_JOINTS:

@@ -3,23 +3,62 @@
 from __future__ import annotations
 
 import ipaddress
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from fivebar_control.fault import Fault
+from fivebar_control.hardware.fault import DriveError
 from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, DriveMotor, NodeId, SyncPeriod, Unsigned32
+from fivebar_description.interface import ACTIVE_JOINTS
 from fivebar_description.physical_bounds import Positive
 from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import StrictModel, read_yaml
 
 Milliseconds = Annotated[int, Field(ge=1, le=0xFFFF)]
 
+Angle = Annotated[float, Field(ge=-100.0, le=100.0)]
+
 MICROSECONDS = 1_000_000
 """Microseconds in a second."""
 
 LARGEST_RAW_TORQUE = 0x7FFF
 """Largest value of 0x6071, which has 16 bits and a sign."""
+
+
+class StartPosture(StrictModel):
+    """Section `posture`: where the robot is said to stand when a run starts.
+
+    Attributes:
+        q11, q21: joint angles (rad).
+        tolerance_rad: how far the encoders may be off.
+    """
+
+    q11: Angle
+    q21: Angle
+    tolerance_rad: Positive = 0.05
+
+    def confirm(self, found: Sequence[float], remedy: str) -> None:
+        """Confirm that the robot stands there.
+
+        Args:
+            found: joint angles (rad) of both motors.
+            remedy: what to do about their encoders where it does not.
+
+        Raises:
+            DriveError: it stands elsewhere.
+        """
+        for joint, declared, angle in zip(ACTIVE_JOINTS, (self.q11, self.q21), found, strict=True):
+            if abs(angle - declared) > self.tolerance_rad:
+                raise DriveError(
+                    Fault(
+                        "posture_unconfirmed",
+                        f"{joint} reads {angle:.4f} rad, declared {declared:.4f} rad within {self.tolerance_rad:g}:"
+                        f" move the robot to where its motion starts, or {remedy}",
+                    )
+                )
 
 
 def check_period(key: str, period_us: int, gather_deadline_us: int) -> None:
@@ -141,6 +180,7 @@ class DriveFile(StrictModel):
         gather_deadline_us: how long after SYNC the drives' answers are waited for.
         missing_limit: cycles in a row without a drive's answer beyond which it is a fault.
         sdo_timeout_ms: longest wait for one answer while drives are set up.
+        posture: where the robot must stand when a run starts; not checked when left out.
     """
 
     name: Annotated[str, Field(min_length=1)]
@@ -150,6 +190,7 @@ class DriveFile(StrictModel):
     gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1200
     missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
     sdo_timeout_ms: Milliseconds = 500
+    posture: StartPosture | None = None
     drives: DrivePair
 
     @property

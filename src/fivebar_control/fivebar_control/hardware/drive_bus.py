@@ -183,7 +183,22 @@ class DriveBus:
             self._send(HEARTBEAT_BASE + self._drives.master.node_id, bytes((OPERATIONAL,)))
 
     def confirm_start(self, timeout: float) -> None:
-        """Confirm nothing: no posture is declared to drives on a bus, and the estimator judges the readings."""
+        """Confirm that both encoders read the declared posture, where there is one.
+
+        Raises:
+            DriveError: a fault, another posture than the declared one, or no answer within `timeout` (s).
+        """
+        posture, end = self._drives.posture, time.monotonic() + timeout
+        while posture is not None:
+            exchange = self.exchange_paced()
+            if exchange.fault is not None:
+                raise DriveError(exchange.fault)
+            first, second = exchange.readings
+            if first is not None and second is not None:
+                posture.confirm((first.position, second.position), "correct home_offset_rad")
+                return
+            if time.monotonic() > end:
+                raise DriveError(Fault("feedback_missing", f"no cycle with both answers in {timeout:g} s"))
 
     def enable(self, timeout: float) -> None:
         """Enable both drives at zero torque, exchanging once per period.

@@ -19,6 +19,7 @@ EMERGENCY_CODES = {
     0x3210: "over-voltage of the DC link",
     0x3220: "under-voltage of the DC link",
     0x4310: "over-temperature of the drive",
+    0x7110: "brake chopper",
     0x7121: "motor blocked",
     0x7305: "incremental encoder 1",
     0x8110: "CAN overrun, frames lost",

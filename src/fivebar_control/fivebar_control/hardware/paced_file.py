@@ -2,56 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fivebar_control.fault import Fault
-from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds, check_period
-from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds, StartPosture, check_period
 from fivebar_description.board_file import BY_THE_CLOCK
-from fivebar_description.interface import ACTIVE_JOINTS
-from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import StrictModel
-
-Angle = Annotated[float, Field(ge=-100.0, le=100.0)]
 
 PATIENCE = 2
 """Periods for which answers are waited for where the robot moves on with the commands alone."""
-
-
-class StartPosture(StrictModel):
-    """Section `posture`: where the robot is said to stand when a run starts.
-
-    Attributes:
-        q11, q21: joint angles (rad).
-        tolerance_rad: how far the encoders may be off.
-    """
-
-    q11: Angle
-    q21: Angle
-    tolerance_rad: Positive = 0.05
-
-    def confirm(self, found: Sequence[float], remedy: str) -> None:
-        """Confirm that the robot stands there.
-
-        Args:
-            found: joint angles (rad) of both motors.
-            remedy: what to do about their encoders where it does not.
-
-        Raises:
-            DriveError: it stands elsewhere.
-        """
-        for joint, declared, angle in zip(ACTIVE_JOINTS, (self.q11, self.q21), found, strict=True):
-            if abs(angle - declared) > self.tolerance_rad:
-                raise DriveError(
-                    Fault(
-                        "posture_unconfirmed",
-                        f"{joint} reads {angle:.4f} rad, declared {declared:.4f} rad within {self.tolerance_rad:g}:"
-                        f" move the robot to where its motion starts, or {remedy}",
-                    )
-                )
 
 
 class PacedFile(StrictModel):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import functools
 import math
+import re
 from typing import NamedTuple
 
-from fivebar_sim.drives.drive import LATE_BY, InjectedFault
+from fivebar_sim.drives.drive import ENCODER_EMERGENCY, LATE_BY, InjectedFault
 from fivebar_sim.drives.emulation import Emulation
 from fivebar_sim.emulated_hardware import obeyed
 
@@ -20,17 +21,22 @@ WORDS = {
 }
 
 USAGE = (
-    "fault|lost|mute|frozen|mend DRIVE, late DRIVE [MS], late_sync MS, bus_off, bus_on, home;"
-    " DRIVE is 1 or 2, MS 0 to 10000"
+    "fault DRIVE [CODE], lost|mute|frozen|mend DRIVE, late DRIVE [MS], late_sync MS, bus_off, bus_on, home;"
+    " DRIVE is 1 or 2, CODE an emergency code of four hexadecimal digits, MS 0 to 10000"
 )
 
 
+CODE = re.compile(r"[1-9A-Fa-f][0-9A-Fa-f]{3}")
+"""An emergency code; 0000 would end a fault."""
+
+
 class InjectionCommand(NamedTuple):
-    """One line: its word, the drives that it is for (0, 1), and a time (s) where it has one."""
+    """One line: its word, the drives that it is for (0, 1), and a time (s) or an emergency code where it has one."""
 
     word: str
     drives: tuple[int, ...]
     seconds: float = LATE_BY
+    code: int = ENCODER_EMERGENCY
 
 
 def read_command(line: str) -> InjectionCommand | None:
@@ -44,6 +50,8 @@ def read_command(line: str) -> InjectionCommand | None:
             return InjectionCommand(word, (), seconds)
         case ["late" as word, ("1" | "2") as number, amount] if (seconds := _seconds(amount)) is not None:
             return InjectionCommand(word, (int(number) - 1,), seconds)
+        case ["fault" as word, ("1" | "2") as number, digits] if CODE.fullmatch(digits):
+            return InjectionCommand(word, (int(number) - 1,), code=int(digits, 16))
         case [word, ("1" | "2") as number] if word in WORDS:
             return InjectionCommand(word, (int(number) - 1,))
     return None
@@ -62,7 +70,7 @@ def _execute(emulation: Emulation, order: InjectionCommand) -> None:
     for number in order.drives:
         drive = emulation.drives[number]
         if order.word in WORDS:
-            drive.inject(WORDS[order.word], order.seconds)
+            drive.inject(WORDS[order.word], order.seconds, order.code)
         else:
             drive.network.cut = order.word == "bus_off"
 

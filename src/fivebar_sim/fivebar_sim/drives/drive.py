@@ -171,10 +171,16 @@ class EmulatedDrive:
         self._node.data_store.setdefault(0x1001, {})[0] = bytes((register,))
         self._node.emcy.send(code, register)
 
-    def inject(self, injection: InjectedFault, seconds: float = LATE_BY) -> None:
-        """Break the drive, or mend it with NONE; a latched fault stays until it is reset."""
+    def inject(self, injection: InjectedFault, seconds: float = LATE_BY, code: int = ENCODER_EMERGENCY) -> None:
+        """Break the drive, or mend it with NONE; a latched fault stays until it is reset.
+
+        Args:
+            injection: how it is broken.
+            seconds: by which PDOs are late.
+            code: emergency code of a fault.
+        """
         if injection is InjectedFault.FAULT:
-            self.trip(ENCODER_EMERGENCY)
+            self.trip(code)
             return
         self.network.cut = injection is InjectedFault.LOST
         self._frozen = injection is InjectedFault.FROZEN
