@@ -63,6 +63,9 @@ ERRORS = {
 HEARTBEAT_TIMEOUT = 0.35
 """Age (s) of the last heartbeat, which is due every 0.1 s by default, beyond which a drive counts as lost."""
 
+FIRST_HEARTBEAT = 0.15
+"""Longest time (s) for which the first heartbeats are waited for."""
+
 ASK_PERIOD = 0.1
 """Shortest time (s) between two requests of the same axis state, and of why an axis was disarmed."""
 
@@ -124,6 +127,8 @@ class ODrives(CanPair[Axis]):
         super().__init__(bus, (first, second))
         try:
             self._check_firmware()
+            # which tell of errors that are still there
+            self.wait_for_both(lambda axis: axis.heard > 0.0, FIRST_HEARTBEAT)
             for axis in self.drives:
                 self._command(axis, SET_CONTROLLER_MODE, struct.pack("<II", TORQUE_CONTROL, PASSTHROUGH))
         except DriveError:

@@ -114,7 +114,7 @@ class TwoMotors:
         self._missing = self._late = 0
         self._positions = (0.0, 0.0)
         self.notes: tuple[str, ...] = ()
-        """Nothing that the operator would have to know."""
+        """The error of an earlier run that has been cleared."""
 
     @property
     def enabled(self) -> bool:
@@ -127,12 +127,17 @@ class TwoMotors:
         return ("missing_answers", self._missing), ("late_answers", self._late)
 
     def set_up(self) -> None:
-        """Wait until both drives answer a command without power.
+        """Wait until both drives answer a command without power; errors that they still have are cleared, and noted.
 
         Raises:
-            DriveError: one does not answer, or reports a fault.
+            DriveError: one does not answer, or reports a fault that cannot be cleared.
         """
-        self._await(lambda answer: True, self._file.set_up_timeout_ms / 1e3, "answered")
+        timeout = self._file.set_up_timeout_ms / 1e3
+        fault = self._await(lambda answer: True, timeout, "answered", whatever_fault=True)
+        if fault is not None:
+            self._driver.clear()
+            self._await(lambda answer: True, timeout, "answered")
+            self.notes = (f"cleared {fault}",)
 
     def tend(self) -> None:
         """Tell both drives again that they get no power."""
@@ -226,8 +231,13 @@ class TwoMotors:
         """Close the bus or the port."""
         self._driver.close()
 
-    def _await(self, reached: Callable[[PairAnswer], bool], timeout: float, words: str) -> None:
-        """Exchange without torque until both drives have reached something in some cycles in a row."""
+    def _await(
+        self, reached: Callable[[PairAnswer], bool], timeout: float, words: str, whatever_fault: bool = False
+    ) -> Fault | None:
+        """Exchange without torque until both drives have reached something in some cycles in a row.
+
+        Only `whatever_fault` lets them have a fault, which is returned.
+        """
         end, settled = time.monotonic() + timeout, 0
         fault: Fault | None = None
         while settled < SETTLE_CYCLES:
@@ -239,7 +249,9 @@ class TwoMotors:
             answer = self._driver.exchange(PairCommand(self._power, ZERO), self._file.gather_time)
             complete = None not in answer.readings
             fault = self._judged(answer).fault if complete else answer.fault
-            settled = settled + 1 if complete and fault is None and reached(answer) else 0
+            sound = complete and (fault is None or whatever_fault)
+            settled = settled + 1 if sound and reached(answer) else 0
+        return fault
 
     def _missing_ones(self) -> str:
         silent = [self._place(number) for number, cycles in enumerate(self._silent) if cycles]

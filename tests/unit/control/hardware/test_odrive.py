@@ -129,6 +129,10 @@ def test_the_watchdog_of_a_drive_disarms_it() -> None:
             deadline.wait(0.005)
         assert fault_of(motors).endswith("WATCHDOG_TIMER_EXPIRED")
         motors.close()
+        # whoever opens them anew finds the error, and clears it
+        motors = enabled(connected())
+        assert motors.notes == ("cleared odrive_error: q11 (node 0): WATCHDOG_TIMER_EXPIRED",)
+        motors.close()
 
 
 def test_both_sides_know_the_same_errors() -> None:

@@ -68,6 +68,20 @@ def opened(**changed: Any) -> tuple[TwoMotors, DirectDriver]:
     return motors, driver
 
 
+def test_an_error_of_an_earlier_run_is_cleared_and_noted_and_gives_no_power() -> None:
+    driver = DirectDriver()
+    driver.motors.motors[1].faulty = True
+    motors = TwoMotors(motors_file(), driver)
+    motors.set_up()
+    assert motors.notes == ("cleared drive_error: in error",)
+    assert motors.exchange().fault is None
+    assert not any(motor.powered for motor in driver.motors.motors)
+    driver.motors.motors[1].faulty = True
+    driver.clear = lambda: None  # type: ignore[method-assign]
+    with pytest.raises(DriveError, match="drive_error: in error"):
+        TwoMotors(motors_file(), driver).set_up()
+
+
 def test_joint_angles_are_read_through_gear_sign_and_zero() -> None:
     motors, _ = opened()
     readings = motors.exchange().readings
