@@ -133,6 +133,41 @@ def test_what_breaks_is_named_and_ends_the_torque_until_it_is_mended(
     robot.wait_for_no_torque()
 
 
+@pytest.mark.extra
+@pytest.mark.parametrize("samples", [0, 1, 2, 20, 60])
+def test_a_controller_that_fails_at_any_moment_ends_the_torque(
+    robot: ControlledRobot, tmp_path: Path, samples: int
+) -> None:
+    """As where a hardware component reports an error: under-voltage, a missing brake resistor, a drive's own fault."""
+    drives = opened(tmp_path)
+    drives.write(PUSH)
+    for _ in range(samples):
+        exchanged(drives, lambda one: one.complete)
+    robot.order("fault 1 CONTROLLER_DEACTIVATED")
+    fault = exchanged(drives, lambda one: one.fault is not None).fault
+    assert fault is not None and fault.name == "controller_lost"
+    assert not drives.enabled
+    robot.wait_for_no_torque()
+    drives.close()
+
+
+@pytest.mark.extra
+def test_a_joint_without_an_angle_is_refused_before_anything_has_torque(robot: ControlledRobot, tmp_path: Path) -> None:
+    """As of an encoder that is not calibrated."""
+    robot.order("fault 2 STATE_NOT_FINITE")
+    with pytest.raises(DriveError, match="states_missing: /cell/joint_states: position of right is nan"):
+        connect(str(drives_file(tmp_path, set_up_timeout_ms=2000))).open()
+    assert robot.torques == (0.0, 0.0)
+
+
+@pytest.mark.extra
+def test_a_controller_that_commands_no_effort_is_refused(cell: Bench, tmp_path: Path) -> None:
+    with controlled_robot(cell.domain, interface="velocity") as robot:
+        with pytest.raises(DriveError, match=r"controller_differs: .* commands velocity, expected effort"):
+            connect(str(drives_file(tmp_path))).open()
+        assert robot.torques == (0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("changed", "fault"),
     [

@@ -7,15 +7,15 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from fivebar_bringup.live.recovery import ADVICE
 from fivebar_control.hardware.board_faults import CAUSES
 from fivebar_control.hardware.board_file import BoardDrive, BoardFile
 from fivebar_control.hardware.bus_load import bus_load, cycle_bits
-from fivebar_control.hardware.configuration import Bus, Drive, load_drives
+from fivebar_control.hardware.configuration import Bus, Drive, StartPosture, load_drives
 from fivebar_control.hardware.controlled_joints import FAULTS as JOINT_FAULTS
 from fivebar_control.hardware.controlled_joints import JointsLink
 from fivebar_control.hardware.moteus_faults import FAULTS as MOTEUS_FAULTS
 from fivebar_control.hardware.odrive import FAULTS as ODRIVE_FAULTS
-from fivebar_control.hardware.paced_file import StartPosture
 from fivebar_sim.boards.commands import USAGE as BOARD_USAGE
 from fivebar_sim.drives.commands import WORDS
 from fivebar_sim.ros.ros2_control import ERRORS as JOINT_ERRORS
@@ -56,13 +56,24 @@ def test_every_fault_has_its_recovery_and_no_other_is_told() -> None:
     vendors = BOARD_ONLY | ODRIVE_ONLY | MOTEUS_ONLY
     shared = {*(CONTROL / "hardware").glob("*.py"), CONTROL / "ros" / "drive_bridge.py"} - vendors
     assert told(PAGE) == raised(shared)
-    assert told(BOARD_PAGE) == raised(BOARD_ONLY | {CONTROL / "hardware" / "paced_file.py"}) | {
+    assert told(BOARD_PAGE) == raised(BOARD_ONLY | {CONTROL / "hardware" / "configuration.py"}) | {
         name for name, _ in CAUSES.values()
     }
     assert raised(ODRIVE_ONLY) <= set(ODRIVE_FAULTS) == told(ODRIVE_PAGE)
     assert raised(MOTEUS_ONLY) <= set(MOTEUS_FAULTS) == told(MOTEUS_PAGE)
     # published as texts: a second publisher's by a shared function, the watchdog's by a node
     assert raised(JOINTS_ONLY) | {"second_publisher", "command_lost"} == set(JOINT_FAULTS) == told(JOINT_PAGE)
+
+
+def test_every_fault_that_was_tried_is_one_that_a_page_or_the_graph_has() -> None:
+    known = {*told(PAGE), *ADVICE}
+    for page in (PAGE, BOARD_PAGE, ODRIVE_PAGE, MOTEUS_PAGE, JOINT_PAGE):
+        rows = page.split("## Faults that were tried")[1].split("\n## ")[0]
+        named = set(re.findall(r"`([a-z]+_[a-z_]+)`", rows)) - {"missing_limit"}
+        assert len(named) > 5
+        assert named <= known | told(page)
+        tried = re.findall(r" \| (?:in one process|both ways|rehearsed|in a crossing)[^|]* \|$", rows, re.MULTILINE)
+        assert len(tried) == rows.count("\n|") - 2
 
 
 def test_every_key_of_the_joints_is_explained_and_every_way_to_break_them() -> None:
@@ -82,7 +93,7 @@ def test_every_way_to_break_a_board_is_told() -> None:
 
 
 def test_every_key_of_a_drive_is_explained() -> None:
-    keys = {*Drive.model_fields, "sync_period_us", "gather_deadline_us", "missing_limit"}
+    keys = {*Drive.model_fields, "sync_period_us", "gather_deadline_us", "missing_limit", "posture"}
     assert not {key for key in keys if f"`{key}`" not in PAGE}
 
 

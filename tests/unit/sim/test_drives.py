@@ -7,14 +7,16 @@ import random
 import threading
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 from uuid import uuid4
 
 import can
 import pytest
+from closed_posture import closed_posture
 from emulation_file import load_emulation
 
 from fivebar_control.hardware.cia402 import DriveState
-from fivebar_control.hardware.configuration import DriveFile, Identity, load_drives
+from fivebar_control.hardware.configuration import DriveFile, Identity, StartPosture, load_drives
 from fivebar_control.hardware.drive_bus import DriveBus
 from fivebar_control.hardware.drive_interface import ZERO, Exchange
 from fivebar_control.hardware.fault import DriveError
@@ -421,7 +423,101 @@ def test_a_drive_that_is_not_the_one_expected(bench: Bench, change: dict[str, ob
         bus.set_up()
 
 
-@pytest.mark.parametrize("line", ["", "fault", "fault 3", "late 1 nan", "late 1 -5", "late 1 1e9", "explode 1"])
+@pytest.mark.parametrize(
+    ("spoil", "text"),
+    [
+        # a mode that is accepted, and another one that is displayed
+        (
+            lambda node: node._read_callbacks.insert(0, lambda index, **_: 8 if index == 0x6061 else None),
+            r"drive_mode: q21 \(node 2\)",
+        ),
+        (lambda node: setattr(node.object_dictionary[0x6060], "access_type", "ro"), r"drive_setup: q21 \(node 2\)"),
+    ],
+    ids=["mode", "object"],
+)
+def test_firmware_without_the_torque_mode_is_refused(bench: Bench, spoil: Callable[[Any], None], text: str) -> None:
+    spoil(bench.emulation.drives[1]._node)
+    with DriveBus(bench.drives, bench.open()) as bus, pytest.raises(DriveError, match=text):
+        bus.set_up()
+
+
+def test_a_drive_that_does_not_enable_is_named(bench: Bench, bus: DriveBus, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As one whose motor or encoder is not calibrated, or whose STO is open."""
+    bus.set_up()
+    monkeypatch.setattr(bench.emulation.drives[1]._power, "control", lambda word: False)
+    with pytest.raises(DriveError, match=r"drive_stuck: not enabled within 0\.3 s: .*q21 \(node 2\) is switch on"):
+        bus.enable(0.3)
+    assert not bus.enabled
+    settled(lambda: [drive.torque for drive in bench.emulation.drives] == [0.0, 0.0])
+
+
+def placed(drives: DriveFile, **first: object) -> DriveFile:
+    """Bridge's file that declares where the robot of the emulation stands, with other keys of the first drive."""
+    q11, _, q21, _ = closed_posture()
+    posture = StartPosture(q11=q11, q21=q21, tolerance_rad=0.02)
+    pair = drives.drives.model_copy(update={"q11": drives.pair[0].model_copy(update=first)})
+    return drives.model_copy(update={"posture": posture, "drives": pair})
+
+
+@pytest.mark.parametrize("wrong", ["", "swapped", "reversed", "geared", "zero"])
+def test_a_robot_that_stands_elsewhere_gets_no_power(bench: Bench, wrong: str) -> None:
+    """Also where it seems to, since motors are exchanged or reversed, or have another gear."""
+    first, second = bench.drives.pair
+    changed: dict[str, object] = {
+        "reversed": {"sign": -first.sign},
+        "geared": {"gear_ratio": 2.0 * first.gear_ratio},
+        "zero": {"home_offset_rad": first.home_offset_rad + 0.1},
+    }.get(wrong, {})
+    file = placed(bench.drives, **changed)
+    if wrong == "swapped":
+        exchanged = file.drives.model_copy(
+            update={
+                "q11": first.model_copy(update={"node_id": second.node_id}),
+                "q21": second.model_copy(update={"node_id": first.node_id}),
+            }
+        )
+        file = file.model_copy(update={"drives": exchanged})
+    with DriveBus(file, bench.open()) as bus:
+        bus.set_up()
+        if not wrong:
+            bus.confirm_start(DEADLINE)
+            bus.enable(DEADLINE)
+            return
+        with pytest.raises(DriveError, match=r"posture_unconfirmed: q.1 reads .* declared"):
+            bus.confirm_start(DEADLINE)
+        assert bus.states == OFF
+        assert [drive.torque for drive in bench.emulation.drives] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("cycles", "code", "words"),
+    [
+        (0, "3220", "under-voltage of the DC link"),
+        (1, "7110", "brake chopper"),
+        (2, "7305", "incremental encoder 1"),
+        (20, "4310", "over-temperature of the drive"),
+        (60, "3220", "under-voltage of the DC link"),
+    ],
+)
+def test_a_fault_stops_both_drives_at_any_moment(
+    bench: Bench, patient_bus: DriveBus, cycles: int, code: str, words: str
+) -> None:
+    patient_bus.set_up()
+    patient_bus.enable(DEADLINE)
+    for _ in range(cycles):
+        push(patient_bus, 1)
+    execute(bench.emulation, f"fault 2 {code}")
+    cycle = cycles_until(patient_bus, lambda cycle: cycle.fault is not None and words in str(cycle.fault))
+    assert fault_name(cycle) in ("drive_fault", "drive_emergency")
+    assert f"(0x{code})" in str(cycle.fault)
+    # by the next command at the latest
+    cycles_until(patient_bus, lambda _: not patient_bus.enabled)
+    settled(lambda: [drive.torque for drive in bench.emulation.drives] == [0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    "line", ["", "fault", "fault 3", "late 1 nan", "late 1 -5", "late 1 1e9", "explode 1", "fault 1 0000"]
+)
 def test_a_line_that_is_not_understood_changes_nothing(bench: Bench, line: str) -> None:
     assert execute(bench.emulation, line).startswith("not understood: ")
     assert [drive.network.cut for drive in bench.emulation.drives] == [False, False]

@@ -15,6 +15,7 @@ from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.drive_interface import ZERO, Exchange, JointTarget
 from fivebar_control.hardware.fault import DriveError
 from fivebar_control.hardware.motor_board import MotorBoard, open_board
+from fivebar_sim.boards.port import PseudoPort
 from fivebar_sim.boards.protocol import CommandFrame, CommandReader, MotorCommand
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
@@ -169,6 +170,25 @@ def test_each_fault_is_named_and_cleared_as_it_says(served: Served, board: Motor
     wait_for(lambda: served.board.motors[0].state.target != 0.0)
 
 
+@pytest.mark.parametrize("cycles", [0, 1, 2, 20, 60])
+def test_a_fault_takes_the_current_at_any_moment(served: Served, board: MotorBoard, cycles: int) -> None:
+    """By the driver of the motors, which also under-voltage trips."""
+    board.enable(DEADLINE)
+    for _ in range(cycles):
+        answered(board, PUSH)
+    served.order("fault 1")
+    assert fault_of(board) == "board_driver"
+    assert not board.enabled
+    wait_for(lambda: [motor.state.target for motor in served.board.motors] == [0.0, 0.0])
+
+
+def test_a_motor_that_is_not_calibrated_gets_no_current(served: Served, tmp_path: Path) -> None:
+    served.order("unready 1")
+    with pytest.raises(DriveError, match="motors_not_ready: q11: the board's saved calibration"):
+        open_board(file(tmp_path))
+    assert [motor.state.target for motor in served.board.motors] == [0.0, 0.0]
+
+
 @pytest.mark.parametrize(
     ("order", "name"),
     [("silent", "feedback_missing"), ("ignore 1000000", "feedback_missing"), ("unready 2", "motors_not_ready")],
@@ -209,6 +229,15 @@ def test_a_run_starts_where_the_robot_is_said_to_stand(served: Served, tmp_path:
         board.confirm_start(DEADLINE)
     assert not board.enabled
     board.close()
+    # wired the other way round, or with exchanged motors
+    reversed_motor = {"q11": {"torque_limit_nm": 0.12, "sign": 1}, "q21": {"torque_limit_nm": 0.12}}
+    exchanged = {"q11": declared.q21, "q21": declared.q11}
+    for wrong in ({"motors": reversed_motor}, {"posture": exchanged}):
+        board = open_board(file(tmp_path, **wrong))
+        with pytest.raises(DriveError, match="posture_unconfirmed"):
+            board.confirm_start(DEADLINE)
+        assert not board.enabled
+        board.close()
     # a board whose crank has gone round in between, as far as was seen
     once_round = {"q11": declared.q11 + 6.283185307179586, "q21": declared.q21}
     board = open_board(file(tmp_path, posture=once_round))
@@ -222,6 +251,16 @@ def test_without_a_port_or_a_board_the_reason_is_told(served: Served, tmp_path: 
     served.order("silent")
     with pytest.raises(DriveError, match="board_missing"):
         open_board(file(tmp_path, set_up_timeout_ms=50))
+
+
+def test_firmware_with_another_protocol_is_no_board(tmp_path: Path) -> None:
+    """A device on the port that talks, but not in the frames of the bench's firmware."""
+    port = PseudoPort(tmp_path / "board")
+    for _ in range(40):
+        port.write(b"\x55firmware of another version\r\n")
+    with pytest.raises(DriveError, match=f"board_missing: {tmp_path / 'board'}: no answer in 50 ms"):
+        open_board(file(tmp_path, set_up_timeout_ms=50))
+    port.unplug()
 
 
 def test_a_board_that_tells_states_but_hears_nothing_is_named(tmp_path: Path) -> None:

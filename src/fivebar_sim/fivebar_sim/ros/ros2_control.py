@@ -53,6 +53,7 @@ class ControlledLinkFile(StrictModel):
         controller, states, manager: full names of the controller, of the topic of states, and of the controller
             manager.
         joints: joints of the controller, in its order; the `id` of a motor is the place of its joint there.
+        interface: what the controller commands.
         updates: updates of the controller manager per sampling period, each of which publishes states.
         velocities, efforts: whether the hardware measures them; what it does not measure is NaN.
         clock_offset_s: how far the stamps are from this machine's clock.
@@ -62,6 +63,7 @@ class ControlledLinkFile(StrictModel):
     states: str
     manager: str
     joints: Annotated[tuple[str, str], Field(strict=False)]
+    interface: str = "effort"
     updates: Annotated[int, Field(ge=1, le=10)] = 1
     velocities: bool = False
     efforts: bool = False
@@ -89,7 +91,7 @@ class ControllerManager:
         ]
         manager, broadcaster, self._controller = self._nodes
         self._controller.declare_parameter("joints", list(link.joints))
-        self._controller.declare_parameter("interface_name", "effort")
+        self._controller.declare_parameter("interface_name", link.interface)
         self._states = broadcaster.create_publisher(JointState, link.states, DEPTH)
         self._diagnostics = manager.create_publisher(DiagnosticArray, "/diagnostics", DEPTH)
         self._reported = 0.0
