@@ -173,10 +173,17 @@ def test_a_drawn_robot_is_led_from_its_parts_to_its_first_crossing(tmp_path: Pat
     assert crossed is not None
     errors = [value for name, value in crossed.figures.items() if name.endswith("largest error, mm")]
     assert errors and max(errors) < 2.0
+    # what has been found stands for the robot in every command, and one of them has assessed it
+    assert robot.transmission.frequency == pytest.approx(state.transmissions["frequency"])
+    assert robot.imu is not None and robot.imu.yaw == state.imu.get("yaw", 0.0)
+    assessed = state.outcome_of("assessment")
+    assert assessed is not None and "of random crossings " in assessed.words
+    assert (out / assessed.pages[0]).is_file()
     page = (out / "commission.html").read_text()
     assert re.search(r"\d+ questions,\s+\d+ s on the\s+robot", page)
     # a calibration that is repeated finds the same, and does not correct the zeros twice
     repeated = CliRunner().invoke(app, [*words, "--again", "calibration", "--until", "calibration"])
     assert repeated.exit_code == 0, repeated.output
     assert load_motors(str(out / DRIVES_FILE)) == drives
-    assert read_robot(str(out / ROBOT_FILE)) == robot
+    undeclared = {"transmission": drawn.transmission, "imu": drawn.imu}
+    assert read_robot(str(out / ROBOT_FILE)) == robot.model_copy(update=undeclared)

@@ -100,6 +100,51 @@ def test_a_gate_stays_closed_for_its_reason(tmp_path: Path, spoil: Spoil, step: 
     assert commissioned(session.folder)[0].passed
 
 
+@pytest.mark.parametrize(("late", "tried"), [(1, 2), (2, 3), (3, 3)])
+def test_a_step_that_late_samples_have_ended_is_begun_again_where_the_person_agrees(
+    tmp_path: Path, late: int, tried: int
+) -> None:
+    asked = list[str]()
+
+    def spoil(bench: ToyBench) -> None:
+        bench.motors.fault = Fault("odrive_error", "q11 (node 0): WATCHDOG_TIMER_EXPIRED, MISSING_INPUT")
+
+        def agrees(key: str, question: str) -> bool:
+            asked.append(key)
+            if asked.count("parts.again") == late:
+                bench.motors.fault = None
+            return True
+
+        bench.agrees = agrees  # type: ignore[method-assign]
+
+    ended, session, bench = commissioned(tmp_path / "new", spoil)
+    assert asked.count("parts.again") == tried - 1
+    assert asked.count("parts.emergency_stop") == tried
+    assert ended.passed is (late < tried)
+    first = session.state.steps[0]
+    if ended.passed:
+        again = first.figures["begun again after"]
+        assert again == ["odrive_error: q11 (node 0): WATCHDOG_TIMER_EXPIRED, MISSING_INPUT"] * late
+    else:
+        assert first.words.startswith("odrive_error: q11")
+    assert bench.motors.torques == [0.0, 0.0]
+
+
+def test_a_step_is_not_begun_again_without_an_agreement_nor_for_another_fault(tmp_path: Path) -> None:
+    def refusing(bench: ToyBench) -> None:
+        bench.motors.fault = Fault("feedback_missing", "q11 (id 0): no answer in 9 cycles in a row")
+        bench.agrees = lambda key, question: not key.endswith(".again")  # type: ignore[method-assign]
+
+    ended, session, _ = commissioned(tmp_path / "refused", refusing)
+    assert not ended.passed
+    assert session.state.steps[0].words.startswith("feedback_missing: q11 (id 0)")
+    lost = Fault("drive_lost", "q11 (node 1): no heartbeat")
+    ended, _, bench = commissioned(tmp_path / "lost", lambda bench: setattr(bench.motors, "fault", lost))
+    assert not ended.passed
+    # for the emergency stop alone
+    assert bench.asked == 1
+
+
 def test_a_gear_that_is_four_times_too_low_and_exchanged_motors_are_put_right(tmp_path: Path) -> None:
     def spoil(bench: ToyBench) -> None:
         bench.motors.factors = [4.0, 1.0]

@@ -1,13 +1,23 @@
-"""How likely the first crossing is to succeed, on robots drawn within what is known."""
+"""How likely the first crossing is to succeed, on robots drawn within what is known, and what else the robot can do."""
 
 from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
 
 from fivebar_bringup.commission.crossings import USED, TriedCrossing, as_found, likely_crossings
 from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
+from fivebar_description.robot_file import RobotFile
+from fivebar_description.strict_yaml import InputError, validate
 from fivebar_description.text_file import write_file
 
 ROBOTS = 24
+"""Drawn robots that make each crossing."""
+
+SHOWN_ERRORS = 3
+"""Errors whose removal would bring most that the report names."""
 
 
 def run(session: Session) -> Findings:
@@ -24,7 +34,48 @@ def run(session: Session) -> Findings:
     for left in range(len(different) + 1, USED + 1):
         (session.folder / f"crossing_{left}.yaml").unlink(missing_ok=True)
     words = ", ".join(f"{_name(one)}: {one.odds.successes} of {one.odds.robots}" for one in different)
-    return Findings(f"likely enough, slow to fast: {words} drawn robots succeed", figures)
+    # from here on the file stands for the robot in every command
+    session.learn_robot(declared(session))
+    able, more, pages = _assessed(session)
+    return Findings(f"likely enough, slow to fast: {words} drawn robots succeed; {able}", figures | more, pages)
+
+
+def declared(session: Session) -> RobotFile:
+    """Return the robot's file with its transmissions and its gyroscope as they were found."""
+    found: dict[str, Any] = {}
+    if session.state.transmissions:
+        found["transmission"] = session.state.transmissions
+    if session.state.imu is not None:
+        found["imu"] = session.state.imu
+    known = session.robot.model_dump(mode="json", exclude_none=True)
+    return validate(known | found, RobotFile, str(session.robot_path))
+
+
+def _assessed(session: Session) -> tuple[str, dict[str, object], tuple[str, ...]]:
+    """Assess the robot as `fivebar assess --quick` does; return its ability in words, figures and the page."""
+    # here, because the compiled engine takes long to load
+    from fivebar_bringup.studies.assess.assess import ASSESSMENT as STUDY
+    from fivebar_bringup.studies.assess.assess import QUICK
+    from fivebar_bringup.studies.assess.running import AssessSettings
+    from fivebar_bringup.studies.assess.statistics import changes, removed_errors
+    from fivebar_bringup.studies.engine.executor import LocalProcesses
+    from fivebar_bringup.studies.engine.running import run_study
+    from fivebar_bringup.studies.rigs.declared import DECLARED
+
+    given = {"robot": str(session.robot_path), **QUICK}
+    try:
+        made = run_study(STUDY, given, session.new_folder("assess"), LocalProcesses(os.cpu_count() or 1))
+    except InputError as error:
+        return f"its other crossings cannot be assessed: {error}", {}, ()
+    law = AssessSettings().controllers[0]
+    pages = (str(Path(made.page).relative_to(session.folder)),)
+    base = next(iter(changes(made.rows, law, (DECLARED,))), None)
+    if base is None:
+        return "no random crossing is within reach", {}, pages
+    figures: dict[str, object] = {"random crossings": str(base.success)}
+    for one in removed_errors(made.rows, law)[:SHOWN_ERRORS]:
+        figures[f"random crossings, {one.words}"] = str(one.success)
+    return f"of random crossings {base.success} succeed", figures, pages
 
 
 def _name(one: TriedCrossing) -> str:
@@ -49,8 +100,9 @@ def _advice(unlikely: list[TriedCrossing], session: Session) -> str:
 ASSESSMENT = GatedStep(
     name="assessment",
     title="Odds of the first crossing",
-    does="simulates crossings there and back, in durations from slow to fast, on robots drawn within what is known",
-    cost="a minute of computing",
+    does="simulates crossings there and back, in durations from slow to fast, on robots drawn within what is known;"
+    " then assesses the robot as `fivebar assess --quick` does",
+    cost="three minutes of computing",
     risk="none: nothing moves",
     gate="at least nine of ten drawn robots succeed in one duration",
     run=run,

@@ -40,6 +40,26 @@ STEPS: tuple[GatedStep[Session], ...] = (
 )
 
 
+ATTEMPTS = 3
+"""How often a step is begun that late samples have ended."""
+
+LATE = frozenset(
+    {
+        "candidate_missing",
+        "command_lost",
+        "command_stale",
+        "estimate_lost",
+        "feedback_missing",
+        "moteus_watchdog",
+        "state_stale",
+        "states_stale",
+        "WATCHDOG_TIMER_EXPIRED",
+    }
+)
+"""Faults with which a busy computer ends a motion, and an error of a drive's watchdog: nothing is wrong with the robot
+where they are gone the next time."""
+
+
 class Ended(NamedTuple):
     """How a commissioning has ended: whether all gates were passed, and in words."""
 
@@ -74,7 +94,7 @@ def _record_of(session: Session, step: GatedStep[Session]) -> StepRecord:
     began, on_robot, asked = time.monotonic(), session.bench.time, session.person.asked
     outcome: Outcome = PASSED
     try:
-        found = step.run(session)
+        found = _tried(session, step)
     except GateClosed as closed:
         outcome, found = CLOSED, Findings(str(closed), closed.figures)
     except InputError as error:
@@ -89,3 +109,30 @@ def _record_of(session: Session, step: GatedStep[Session]) -> StepRecord:
         robot_s=round(session.bench.time - on_robot, 3),
         wall_s=round(time.monotonic() - began, 3),
     )
+
+
+def _tried(session: Session, step: GatedStep[Session]) -> Findings:
+    """Return what a step finds, which is begun again where late samples have ended it and the person agrees.
+
+    Raises:
+        GateClosed: its gate stays closed.
+    """
+    ended = list[str]()
+    while True:
+        try:
+            found = step.run(session)
+        except GateClosed as closed:
+            if not is_late(closed) or len(ended) == ATTEMPTS - 1:
+                raise
+            session.tell(f"  {closed}")
+            question = f"Samples came too late, and the motors have no power ({closed}). Begin the step again?"
+            if not session.person.agrees(f"{step.name}.again", question):
+                raise
+            ended.append(str(closed))
+        else:
+            return found._replace(figures={**found.figures, "begun again after": ended}) if ended else found
+
+
+def is_late(closed: GateClosed) -> bool:
+    """Return whether late samples have closed a gate, as on a busy computer."""
+    return closed.name in LATE or any(word.strip(",") in LATE for word in closed.words.split())
