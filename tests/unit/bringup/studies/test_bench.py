@@ -3,11 +3,26 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
+from importlib import import_module
+from operator import attrgetter
 
 import pytest
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_bringup.studies.bench import cycle_costs
+from fivebar_bringup.studies.bench.cycle_costs import (
+    DRIVES,
+    ITEMS,
+    REST,
+    TICK,
+    WARM_UP,
+    WRITTEN,
+    Costs,
+    medians,
+)
 from fivebar_bringup.studies.bench.estimator_speed import estimator_us
+from fivebar_bringup.studies.bench.itemised import costs_rows
 from fivebar_bringup.studies.bench.processes import GraphSpeed
 from fivebar_bringup.studies.bench.real_time import real_time_rows
 from fivebar_bringup.studies.bench.series import FIGURES, KINDS, RUNS, Series, chosen, series_row
@@ -28,6 +43,45 @@ def test_each_figure_of_real_time_stands_beside_that_of_a_bare_loop() -> None:
     assert bare.startswith("0.05 ms median") and bare.endswith("6.50 ms at most")
     assert target == "at most 0.45 ms median, 1.00 ms p99"
     assert [target for name, (_, _, target) in rows.items() if name.startswith("processor")] == ["at most 0.45 ms", ""]
+
+
+def test_every_function_of_an_item_is_there() -> None:
+    for place in (*(place for places in ITEMS.values() for place in places), TICK, WRITTEN):
+        module, _, name = place.partition(":")
+        assert callable(attrgetter(name)(import_module(module))), place
+
+
+def test_an_item_s_time_leaves_out_that_of_what_it_calls_and_ends_with_the_torque(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr(cycle_costs, "perf_counter", lambda: now[0])
+    costs = Costs()
+
+    def takes(seconds: float, *calls: Callable[[], None]) -> Callable[[], None]:
+        def work() -> None:
+            now[0] += seconds
+            for call in calls:
+                call()
+
+        return work
+
+    guard, law, read, sent = [item for item in ITEMS if item != DRIVES][:4]
+    torque = costs.timed(law, takes(3e-3, costs.timed(guard, takes(2e-3))))
+    parts = costs.timed(read, takes(4e-3)), costs.written(torque), costs.timed(sent, takes(5e-3))
+    tick = costs.cycle(takes(1e-3, *parts))
+    for _ in range(WARM_UP + 3):
+        tick()
+    # a cycle without a torque does not count, nor does what is called outside of one
+    costs.cycle(takes(9.0))()
+    torque()
+    found = medians(costs)
+    assert found.cycles == 3
+    before = {item: round(1e3 * found.before[item], 6) for item in (REST, guard, law, read, sent)}
+    assert before == {REST: 1.0, guard: 2.0, law: 3.0, read: 4.0, sent: 0.0}
+    assert {item for item, seconds in found.after.items() if seconds > 0.0} == {sent}
+    rows = {name: (first, second) for name, first, second in costs_rows(found)}
+    assert rows["sum"] == ("10.000", "5.000")
 
 
 def test_only_an_estimator_has_a_speed() -> None:

@@ -25,9 +25,10 @@ from fivebar_bringup.report.report import write_report
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.launcher import run_graph
 from fivebar_bringup.runs.machine_code import compile_for
-from fivebar_bringup.runs.processes import processes
+from fivebar_bringup.runs.processes import CONTROLLERS, processes
 from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.bench.cycle_costs import CycleCosts, WatchedGroup, costs_file, read_costs
 from fivebar_description.interface import DEFAULT_PRIORITY, FAULTS, JOINT_STATES
 from fivebar_description.ros.scheduling import Scheduling
 
@@ -49,6 +50,7 @@ class GraphSpeed(NamedTuple):
         faults: what went wrong.
         periods_ms: times from one recorded sample to the next (ms).
         summary: of the run's report.
+        costs: what a cycle of the control chain is made of, where that was asked for.
     """
 
     cycle_p50_ms: float
@@ -60,9 +62,16 @@ class GraphSpeed(NamedTuple):
     faults: list[str]
     periods_ms: list[float]
     summary: Summary | None = None
+    costs: CycleCosts | None = None
 
 
-def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, sharing: Sharing | None = None) -> GraphSpeed:
+def graph_speed(
+    scenario: Scenario,
+    mode: Mode,
+    rehearsed: bool = False,
+    sharing: Sharing | None = None,
+    itemised: bool = False,
+) -> GraphSpeed:
     """Run a scenario with the node graph, as `fivebar run` does, and measure it.
 
     Args:
@@ -70,6 +79,7 @@ def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, sharing
         mode: in lockstep or in real time.
         rehearsed: over the bridge and emulated drives, which is always in real time.
         sharing: which nodes share a process; None as in a run.
+        itemised: whether the cycles of nodes that share a process are itemised, which takes time in each.
 
     Raises:
         BagError: the run left no bag with samples.
@@ -91,12 +101,15 @@ def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, sharing
         rehearsal = Rehearsal(write_drive_files(scenario, run.path), ()) if rehearsed else None
         nodes = crossing_graph(scenario, mode, run.bag, rehearsal)
         specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), sharing)
+        if itemised:
+            specs = tuple(WatchedGroup(*spec) for spec in specs)
         outcome = run_graph(specs, run, domain, look, started, mode)
         write_outcome(run, scenario, mode, outcome)
         summary = write_report(run, with_page=False)
         bag = read_bag(run.bag)
         times = np.diff(bag.log_times(JOINT_STATES)) / 1e6
         faults = [*outcome.faults, *(bag.texts(FAULTS) if bag.count(FAULTS) else ())]
+        costs = read_costs(costs_file(run.parameters / f"{CONTROLLERS}.yaml")) if itemised else None
     return GraphSpeed(
         float(np.percentile(times, 50)),
         float(np.percentile(times, 99)),
@@ -107,6 +120,7 @@ def graph_speed(scenario: Scenario, mode: Mode, rehearsed: bool = False, sharing
         faults,
         times.tolist(),
         summary,
+        costs,
     )
 
 
