@@ -87,6 +87,63 @@ def test_messages_of_one_topic_leave_in_their_order(outside: Outside) -> None:
     assert outside.heard == [("torque", 0), ("reference", 0), ("reference", 1)]
 
 
+def test_a_torque_is_there_before_the_work_for_the_next_sample_begins(outside: Outside) -> None:
+    """However the nodes were created: the generator first, the law after it, and the blender last."""
+    topics = ProcessTopics()
+    senders = {name: topics.advertise(name, outside.sender(name)) for name in ("reference", "candidate", "torque")}
+    order: list[str] = []
+
+    def node(name: str, publishes: str) -> Any:
+        def answer(message: int) -> None:
+            order.append(name)
+            if publishes:
+                senders[publishes].publish(message)
+
+        return answer
+
+    for topic, listener, ahead in (
+        ("state", node("generator", "reference"), True),
+        ("state", node("law", "candidate"), False),
+        ("reference", node("law hears the reference", ""), False),
+        ("candidate", node("blender", "torque"), False),
+        ("torque", node("bridge", ""), False),
+        ("state", node("second law", ""), False),
+    ):
+        topics.listen(topic, listener, outside.subscribe(topic), [], ahead)
+    topics.connect()
+    outside.receivers["state"](7)
+    assert order == ["law", "blender", "bridge", "second law", "generator", "law hears the reference"]
+    # what other processes wait for is at the end of the longest chain
+    assert [topic for topic, _ in outside.heard] == ["torque", "reference", "candidate"]
+
+
+def test_a_listener_gets_the_messages_of_a_topic_in_their_order(outside: Outside) -> None:
+    """Also where a bridge measures the next sample while it takes the torque of the present one."""
+    topics = ProcessTopics()
+    senders = {name: topics.advertise(name, outside.sender(name)) for name in ("state", "torque")}
+    seen: list[tuple[str, int]] = []
+
+    def law(message: int) -> None:
+        seen.append(("law", message))
+        senders["torque"].publish(message)
+
+    def bridge(message: int) -> None:
+        seen.append(("bridge", message))
+        if message < 3:
+            senders["state"].publish(message + 1)
+
+    def generator(message: int) -> None:
+        seen.append(("generator", message))
+
+    topics.listen("state", generator, outside.subscribe("state"), [], ahead=True)
+    topics.listen("state", law, outside.subscribe("state"), [])
+    topics.listen("torque", bridge, outside.subscribe("torque"), [])
+    topics.listen("begin", senders["state"].publish, outside.subscribe("begin"), [])
+    topics.connect()
+    outside.receivers["begin"](1)
+    assert seen == [(name, number) for number in (1, 2, 3) for name in ("law", "bridge", "generator")]
+
+
 def test_a_message_that_answers_nothing_leaves_at_once(outside: Outside) -> None:
     topics = ProcessTopics()
     sender = topics.advertise("command", outside.sender("command"))

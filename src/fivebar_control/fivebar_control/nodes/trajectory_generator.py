@@ -40,6 +40,7 @@ class TrajectoryGenerator(SamplingNode):
     """Rest-to-rest polynomials through waypoints, then requested motions, until a fault stops the robot."""
 
     in_chain = True
+    works_ahead = True
 
     def __init__(self) -> None:
         """Make the node."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fivebar_control.laws.law import TunedLaw
-from fivebar_control.laws.reference import against_disturbance
+from fivebar_control.laws.reference import Reference, against_disturbance
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.shared_results import one_robot, shared_desired, shared_state
 from fivebar_control.model.state import Platform
@@ -24,10 +24,14 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, joint_sample
 from fivebar_description.parameters import laden
+from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError
+
+PLANNED = fields_of(REFERENCE_NAMES, "position", "velocity")
+"""Reads a reference."""
 
 
 def _platforms(position: Sequence[float], velocity: Sequence[float]) -> tuple[Platform, ...]:
@@ -66,7 +70,7 @@ class ControllerNode(SamplingNode):
         self._torque = self.advertise(self._law_entry.topic)
         inputs = [
             Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),
-            Input(REFERENCE, fields_of(REFERENCE_NAMES, "position", "velocity")),
+            Input(REFERENCE, self._read_reference),
         ]
         self._samples_ahead = self._tuned.samples_ahead
         if self._samples_ahead:
@@ -85,6 +89,18 @@ class ControllerNode(SamplingNode):
                 f"{name}: controller: {self._file.file.controller}: its laws run in {needed}: expected one of {name}"
             )
         return own
+
+    def _read_reference(self, message: JointMessage) -> Any:
+        """Return the values of a reference, and work out the desired instant, since it comes before its sample."""
+        planned = PLANNED(message)
+        sample = self._run.sample(stamp_of(message))
+        if sample is not None:
+            self._desired(sample, planned)
+        return planned
+
+    def _desired(self, sample: int, planned: Any) -> Reference:
+        time = (sample + self._motion.lead_samples) / self.rate_hz
+        return shared_desired(time, self._robot, self._motion.plan, *planned)
 
     def _make_law(self) -> LawRunner:
         return LawRunner(self._tuned, self._robot, self._motion.plan, self._motion.rate_hz)
@@ -105,10 +121,9 @@ class ControllerNode(SamplingNode):
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the law's torque."""
         (position, velocity), planned, *rest = values
-        robot, plan = self._robot, self._motion.plan
-        state = shared_state(sample, robot, position, velocity)
+        state = shared_state(sample, self._robot, position, velocity)
         target = sample + self._motion.lead_samples
-        reference = shared_desired(target / self.rate_hz, robot, plan, *planned)
+        reference = self._desired(sample, planned)
         ahead = _platforms(*rest.pop(0)) if self._samples_ahead else None
         if rest:
             ((disturbance,),) = rest

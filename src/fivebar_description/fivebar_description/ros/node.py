@@ -109,6 +109,9 @@ class GraphNode(Node):
     commands_robot: ClassVar[bool] = False
     """Whether it stops the robot by itself for such a fault: blender, plant and bridges."""
 
+    works_ahead: ClassVar[bool] = False
+    """Whether what the node answers is for the next sample, so that it may come after the torque of the present one."""
+
     def __init__(self, name: str) -> None:
         """Create the node; subclasses add parameters and topics."""
         super().__init__(name)
@@ -398,7 +401,7 @@ class GraphNode(Node):
         if not awaited:
             self._besides.append(subscribe(callback))
         elif topics is not None:
-            topics.listen(name, callback, subscribe, self._inputs)
+            topics.listen(name, callback, subscribe, self._inputs, self.works_ahead)
         else:
             self._inputs.append(subscribe(callback))
 

@@ -1,9 +1,10 @@
 """In-process topics: nodes of one process exchange messages directly; DDS gets them afterwards.
 
 Between two nodes of one process, transport through DDS costs more than most of their computations. Here a message is
-passed to the callbacks of its process by reference and published on DDS when all of them have run, the newest topic
-first, because the torque command is what other processes wait for. A topic from another process is received and
-deserialised once for all listeners.
+passed to the callbacks of its process by reference. What a callback publishes is passed on before the next callback
+runs, and callbacks that work for the next sample run last: so a torque is written as soon as it can be. DDS gets the
+messages when all callbacks have run, those at the end of the longest chain first, because the torque command is what
+other processes wait for. A topic from another process is received and deserialised once for all listeners.
 
 This is for topics with a single publisher whose messages are never modified: those of the control cycle. Topics that
 may have several publishers (faults, states) go through DDS only.
@@ -11,9 +12,8 @@ may have several publishers (faults, states) go through DDS only.
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple, Protocol
 
 from fivebar_description.ros.hearing import Hearing
 
@@ -32,10 +32,28 @@ class _Topic:
 
     def __init__(self, subscribe: Callable[[Callback], Hearing] | None = None) -> None:
         self.listeners: list[Callback] = []
+        self.ahead = 0
+        """How many of the listeners, the last ones, work for the next sample."""
         self.matched: list[Callback] = []
         self.inputs: list[list[Hearing]] = []
         self.subscribe = subscribe
         self.has_writer = False
+
+
+class _Passed(NamedTuple):
+    """A message that is being passed on: to whom, to whom still, and by how many others it was caused."""
+
+    listeners: list[Callback]
+    left: Iterator[Callback]
+    message: Any
+    depth: int
+
+
+class _Unsent(NamedTuple):
+    """Messages of a topic that DDS is to get, and by how many others the first of them was caused."""
+
+    depth: int
+    messages: list[Any]
 
 
 class ProcessTopics:
@@ -44,8 +62,9 @@ class ProcessTopics:
     def __init__(self) -> None:
         """Start without topics."""
         self._lines: dict[str, _Topic] = {}
-        self._waiting: deque[tuple[list[Callback], Any]] = deque()
-        self._unsent: dict[Sender, list[Any]] = {}
+        self._published: list[tuple[list[Callback], Any]] = []
+        self._unsent: dict[Sender, _Unsent] = {}
+        self._depth = 0
         self._dispatching = False
 
     def listen(
@@ -54,10 +73,15 @@ class ProcessTopics:
         listener: Callback,
         subscribe: Callable[[Callback], Hearing],
         inputs: list[Hearing],
+        ahead: bool = False,
     ) -> None:
-        """Register a callback for a topic by its full name; `inputs` receives the subscription, if one is created."""
+        """Register a callback for a topic by its full name; `inputs` receives the subscription, if one is created.
+
+        A callback that works `ahead`, for the next sample, runs after those that do not.
+        """
         line = self._lines.setdefault(topic, _Topic())
-        line.listeners.append(listener)
+        line.listeners.insert(len(line.listeners) if ahead else len(line.listeners) - line.ahead, listener)
+        line.ahead += ahead
         line.inputs.append(inputs)
         line.subscribe = line.subscribe or subscribe
 
@@ -88,25 +112,56 @@ class ProcessTopics:
 
     def dispatch(self, listeners: list[Callback], message: Any, publisher: Sender | None = None) -> None:
         """Run the callbacks of a message and of all messages that they publish, then publish all of them on DDS."""
-        self._waiting.append((listeners, message))
+        self._published.append((listeners, message))
         if publisher is not None:
-            self._unsent.setdefault(publisher, []).append(message)
+            self._unsent.setdefault(publisher, _Unsent(self._depth, [])).messages.append(message)
         if self._dispatching:
             return
         self._dispatching = True
         try:
-            while self._waiting:
-                listeners, message = self._waiting.popleft()
-                for listener in listeners:
-                    listener(message)
-            for sender, messages in reversed(self._unsent.items()):
+            self._pass_on()
+            unsent = sorted(reversed(self._unsent.items()), key=lambda one: -one[1].depth)
+            for sender, (_, messages) in unsent:
                 for message in messages:
                     sender.publish(message)
         finally:
             # messages left by a callback that raised must not be published with a later one
-            self._waiting.clear()
+            self._published.clear()
             self._unsent.clear()
+            self._depth = 0
             self._dispatching = False
+
+    def _pass_on(self) -> None:
+        """Pass on what is published; where a topic's last message is not through yet, only after everything else.
+
+        So each listener gets the messages of a topic in their order.
+        """
+        passed: list[_Passed] = []
+        later: list[tuple[list[Callback], Any]] = []
+        while True:
+            if self._published:
+                busy = {id(one.listeners) for one in passed}
+                later += [one for one in self._published if id(one[0]) in busy]
+                # the first one that was published comes to lie on top
+                passed += [
+                    _Passed(listeners, iter(listeners), message, self._depth)
+                    for listeners, message in reversed(self._published)
+                    if id(listeners) not in busy
+                ]
+                self._published.clear()
+            if not passed:
+                if not later:
+                    return
+                self._depth = 0
+                self._published.append(later.pop(0))
+                continue
+            _, left, message, depth = passed[-1]
+            listener = next(left, None)
+            if listener is None:
+                passed.pop()
+                continue
+            self._depth = depth + 1
+            listener(message)
 
     def _receiver(self, listeners: list[Callback]) -> Callback:
         def receive(message: Any) -> None:
