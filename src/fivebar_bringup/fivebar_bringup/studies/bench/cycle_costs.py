@@ -7,6 +7,7 @@ calls; what the wrapping itself takes is measured and subtracted.
 from __future__ import annotations
 
 import functools
+import gc
 import importlib
 import json
 import statistics
@@ -91,6 +92,8 @@ class Costs:
         """Begin without any, with the wrapping measured."""
         self.before = defaultdict[str, list[float]](list)
         self.after = defaultdict[str, list[float]](list)
+        self.began = 0.0
+        """When the first cycle that counts began (s), 0 before."""
         self._stack = list[str]()
         self._last = 0.0
         self._spent = defaultdict[str, float](float)
@@ -154,6 +157,8 @@ class Costs:
     def _end(self) -> None:
         if self._until_written is None:
             return
+        if len(self.before[REST]) == WARM_UP:
+            self.began = perf_counter()
         for item in (REST, *ITEMS):
             until = self._until_written.get(item, 0.0)
             self.before[item].append(until)
@@ -174,11 +179,18 @@ class Costs:
 
 
 class CycleCosts(NamedTuple):
-    """Medians (s) by item, until the torque was written and after it, and how many cycles there were."""
+    """What the cycles of a process came to.
+
+    Attributes:
+        before, after: medians (s) by item, until the torque was written and after it.
+        cycles: how many there were.
+        collections: of garbage, since the first of them.
+    """
 
     before: dict[str, float]
     after: dict[str, float]
     cycles: int
+    collections: int = 0
 
 
 class WatchedGroup(ProcessSpec):
@@ -257,10 +269,13 @@ def main() -> None:
     words = sys.argv[1:]
     for module in words[: words.index("--ros-args")]:
         importlib.import_module(module)
-    costs = Costs()
+    costs, collected = Costs(), list[float]()
     wrap(costs)
+    gc.callbacks.append(lambda phase, _: collected.append(perf_counter()) if phase == "start" else None)
     try:
         node_group.main()
     finally:
+        began = costs.began or perf_counter()
+        found = medians(costs)._replace(collections=sum(moment > began for moment in collected))
         file = costs_file(Path(words[words.index("--params-file") + 1]))
-        file.write_text(json.dumps(medians(costs)._asdict()), encoding="utf-8")
+        file.write_text(json.dumps(found._asdict()), encoding="utf-8")

@@ -37,11 +37,12 @@ def main() -> None:
         itemised = graph_speed(scenario, Mode.REALTIME, rehearsed=True, sharing=Sharing.ROBOT, itemised=True)
         plain = graph_speed(scenario, Mode.REALTIME, rehearsed=True, sharing=Sharing.ROBOT)
     assert itemised.costs is not None, "asked for"
+    cycles, collections = itemised.costs.cycles, itemised.costs.collections
     table = Table(
         "item, medians of a cycle",
         "until the torque is written, ms",
         "after it, ms",
-        title=f"{name}, --together, {itemised.costs.cycles} cycles",
+        title=f"{name}, --together: {cycles} cycles, garbage collected {collections} times",
     )
     for row in costs_rows(itemised.costs):
         table.add_row(*row)
