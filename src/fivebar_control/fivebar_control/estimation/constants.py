@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fivebar_control.estimation.ekf import EkfSettings, FilterModel, filter_model
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.mirror import AmbiguityLimits
-from fivebar_control.estimation.watch_limits import share_of_one, watch_limits
+from fivebar_control.estimation.watch_limits import largest_bending, share_of_one, watch_limits
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
@@ -91,7 +91,8 @@ def estimator_model(
 ) -> EstimatorModel:
     """Return the constants for a robot in a working mode at a sampling rate, each a number of one type."""
     numbers = as_numbers(settings)
-    limits = watch_limits(numbers, rate_hz)
+    torque_limit = math.inf if drives.torque_limit is None else float(drives.torque_limit)
+    limits = watch_limits(numbers, rate_hz, largest_bending(robot, numbers.play_frequency, torque_limit))
     others = settings.gyro or settings.camera or passive.leg > 0
     return EstimatorModel(
         filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), others),
@@ -99,7 +100,7 @@ def estimator_model(
         play=numbers.play * numbers.play,
         rate_hz=rate_hz,
         delay_samples=drives.delay_samples,
-        torque_limit=math.inf if drives.torque_limit is None else float(drives.torque_limit),
+        torque_limit=torque_limit,
         limits=AmbiguityLimits(
             numbers.mirror_deviations,
             # the camera sees on which side of the locus the platform is; where it has been lost, the deviations decide

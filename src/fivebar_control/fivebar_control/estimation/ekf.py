@@ -192,8 +192,8 @@ class EkfSettings(NamedTuple):
     play_frequency: Annotated[
         float,
         Setting(
-            "Frequency at which motor and link swing against each other, from which `misfit_limit` follows; 0 for"
-            " rigid transmissions. By default that of the robot's file.",
+            "Frequency at which motor and link swing against each other, from which `misfit_limit` and `jump_limit`"
+            " follow; 0 for rigid transmissions. By default that of the robot's file.",
             "Hz",
             at_least=0.0,
             at_most=2000.0,

@@ -66,6 +66,9 @@ def test_a_calibration_by_hand_leaves_less_than_the_rig_of_calibrated_robots_has
     # the gyroscope's low-pass lags behind by 2 ms, which is declared and not the clock's
     assert abs(file.sensors.imu_clock) < 2e-4
     assert "tolerances" not in after.scenario
+    # the odds are those of robots that are as well known as this one
+    assert (after.errors.length, after.errors.base, after.errors.zero) == file.tolerances[:3]
+    assert before.errors == PRINTED.errors
     assert {**before.plant, **{name: after.plant[name] for name in ("links", "encoders")}} == after.plant
     # the first is out of reach
     (crossing,) = crossed(PRINTED, SEED, (1000, 1131), plant, result)

@@ -19,7 +19,6 @@ from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, dr
 from fivebar_bringup.studies.sweep.running import verdict_on
 from fivebar_bringup.studies.sweep.screening import planned, sampled_case
 from fivebar_bringup.studies.sweep.timing import odds_seed, timed
-from fivebar_control.estimation.watch_limits import watch_limits
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import InputError
 
@@ -113,8 +112,8 @@ def run_numbered(settings: SensorFaultSettings, number: int) -> list[SensorFault
 
 
 def _run(case: Draw, scenario: Scenario, fault: str, robot: int, size: float, time: float) -> SensorFaultRow:
-    outcome = crossing(case_of(scenario, stop_at_fault=True), sampled_case(case))
-    limits = watch_limits(scenario.ekf, scenario.rate_hz)
+    run = case_of(scenario, stop_at_fault=True)
+    outcome, limits = crossing(run, sampled_case(case)), run.estimation.model
     left = outcome.left_sample / RATE_HZ if outcome.left_sample >= 0 else None
     stopped = outcome.fault_sample / RATE_HZ if outcome.fault != NO_FAULT else None
     if stopped is not None:

@@ -145,7 +145,8 @@ class RigFiles(NamedTuple):
 def rigs_of(rig: Rig, plant: dict[str, Any], result: CalibrationResult, folder: Path) -> RigFiles:
     """Write the calibrated robot's file and both rigs.
 
-    Encoder zeros that the calibration finds are those of the drives from then on.
+    Encoder zeros that the calibration finds are those of the drives from then on. The odds of the calibrated robot are
+    those of robots within its own tolerances.
     """
     file = folder / "calibrated.yaml"
     file.write_text(yaml_text(result.robot_file().model_dump(mode="json", exclude_none=True)), encoding="utf-8")
@@ -154,7 +155,9 @@ def rigs_of(rig: Rig, plant: dict[str, Any], result: CalibrationResult, folder: 
     content = rig.model_dump()
     before = merged(content, {"scenario": {"plant": plant}})
     left = {"links": scenario.plant.links._asdict(), "encoders": scenario.plant.encoders._asdict()}
-    after = merged(before, {"robot": str(file), "scenario": {"plant": left}})
+    known = result.tolerances()
+    errors = {"length": known.length, "base": known.base, "zero": known.zero}
+    after = merged(before, {"robot": str(file), "errors": errors, "scenario": {"plant": left}})
     del after["scenario"]["tolerances"]
     files = RigFiles(folder / "before.yaml", folder / "after.yaml")
     for path, text in zip(files, (before, after), strict=True):
