@@ -5,7 +5,8 @@ of them depends little on the robot and its motion. A limit that is 0 in the set
 
 * the mean with the sign, `offset_limit`: of white innovations it has the standard deviation sqrt(s / (2 - s)), where s
   is the weight of one of them. `OFFSET` of these leave room for constant errors and static bending. Vibrations average
-  out.
+  out. There is no limit where `force_deviation` is 0: the model then has no force on the platform, and a tilt, a push
+  or friction of the passive joints sends the innovations to one side.
 * one encoder's innovation, `jump_limit`: `JUMP` standard deviations. Both are less where `play` is declared. Then a
   torque that reverses from one limit of the drives to the other lets a rotor swing by `REVERSED` times what the limit
   bends its transmission; the root of the sum of both squares is the limit.
@@ -87,5 +88,7 @@ def watch_limits(settings: EkfSettings, rate_hz: int, bending: float = 0.0) -> W
             offset, jump = math.inf, math.inf
         elif settings.play > 0.0:
             offset, jump = OFFSET_WITH_PLAY, math.hypot(JUMP_WITH_PLAY, REVERSED * bending / settings.play)
+        if settings.force_deviation == 0.0:
+            offset = math.inf
         derived = (max(MISFIT, swing * swing), offset * math.sqrt(share / (2.0 - share)), jump)
     return WatchLimits(*(one if one != 0.0 else other for one, other in zip(given, derived, strict=True)))

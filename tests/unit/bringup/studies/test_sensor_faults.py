@@ -8,7 +8,12 @@ import pytest
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.studies.sensor_faults.faults import FAULTS, Injected, Moment, drawn_faults, is_wrong_name
-from fivebar_bringup.studies.sensor_faults.running import SensorFaultRow, SensorFaultSettings
+from fivebar_bringup.studies.sensor_faults.running import (
+    SURVIVED,
+    SensorFaultRow,
+    SensorFaultSettings,
+    run_numbered,
+)
 from fivebar_bringup.studies.sensor_faults.sensor_faults import confusion_table, sensor_faults_report, totals
 
 
@@ -77,3 +82,16 @@ def test_the_table_has_every_fault_and_marks_what_is_wrong() -> None:
     report = sensor_faults_report(SensorFaultSettings(), ROWS)
     assert "silent 1 of 4" in report.page
     assert report.content["confusion"][1]["silent"] == 1
+
+
+@pytest.mark.extra
+def test_a_crossing_is_made_soundly_and_with_each_fault_once() -> None:
+    sound, *faulty = run_numbered(SensorFaultSettings(seed=3, rig="good", robots=1, faulty=1), 0)
+    assert (sound.fault, sound.verdict, sound.named) == ("", SURVIVED, "")
+    # in units of limits that a sound robot does not come to
+    assert 0.01 < sound.use < 1.0
+    assert sound.use >= max(sound.misfit / 600.0, sound.offset, sound.jump / 7.0)
+    assert [row.fault for row in faulty] == list(FAULTS)
+    (silent,) = (row for row in faulty if row.fault == "silent")
+    assert silent.named == "gyroscope_missing"
+    assert not [row for row in faulty if is_wrong_name(row.fault, row.named)]

@@ -113,7 +113,7 @@ def run_numbered(settings: SensorFaultSettings, number: int) -> list[SensorFault
 
 def _run(case: Draw, scenario: Scenario, fault: str, robot: int, size: float, time: float) -> SensorFaultRow:
     run = case_of(scenario, stop_at_fault=True)
-    outcome, limits = crossing(run, sampled_case(case)), run.estimation.model
+    outcome, limits = crossing(run, sampled_case(case)), run.numbers.estimation.model
     left = outcome.left_sample / RATE_HZ if outcome.left_sample >= 0 else None
     stopped = outcome.fault_sample / RATE_HZ if outcome.fault != NO_FAULT else None
     if stopped is not None:
