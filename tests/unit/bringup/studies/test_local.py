@@ -12,6 +12,7 @@ from itertools import count, islice
 import pytest
 
 from fivebar_bringup.studies.engine.local import stream
+from fivebar_bringup.studies.engine.turns import in_turns
 from fivebar_description.interrupts import STOP_SIGNALS
 
 
@@ -53,3 +54,15 @@ def test_all_of_a_finite_stream_comes_and_an_error_is_not_lost(workers: int) -> 
     assert sorted(stream(math.sqrt, [9.0, 4.0, 1.0], workers)) == [1.0, 2.0, 3.0]
     with pytest.raises(ValueError, match=r"domain|nonnegative"):
         list(stream(math.sqrt, [4.0, -1.0], workers))
+
+
+def test_each_case_begins_with_another_law_and_returns_all_in_their_order() -> None:
+    laws, begun = tuple("abcdefg"), []
+    for case in range(4):
+        tried: list[str] = []
+        assert in_turns(lambda law, tried=tried: (tried.append(law), law.upper())[1], laws, case) == list("ABCDEFG")
+        begun.append(tried[0])
+        assert sorted(tried) == list(laws)
+    # the first two are half of all apart, so that two processes meet late
+    assert begun == ["a", "e", "b", "f"]
+    assert in_turns(str.upper, (), 3) == []

@@ -9,6 +9,7 @@ from fivebar_bringup.simulation.uncompiled import crossing as run_crossing
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, crossing_of, robot_of_all
 from fivebar_bringup.studies.benchmark.scoring import Result, SuccessLimits
 from fivebar_bringup.studies.engine.study import StudySettings
+from fivebar_bringup.studies.engine.turns import in_turns
 from fivebar_bringup.studies.sweep.drawing import torque_limit_of
 from fivebar_bringup.studies.sweep.screening import planned
 from fivebar_control.laws.registry import TIMED_CONTROLLERS
@@ -67,8 +68,8 @@ def results_on(rig: str, crossing: BenchmarkCrossing, controllers: tuple[str, ..
     except InputError:
         unknown = float("nan")
         return [Result(number, rig, controller, NOT_STARTED, 0, unknown, unknown, 0.0) for controller in controllers]
-    results = []
-    for controller in controllers:
+
+    def result_of(controller: str) -> Result:
         scenario = case.scenario(controller)
         samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
         outcome = run_crossing(case_of(scenario), samples)
@@ -77,5 +78,6 @@ def results_on(rig: str, crossing: BenchmarkCrossing, controllers: tuple[str, ..
             fault = NOT_FINISHED
         torque = max(outcome.applied1, outcome.applied2)
         errors = outcome.error_peak, outcome.error_final
-        results.append(Result(number, rig, controller, fault, outcome.mode_changes, *errors, torque))
-    return results
+        return Result(number, rig, controller, fault, outcome.mode_changes, *errors, torque)
+
+    return in_turns(result_of, controllers, number)

@@ -43,6 +43,7 @@ DECIDING = {
         "scenario.py",
         "studies/rigs/*.py",
         "studies/engine/table.py",
+        "studies/engine/turns.py",
     ),
 }
 """What decides the rows of every study, and not only how they are shown: patterns of files by package."""

@@ -11,6 +11,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_bringup.studies.engine.turns import in_turns
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, draw
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SUCCESS_PROBABILITY, SweepRow
 from fivebar_bringup.studies.sweep.screening import planned, sampled_case, screened
@@ -39,7 +40,7 @@ def run_case(
         found = timed(case)
     except InputError as refusal:
         return [SweepRow(number, "", REFUSED, str(refusal), None, "", *case[1:])]
-    return [_row(found, controller) for controller in controllers]
+    return in_turns(lambda controller: _row(found, controller), controllers, number)
 
 
 def made(scenario: Scenario, plan: Plan, size: float = 1.0) -> tuple[Outcome, list[str]]:
