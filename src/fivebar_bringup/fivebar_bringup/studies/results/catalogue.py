@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from fivebar_bringup.studies.results import comparison, crossing, exact, faults, laws, odds, rigs, thesis
+from fivebar_bringup.studies.results import comparison, crossing, exact, faults, laws, odds, rigs, sensors, thesis
 from fivebar_bringup.studies.results.page import ResultPage, StudyRun
 
 RUNS: dict[str, StudyRun] = {
-    run.name: run for module in (rigs, laws, exact, faults, comparison, crossing, thesis) for run in module.RUNS
+    run.name: run
+    for module in (rigs, laws, exact, faults, sensors, comparison, crossing, thesis)
+    for run in module.RUNS
 }
 """The runs by name, in the order in which they are made."""
 
@@ -18,6 +20,7 @@ PAGES: tuple[ResultPage[Any], ...] = (
     laws.LAWS,
     exact.EXACT,
     faults.FAULTS,
+    sensors.SENSORS,
     comparison.COMPARISON,
     crossing.CROSSING,
     thesis.THESIS,
