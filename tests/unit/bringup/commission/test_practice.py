@@ -144,7 +144,11 @@ def test_wrong_signs_and_gears_stop_the_robot_even_where_it_is_said_to_stand_rig
 
 @pytest.mark.extra
 @pytest.mark.timeout(1800)
-def test_a_drawn_robot_is_led_from_its_parts_to_its_first_crossing(tmp_path: Path) -> None:
+def test_a_drawn_robot_is_led_from_its_parts_to_its_first_crossing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # an assessment is tested elsewhere
+    monkeypatch.setattr("fivebar_bringup.studies.assess.assess.QUICK", {"cases": 2, "robots": 2})
     out = tmp_path / "out"
     words = ["commission", "dextar", "--torque", "3", "--speed", "12", "--practice", "1", "--out", str(out)]
     # one part of it, and then the rest in another call
