@@ -17,6 +17,8 @@ NAMED = 0.25
 """Share of the limit beyond which a sensor is named besides the one that is furthest off: one that is wrong takes the
 estimate away from what the others read, so that the furthest need not be the cause."""
 
+ENCODERS_DIFFER = "the motor encoders differ"
+
 UNDECLARED = 2.0
 """How much likelier elasticity and play are where `ekf.play` declares none."""
 
@@ -75,7 +77,7 @@ def inconsistency_reason(model: EstimatorModel, misfit: Misfit, pattern: Pattern
 def _beyond(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
     far = sorted(
         (
-            (misfit.encoders, "the motor encoders differ"),
+            (misfit.encoders, ENCODERS_DIFFER),
             (misfit.gyro, "the gyroscope differs"),
             (misfit.elbow, "the passive joint's encoder differs"),
         ),
@@ -83,9 +85,10 @@ def _beyond(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
     )
     (mean, sensor), *others = far
     if mean <= model.misfit_limit and pattern.jump > model.jump_limit:
+        also = _also([one for one in far if one[1] != ENCODERS_DIFFER], model.misfit_limit)
         return (
-            f"the encoder of q{pattern.jumped}1 jumped by {pattern.jump:.1f} standard deviations from its prediction,"
-            f" limit {model.jump_limit:.1f}"
+            f"the encoder of q{pattern.jumped}1 jumped by {pattern.jump:.1f} standard deviations from its prediction"
+            f"{also}, limit {model.jump_limit:.1f}"
         )
     if mean <= model.misfit_limit and largest_offset(pattern) > model.offset_limit:
         (offset, name), *others = sorted(
@@ -101,8 +104,13 @@ def _beyond(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
             f"{name} from its predictions to one side by {offset:.1f} standard deviations on average{also}, limit"
             f" {model.offset_limit:.1f}"
         )
-    also = "".join(f", {other} by {math.sqrt(one):.1f}" for one, other in others if one > NAMED * model.misfit_limit)
+    also = _also(others, model.misfit_limit)
     return (
         f"{sensor} from the predictions by {math.sqrt(mean):.1f} standard deviations{also}, limit"
         f" {math.sqrt(model.misfit_limit):.1f}"
     )
+
+
+def _also(others: list[tuple[float, str]], limit: float) -> str:
+    """Return the other sensors whose mean squares are near the limit, with their deviations."""
+    return "".join(f", {other} by {math.sqrt(one):.1f}" for one, other in others if one > NAMED * limit)

@@ -221,3 +221,12 @@ def test_a_jump_and_an_offset_have_limits_of_their_own(limits: dict[str, float],
     assert (prediction(model, memory, [], 0).trip == ESTIMATE_INCONSISTENT) is (words != "")
     if words:
         assert inconsistency_reason(model, memory.misfit, memory.pattern).startswith(words)
+
+
+def test_a_jump_does_not_hide_that_another_sensor_is_far_off() -> None:
+    """Such as a gyroscope with a wrong clock, which takes the estimate away from what the encoders read."""
+    model = model_of(TIGHT._replace(jump_limit=9.0, misfit_limit=36.0))
+    reason = inconsistency_reason(model, Misfit(30.0, 16.0, 1.0), pattern_of(jump=10.0))
+    assert reason.startswith(
+        "the encoder of q21 jumped by 10.0 standard deviations from its prediction, the gyroscope differs by 4.0, limit"
+    )
