@@ -120,11 +120,12 @@ def _answer(rows: Sequence[SensorRow]) -> str:
     parts = []
     for rig in _rigs(rows):
         mine = [row for row in rows if row.rig == rig and row.fault]
-        parts.append(f"{'on' if parts else 'On'} `{rig}` {_sum(mine, SILENT)} of {_sum(mine)}")
+        parts.append(f"on `{rig}` {_sum(mine, SILENT)} of {_sum(mine)}")
+    words = ", ".join(parts).replace("on", "On", 1)
     wrong = _wrong([row for row in rows if row.fault])
     return (
-        f"{', '.join(parts)} of the runs with a faulty sensor are silent: they leave 5 mm, or end in the wrong mode,"
-        f" without a fault within 50 ms. In {wrong or 'none'} of them the fault has the name of another cause."
+        f"{words} runs with a faulty sensor are silent: they leave 5 mm, or end in the wrong mode, without"
+        f" a fault within 50 ms. In {wrong or 'none'} of all these runs the fault has the name of another cause."
     )
 
 
