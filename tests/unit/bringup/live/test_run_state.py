@@ -67,18 +67,22 @@ def test_a_node_that_is_silent_after_the_run_has_ended_is_not_stale(age: float, 
 
 
 @pytest.mark.parametrize(
-    ("outcome", "reasons", "text"),
+    ("outcome", "judge", "reasons", "text"),
     [
-        ("succeeded", [], "finished: succeeded, at most 0.04 mm from the reference, tolerance 2 mm"),
-        ("off_reference", [], "finished: off_reference, at most 0.04 mm from the reference, tolerance 2 mm"),
-        ("stopped", ["tracking_lost: 51 mm"], "stopped: tracking_lost: 51 mm"),
+        ("succeeded", "timed", [], "finished: succeeded, at most 0.04 mm from the reference, tolerance 2 mm"),
+        ("succeeded", "path", [], "finished: succeeded, at most 0.02 mm from the path, tolerance 2 mm"),
+        ("off_reference", "timed", [], "finished: off_reference, at most 0.04 mm from the reference, tolerance 2 mm"),
+        ("stopped", "timed", ["tracking_lost: 51 mm"], "stopped: tracking_lost: 51 mm"),
     ],
 )
-def test_the_end_is_told_with_the_report(tmp_path: Path, outcome: str, reasons: list[str], text: str) -> None:
+def test_the_end_is_told_with_the_report(
+    tmp_path: Path, outcome: str, judge: str, reasons: list[str], text: str
+) -> None:
     report = tmp_path / "report.html"
     report.write_text("<h1>µ</h1>", encoding="utf-8")
-    values = {"tracking_error_peak_m": 3.355e-5, "error_tolerance_m": 0.002, "overruns": None}
-    made = SimpleNamespace(outcome=RunOutcome(outcome), not_completed_because=reasons, **values)
+    peaks = {"tracking_error_peak_m": 3.355e-5, "path_error_peak_m": 1.2e-5}
+    values = {"judge": judge, "error_tolerance_m": 0.002, "overruns": None}
+    made = SimpleNamespace(outcome=RunOutcome(outcome), not_completed_because=reasons, **peaks, **values)
     line = ended_text(cast(Summary, made), report)
     assert line.count("\n") == 1
     assert ended_message(line) == {"outcome": outcome, "text": text, "report": str(report), "html": "<h1>µ</h1>"}
