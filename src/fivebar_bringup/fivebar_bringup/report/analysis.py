@@ -50,3 +50,10 @@ class RunAnalysis(NamedTuple):
         if not np.any(np.isfinite(applied)) or not np.any(np.isfinite(requested)):
             return False
         return float(np.nanmax(np.abs(requested))) > 1.01 * float(np.nanmax(np.abs(applied)))
+
+
+def zones_in_words(scenario: Scenario) -> str:
+    """Return what the shaded times in charts of a scenario's run are."""
+    if scenario.scheme().blended:
+        return "The supervisor blends where it is shaded (σ > 0)."
+    return "The supervisor would blend where it is shaded (σ > 0); this controller does not."

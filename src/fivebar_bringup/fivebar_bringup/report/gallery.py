@@ -11,7 +11,7 @@ from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import house_style, png
 from fivebar_bringup.recorded.summary import REALTIME
 from fivebar_bringup.report import criterion_figure, cycle_figure, figures, plane
-from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.analysis import RunAnalysis, zones_in_words
 from fivebar_bringup.report.thesis import counterpart
 
 DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
@@ -42,11 +42,7 @@ def draw_pictures(run: RunAnalysis) -> list[Picture]:
     if not run.series.sample.size:
         return []
     thesis = counterpart(run.scenario)
-    zones = (
-        "The supervisor blends where it is shaded (σ > 0)."
-        if run.blends
-        else "The supervisor would blend where it is shaded (σ > 0); this controller does not."
-    )
+    zones = zones_in_words(run.scenario)
     with house_style():
         survey = plane.survey_run(run)
         drawn = {

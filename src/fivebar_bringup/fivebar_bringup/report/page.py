@@ -9,6 +9,7 @@ from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.scripts import Scripts
 from fivebar_bringup.recorded.summary import MotorPair, Summary
+from fivebar_bringup.report.analysis import zones_in_words
 from fivebar_bringup.report.outcome_words import odds_of, outcome_sentence, requested_odds_of
 from fivebar_bringup.report.thesis import thesis_figures
 from fivebar_bringup.scenario import Scenario
@@ -40,6 +41,7 @@ def html_page(scenario: Scenario, summary: Summary, pictures: Sequence[Picture],
         metrics=[metric for metric in _metrics(scenario, summary) if metric.value != UNKNOWN],
         pictures=pictures,
         scripts=replay,
+        zones=zones_in_words(scenario),
         commands=_commands(summary),
     )
 
