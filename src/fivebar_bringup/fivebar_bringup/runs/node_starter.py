@@ -7,7 +7,6 @@ fork. Since the launcher adopts orphans while it waits for this process, the nod
 
 from __future__ import annotations
 
-import gc
 import inspect
 import json
 import os
@@ -21,6 +20,7 @@ from typing import Any, NamedTuple, NoReturn
 from fivebar_bringup.runs.parent_death import end_with_parent
 from fivebar_description.executable import Executable
 from fivebar_description.interrupts import STOP_SIGNALS
+from fivebar_description.ros.scheduling import spare_what_exists
 
 COMMON_MODULES = (
     "diagnostic_msgs.msg",
@@ -92,8 +92,7 @@ def start(request: StartRequest) -> None:
     # a look at every module, which a node takes at its start, see `run_nodes`
     inspect.getframeinfo(sys._getframe())
     # memory that the garbage collector leaves alone stays shared among the nodes
-    gc.collect()
-    gc.freeze()
+    spare_what_exists()
     for node in request.nodes:
         pid = os.fork()
         if pid == 0:

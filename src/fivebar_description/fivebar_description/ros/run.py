@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import faulthandler
-import gc
 import inspect
 import os
 import signal
@@ -21,6 +20,7 @@ from fivebar_description.network import PROFILE_VARIABLES
 from fivebar_description.ros.exit_timer import end_process_after
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import ProcessTopics
+from fivebar_description.ros.scheduling import spare_what_exists
 from fivebar_description.ros_environment import BAD_INPUT, check_ros_environment
 from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
@@ -122,9 +122,8 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
         executor.add_node(node)
     for node in nodes:
         node.schedule()
-    # objects created at start-up stay: exclude them from garbage collection
-    gc.collect()
-    gc.freeze()
+    # objects created at start-up stay
+    spare_what_exists()
     sys.setswitchinterval(SWITCH_INTERVAL)
     try:
         while rclpy.ok() and not stopping and _status(nodes) is None:

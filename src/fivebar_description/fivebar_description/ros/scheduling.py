@@ -77,6 +77,12 @@ def punctual(priority: int) -> Iterator[None]:
             gc.enable()
 
 
+def spare_what_exists() -> None:
+    """Exclude all objects of this process from garbage collection: a look at all of them takes up to 100 ms."""
+    gc.collect()
+    gc.freeze()
+
+
 def apply_scheduling(scheduling: Scheduling, warn: Callable[[str], None]) -> None:
     """Put all threads of this process under a priority and onto processors; report what is refused to `warn`."""
     priority, processors = scheduling

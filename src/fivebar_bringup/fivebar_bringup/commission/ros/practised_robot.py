@@ -26,7 +26,7 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import DEFAULT_PRIORITY, IMU_DATA, IMU_FRAME, NANOSECONDS
 from fivebar_description.ros.domain_member import DomainMember
 from fivebar_description.ros.messages import imu_message
-from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
+from fivebar_description.ros.scheduling import Scheduling, apply_scheduling, spare_what_exists
 from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.motors.emulation import POLL_PERIOD
@@ -125,6 +125,8 @@ def main() -> None:
             imu = ImuOnTopic(file.imu, rate_hz, file.effects.seed, file.effects.gyroscope, publisher)
         robot = ClockedRobot(file, imu)
         threading.Thread(target=read_lines, daemon=True).start()
+        # a robot does not stand still while its computer collects garbage
+        spare_what_exists()
         apply_scheduling(Scheduling(DEFAULT_PRIORITY), lambda words: print(words, file=sys.stderr))
         print(READY, flush=True)
         try:
