@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_control.scenario.scenario import PATH, TIMED
+from fivebar_control.scenario.scenario import KEPT_TO, PATH, TIMED
 from fivebar_description.rounding import in_millimetres
 
 PEAK_LIMIT = 2e-3
@@ -16,11 +16,10 @@ FINAL_LIMIT = 1e-3
 
 def success_rule(scale: float = 1.0, judge: str = TIMED) -> str:
     """Return the definition of a success in words, fixed before any run; distances go with the size of a robot."""
-    kept_to, end = ("path", "the goal") if judge == PATH else ("reference", "it")
+    end = "the goal" if judge == PATH else "it"
     return (
-        "all samples without a fault, the planned change of assembly mode, never"
-        f" {1e3 * scale * PEAK_LIMIT:.3g} mm from the {kept_to}, less than {1e3 * scale * FINAL_LIMIT:.3g} mm from"
-        f" {end} at the end"
+        f"all samples without a fault, the planned change of assembly mode, never {1e3 * scale * PEAK_LIMIT:.3g} mm"
+        f" from the {KEPT_TO[judge]}, less than {1e3 * scale * FINAL_LIMIT:.3g} mm from {end} at the end"
     )
 
 

@@ -18,7 +18,7 @@ from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.singularity import FOLDED, DistalLinks
-from fivebar_control.scenario.scenario import PATH
+from fivebar_control.scenario.scenario import KEPT_TO, PATH
 from fivebar_control.trajectory.path_distance import path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
@@ -214,8 +214,8 @@ def summarize(
     unrecorded = _unrecorded_samples(series, planned_samples, clocked)
     bridged = _bridged_samples(scenario, timing) if clocked else 0
     deviations = [
-        *_lost_tracking(distance, bridged, counted),
-        *(_beyond_tolerance(counted, scenario.error_tolerance, by_path) if clocked else ()),
+        *_lost_tracking(distance, bridged, counted, KEPT_TO[scenario.judge]),
+        *(_beyond_tolerance(counted, scenario.error_tolerance, KEPT_TO[scenario.judge]) if clocked else ()),
         *_wrong_changes("assembly", changes, planned_changes),
         *_wrong_changes("working", turned, plan.working_mode_changes),
     ]
@@ -349,12 +349,11 @@ def _unrecorded_samples(series: RunSeries, planned: int, clocked: bool) -> Seque
     return (f"{series.sample.size} of the {planned} planned samples were recorded",)
 
 
-def _beyond_tolerance(distance: FloatArray, tolerance: float, by_path: bool) -> Sequence[str]:
+def _beyond_tolerance(distance: FloatArray, tolerance: float, kept_to: str) -> Sequence[str]:
     largest = peak(distance)
     if largest is None or largest <= tolerance:
         return ()
     tolerated = f"tolerated are {tolerance * 1e3:g} mm"
-    kept_to = "path" if by_path else "reference"
     return (f"the platform was up to {in_millimetres(largest)} from its {kept_to}, {tolerated}",)
 
 
@@ -380,16 +379,15 @@ def _not_judged(recording: Recording, scenario: Scenario, bridged: int | None) -
     return unknown
 
 
-def _lost_tracking(distance: FloatArray, bridged: int | None, judged: FloatArray) -> list[str]:
+def _lost_tracking(distance: FloatArray, bridged: int | None, judged: FloatArray, kept_to: str) -> list[str]:
     """Return reasons where the error is beyond its limits, or unknown for more than the bridged samples in a row.
 
-    None for the bridged samples leaves out how many these may be. `judged` is the distance from the reference or from
-    the path, by which the run is judged but for its end.
+    None for the bridged samples leaves out how many these may be. `judged` is the distance by which the run is judged
+    but for its end, `kept_to` from what.
     """
     reasons = []
     largest = peak(judged)
     if largest is not None and largest > ERROR_LIMIT:
-        kept_to = "reference" if judged is distance else "path"
         reasons.append(f"the platform was up to {in_millimetres(largest)} from its {kept_to}, allowed are 50 mm")
     unknown = np.isnan(distance)
     longest = max((len(list(run)) for lacks, run in groupby(unknown.tolist()) if lacks), default=0)

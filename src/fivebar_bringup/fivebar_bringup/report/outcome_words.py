@@ -6,7 +6,7 @@ import math
 
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_control.scenario.scenario import PATH, TIMED
+from fivebar_control.scenario.scenario import KEPT_TO, PATH, TIMED
 from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
 from fivebar_description.robot_file import UNKNOWN
 from fivebar_description.rounding import in_millimetres
@@ -113,7 +113,7 @@ def _warnings(summary: Summary) -> list[str]:
 
 
 def _distance(summary: Summary) -> str:
-    text = f"at most {in_millimetres(_judged_peak(summary))} from the {_kept_to(summary)}"
+    text = f"at most {in_millimetres(_judged_peak(summary))} from the {KEPT_TO[summary.judge]}"
     if summary.overruns is not None:
         samples = "sample" if summary.overruns == 1 else "samples"
         text += f", {summary.overruns} {samples} late and {summary.missing_samples} missing"
@@ -122,10 +122,6 @@ def _distance(summary: Summary) -> str:
 
 def _judged_peak(summary: Summary) -> float | None:
     return summary.path_error_peak_m if summary.judge == PATH else summary.tracking_error_peak_m
-
-
-def _kept_to(summary: Summary) -> str:
-    return "path" if summary.judge == PATH else "reference"
 
 
 def _changes(summary: Summary) -> str:

@@ -95,6 +95,9 @@ DECLARED, SEEN = "declared", "seen"
 TIMED, PATH = "timed", "path"
 """By which distance of the platform a run is judged."""
 
+KEPT_TO = {TIMED: "reference", PATH: "path"}
+"""From what that distance is, in words."""
+
 
 CONTROLLER = Setting(
     "Controller of the run, such as multi_cartesian or unified (`fivebar compare --help` names all), or"
