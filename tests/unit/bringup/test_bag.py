@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from full_disk import full_at
 from mcap.reader import NonSeekingReader, make_reader
 from rosbags.rosbag2 import Reader
 
@@ -610,14 +611,7 @@ def test_unwritable_place_leaves_nothing_behind(tmp_path: Path) -> None:
 def test_full_disk_at_the_start_leaves_nothing_behind(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, failing_call: int
 ) -> None:
-    replace, calls = os.replace, iter(range(100))
-
-    def failing_replace(source: Path, target: Path) -> None:
-        if next(calls) == failing_call:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        replace(source, target)
-
-    monkeypatch.setattr(os, "replace", failing_replace)
+    full_at(monkeypatch, failing_call)
     with pytest.raises(OSError, match="No space left"):
         BagWriter(tmp_path / "run", TOPICS)
     assert list(tmp_path.iterdir()) == []

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import errno
 import json
-import os
 import re
 from pathlib import Path
 
 import pytest
+from full_disk import full_at
 
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.recorded.results import json_text, new_directory, write_results
@@ -47,14 +46,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_there(
     files = [study.content, tmp_path / "more.csv", tmp_path / "figures" / "p.png", study.page]
     study.write("old", {"x": 0}, [Picture("p", "", b"old")], {"more.csv": "old"})
     before = [file.read_bytes() for file in files]
-    replace, calls = os.replace, iter(range(100))
-
-    def failing_replace(source: Path, target: Path) -> None:
-        if next(calls) == written:
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        replace(source, target)
-
-    monkeypatch.setattr(os, "replace", failing_replace)
+    full_at(monkeypatch, written)
     with pytest.raises(InputError) as error:
         study.write("new", {"x": 1}, [Picture("p", "", b"new")], {"more.csv": "new"})
     assert str(error.value) == f"{files[written]}: cannot be used for the results: No space left on device"
