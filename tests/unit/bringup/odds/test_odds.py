@@ -13,13 +13,14 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.cli.odds import Distribution
 from fivebar_bringup.odds import choice
 from fivebar_bringup.odds.choice import likeliest
 from fivebar_bringup.odds.declared import declared_odds
 from fivebar_bringup.odds.drawn_robots import ASSUMED, declared_errors, has_odds, with_drawn_robot
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import reliefs
-from fivebar_bringup.odds.robot_errors import NO_ERRORS, NORMAL, RobotErrors
+from fivebar_bringup.odds.robot_errors import NO_ERRORS, NORMAL, UNIFORM, RobotErrors
 from fivebar_bringup.odds.trials import ROBOTS, Trials, odds_of, trials_of
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
@@ -201,3 +202,9 @@ def test_no_odds_of_a_robot_of_which_nothing_is_declared() -> None:
     done = CliRunner().invoke(app, ["odds", "unified_middle"])
     assert done.exit_code == 2
     assert "unified_middle: expected tolerances or loads" in done.stderr
+
+
+def test_the_command_offers_the_distributions_of_drawn_errors() -> None:
+    """It says them anew, so that `--help` loads nothing of what draws robots."""
+    assert [one.value for one in Distribution] == [UNIFORM, NORMAL]
+    assert Distribution(RobotErrors().distribution) is Distribution.UNIFORM
