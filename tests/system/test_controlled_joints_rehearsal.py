@@ -15,7 +15,7 @@ from rehearsed import expect_crossing, expect_stop
 from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_description.interpreter import module_command
+from fivebar_description.modules import module_command
 
 pytestmark = [pytest.mark.clock, pytest.mark.extra]
 

@@ -19,7 +19,7 @@ from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.runs.launching import run_command
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_description.interface import TOPICS
-from fivebar_description.interpreter import module_command
+from fivebar_description.modules import module_command
 from fivebar_description.scenario_file import shipped_scenarios
 
 LAUNCH_FILES = Path(__file__).parents[2] / "src/fivebar_bringup/launch"

@@ -5,24 +5,20 @@ An installed package adds one of its own by such an entry point; a drives file m
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from functools import cache
-from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from fivebar_description.known_drives import CANOPEN, NO_INTERFACE
+from fivebar_description.modules import PLACE, load_part
 from fivebar_description.strict_yaml import InputError
 
 GROUP = "fivebar.drives"
 
 OWN_BRIDGE = "drive_bridge"
 """The bridge of interfaces that have none of their own."""
-
-PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
-"""MODULE:NAME."""
 
 
 class DriveKind(NamedTuple):
@@ -96,19 +92,6 @@ def named_interface(content: object, source: str) -> str | None:
     if named is not None and not isinstance(named, str):
         raise InputError(f"{source}: interface: {named!r}: expected the name of an interface of drives")
     return named
-
-
-def load_part(place: str) -> Any:
-    """Return what MODULE:NAME is.
-
-    Raises:
-        InputError: it cannot be imported.
-    """
-    module, _, name = place.partition(":")
-    try:
-        return getattr(import_module(module), name)
-    except (ImportError, AttributeError) as error:
-        raise InputError(f"{place}: cannot be loaded: {error}") from error
 
 
 def _checked(name: str, found: Any) -> DriveKind:

@@ -9,8 +9,8 @@ from importlib import import_module
 from types import FrameType
 from typing import NamedTuple
 
-from fivebar_description.interpreter import module_command
 from fivebar_description.interrupts import STOP_SIGNALS, service_signals
+from fivebar_description.modules import module_command
 
 
 class Executable(NamedTuple):

@@ -7,7 +7,8 @@ import pytest
 from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
 from fivebar_bringup.drives.run_files import RunFiles
 from fivebar_bringup.graph.node_spec import BRIDGES
-from fivebar_description.drive_kinds import OWN_BRIDGE, DriveKind, drive_kind, load_part
+from fivebar_description.drive_kinds import OWN_BRIDGE, DriveKind, drive_kind
+from fivebar_description.modules import load_part
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.emulated_hardware import Emulator
 

@@ -15,7 +15,7 @@ from fivebar_bringup.commission.real import RealBench
 from fivebar_bringup.drives.run_files import private_bus
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.parent_death import end_with_parent
-from fivebar_description.interpreter import module_command
+from fivebar_description.modules import module_command
 from fivebar_description.strict_yaml import InputError
 
 PROGRAM = "fivebar_bringup.commission.ros.practised_robot"

@@ -9,9 +9,10 @@ from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.drives.run_files import DriveFiles, RunFiles
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.connection import interface_of
-from fivebar_description.drive_kinds import DriveKind, confirm_installed, drive_kind, load_part
+from fivebar_description.drive_kinds import DriveKind, confirm_installed, drive_kind
 from fivebar_description.errors import InputError
 from fivebar_description.known_drives import CANOPEN, MOTKIN, ROS2_CONTROL
+from fivebar_description.modules import load_part
 from fivebar_description.robot_file import read_robot
 
 OF_HARDWARE = {Hardware.SOCKETCAN: CANOPEN, Hardware.USB: MOTKIN, Hardware.EXTERNAL: ROS2_CONTROL}

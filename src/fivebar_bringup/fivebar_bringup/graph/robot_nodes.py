@@ -12,7 +12,6 @@ from fivebar_bringup.graph.sensor_nodes import announced, awaited_sights, passiv
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.ros.node_settings import BridgeSettings
-from fivebar_description.drive_kinds import load_part
 from fivebar_description.interface import (
     CLOCK,
     DRIVES_STATE,
@@ -31,6 +30,7 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     TORQUE_COMMAND,
 )
+from fivebar_description.modules import load_part
 from fivebar_description.settings import to_parameters
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings, PlantNodeSettings
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from fivebar_description.drive_kinds import drive_kind, load_part
+from fivebar_description.drive_kinds import drive_kind
+from fivebar_description.modules import load_part
 
 
 class Advice(NamedTuple):

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.processes import ProcessSpec
-from fivebar_description.drive_kinds import DriveKind, load_part
+from fivebar_description.drive_kinds import DriveKind
+from fivebar_description.modules import load_part
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.suggestion import expected_one_of
 from fivebar_sim.emulated_hardware import Emulator

@@ -17,7 +17,7 @@ import yaml
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_description.interface import BASE_FRAME, frame_prefix
-from fivebar_description.interpreter import module_command
+from fivebar_description.modules import module_command
 from fivebar_description.ros_environment import domain_of_environment
 from fivebar_description.share import share_file
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.runs.node_starter import NodeCommand, StartRequest
 from fivebar_bringup.runs.processes import ProcessSpec
-from fivebar_description.interpreter import module_command
+from fivebar_description.modules import module_command
 
 STARTER = "fivebar_bringup.runs.node_starter"
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -14,6 +12,7 @@ from fivebar_control.laws import ctc, lqr, mpc, multi_model, path, unified, vhc_
 from fivebar_control.laws.law import Instant, Law, TunedLaw, check_law
 from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.laws.torque import Torque
+from fivebar_description.modules import PLACE, load_part
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError
@@ -134,9 +133,6 @@ GOAL_CONTROLLERS = tuple(one.name for one in CONTROLLERS.values() if one.takes_g
 LAWS = {law.name: law for controller in CONTROLLERS.values() for law in controller.laws}
 """The laws of this package."""
 
-PLUGIN = re.compile(r"(?P<module>[A-Za-z_][\w.]*):(?P<name>[A-Za-z_]\w*)")
-"""Syntax of the name of a law outside this package: its module and the entry in it."""
-
 UNOPENED = "unopened"
 """Name of a law whose module is not imported: its own name is not known."""
 
@@ -204,14 +200,14 @@ def controller_problem(name: str) -> str | None:
     """Return why there is no such controller, None where there is one."""
     if name in CONTROLLERS:
         return None
-    if not PLUGIN.fullmatch(name):
+    if not PLACE.fullmatch(name):
         return expected_one_of(name, CONTROLLERS, ", or my_package.my_law:LAW")
     if _UNOPENED.get():
         return None
     try:
         _plugin(name)
     except InputError as error:
-        return str(error)
+        return str(error).removeprefix(f"{name}: ")
     return None
 
 
@@ -228,11 +224,7 @@ def _plugin(name: str) -> Law:
     Raises:
         InputError: it cannot be loaded; the caller adds the name to the message.
     """
-    module, _, entry = name.partition(":")
-    try:
-        law = getattr(importlib.import_module(module), entry)
-    except (ImportError, AttributeError) as error:
-        raise InputError(f"cannot be loaded: {error}") from error
+    law = load_part(name)
     if not isinstance(law, Law):
         raise InputError(f"expected a fivebar_control.laws.law.Law, found {type(law).__name__}")
     check_law(law)

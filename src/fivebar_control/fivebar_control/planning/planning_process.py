@@ -11,7 +11,6 @@ import os
 import subprocess
 from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
-from importlib import import_module
 from multiprocessing.connection import Connection, Pipe
 from typing import Any, NamedTuple, cast
 
@@ -31,8 +30,8 @@ from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import kept_clear_of
-from fivebar_description.interpreter import module_command
 from fivebar_description.loads import NO_LOADS, Loads
+from fivebar_description.modules import load_part, module_command
 from fivebar_description.parameters import FiveBar, laden
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import InputError
@@ -233,8 +232,7 @@ def planner_of(conditions: Conditions) -> Callable[[Order], Planned]:
     """Return what plans requests under some conditions: `plan_once`, or the planner that they name."""
     if not conditions.planner:
         return partial(plan_once, conditions)
-    module, _, name = conditions.planner.partition(":")
-    found: Callable[[Order], Planned] = getattr(import_module(module), name)(conditions)
+    found: Callable[[Order], Planned] = load_part(conditions.planner)(conditions)
     return found
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from importlib import import_module
 from typing import Any, NamedTuple
 
 from fivebar_bringup.studies.engine.study import Study
+from fivebar_description.modules import load_part
 
 
 class Chunk(NamedTuple):
@@ -40,6 +40,5 @@ def program_of(study: str, settings: str) -> str:
 
 def defined(place: str) -> Study[Any, Any]:
     """Return the study that is defined at a place, `MODULE:NAME`."""
-    module, _, name = place.partition(":")
-    study: Study[Any, Any] = getattr(import_module(module), name)
+    study: Study[Any, Any] = load_part(place)
     return study

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_description.interpreter import RUN_MODULE, module_command
+from fivebar_description.modules import RUN_MODULE, module_command
 
 MODULE = "fivebar_description.forbidden"
 

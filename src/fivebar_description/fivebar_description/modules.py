@@ -1,0 +1,35 @@
+"""Modules by name: the command that runs one, and the part of one that is named as MODULE:NAME."""
+
+from __future__ import annotations
+
+import re
+import sys
+from importlib import import_module
+from typing import Any
+
+from fivebar_description.errors import InputError
+
+RUN_MODULE = "import sys; del sys.path[0]; import runpy; runpy.run_module({!r}, run_name='__main__', alter_sys=True)"
+"""What `python -P -m` does, in words that Python 3.10 understands, too."""
+
+PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
+"""MODULE:NAME."""
+
+
+def module_command(module: str) -> list[str]:
+    """Return the command that runs a module as `python -m` does, but never imports a json.py of the user's."""
+    safe = hasattr(sys.flags, "safe_path")
+    return [sys.executable, "-P", "-m", module] if safe else [sys.executable, "-c", RUN_MODULE.format(module)]
+
+
+def load_part(place: str) -> Any:
+    """Return what MODULE:NAME is; its module is imported.
+
+    Raises:
+        InputError: it cannot be imported.
+    """
+    module, _, name = place.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"{place}: cannot be loaded: {error}") from error
