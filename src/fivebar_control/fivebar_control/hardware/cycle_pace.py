@@ -23,14 +23,20 @@ class CyclePace:
         self._next = max(self._next, now) + self._period
 
 
-EARLY = 0.25
+EARLY = 0.05
 """Part of a period by which a cycle may come before its time and still count as the next one."""
+
+FIRST = 5
+"""Cycles, the late ones of which may be followed by one that is earlier by up to a period, and tells when cycles are
+due. Later on one that is earlier by more than half a period comes in the same period as the one before."""
 
 
 class CycleCount:
     """Counts the periods between cycles by the clock, so that those in which the machine stood still count too.
 
-    Cycles come late, and hardly ever early: the earliest one so far tells when they are due.
+    Cycles come late, by almost a period too, and hardly ever early: the earliest one so far tells when they are due.
+    One that comes in the same period as the one before has a number of its own, and the next missing period is not
+    counted: the count never runs away from the clock.
     """
 
     def __init__(self, period: float) -> None:
@@ -45,6 +51,8 @@ class CycleCount:
             self._origin = now
             return 1
         before = self._number
-        self._number = max(before + 1, math.floor((now - self._origin) / self._period + EARLY))
-        self._origin = min(self._origin, now - self._number * self._period)
+        at = (now - self._origin) / self._period
+        self._number = max(before + 1, math.floor(at + EARLY))
+        if 0.0 < self._number - at < (1.0 if self._number < FIRST else 0.5):
+            self._origin = now - self._number * self._period
         return self._number - before
