@@ -86,11 +86,13 @@ class Plant:
         settings: PlantSettings | None = None,
         imu: ImuSettings | None = None,
         velocities: Sequence[float] = (0.0, 0.0, 0.0, 0.0),
+        parts: int = 1,
     ) -> None:
         """Initialise the robot in a posture (q11, q12, q21, q22) in rad, at rest or with joint velocities (rad/s).
 
         The velocities are projected onto the closed loop. With effects, and in MuJoCo, the robot starts at rest, where
-        its motors' encoders read the angles of the posture.
+        its motors' encoders read the angles of the posture. A sample may have several parts, by each of which `advance`
+        moves the robot on, while its IMU is read once a sample; commands are not lost then.
 
         Raises:
             InputError: the posture or the velocities are malformed, the loop is open, or the engine lacks an effect.
@@ -101,13 +103,13 @@ class Plant:
         self._loop = ClosedLoop(self._robot)
         self._motion: SimulatedMechanism | None = None
         if is_mechanism(settings):
-            self._motion = motion_of(robot, settings, rate_hz, joints)
+            self._motion = motion_of(robot, settings, parts * rate_hz, joints)
             self._q, self._v = self._motion.joints
         else:
             self._q, self._v = self._closed_posture(joints, velocities)
         period = 1.0 / rate_hz
-        self._steps = steps_of_period(self._robot, rate_hz)
-        self._step = period / self._steps
+        self._steps = steps_of_period(self._robot, parts * rate_hz)
+        self._step = period / parts / self._steps
         self._drives = TorqueOutput(settings, lost_commands(settings.bus, settings.seed, rate_hz))
         imu = imu if imu is not None else ImuSettings()
         self._imu = Imu(imu, rate_hz, settings.seed, tilt_angle(self._robot, settings.tilt), settings.gyroscope)
@@ -203,7 +205,7 @@ class Plant:
         )
 
     def advance(self, command: tuple[float, float]) -> None:
-        """Hold the torque that results from a command (Nm) and integrate to the next sample.
+        """Hold the torque that results from a command (Nm) and integrate to the next sample, or over a part of one.
 
         Raises:
             PlantDiverged: the motion is too fast for an accurate integration.

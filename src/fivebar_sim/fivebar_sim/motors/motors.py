@@ -104,7 +104,7 @@ class SimulatedMotor:
 
 
 class EmulatedMotors(MovedRobot):
-    """Both motors on the simulated robot, which a pair of commands or the clock moves on by a period.
+    """Both motors on the simulated robot, which a pair of commands moves on by a period, or the clock by its parts.
 
     Without power, and with no hand on it, the robot stays where it comes to rest.
     """
@@ -132,11 +132,17 @@ class EmulatedMotors(MovedRobot):
         self._commanded_at: float | None = None
         self._clock = now
         self._impulses = [0.0, 0.0]
-        """Integrals of both torques (Nm s) over the present period, as far as they have been noted."""
+        """Integrals of both torques (Nm s) over the present part, as far as they have been noted."""
         self._noted_until = [now, now]
+        self._part = 0
         self.before_step: Callable[[float], None] | None = None
         """Called with the time (s) of the robot's state before that is moved on."""
-        super().__init__(file, round(1.0 / self._period), imu)
+        super().__init__(file, round(1.0 / self._period), imu, in_parts=file.pace == "clock")
+
+    @property
+    def _length(self) -> float:
+        """Time (s) by which the robot is moved on at once."""
+        return self._period / self.parts
 
     def go_home(self) -> None:
         """Put the robot into its initial posture, at rest; it keeps its payload.
@@ -148,7 +154,7 @@ class EmulatedMotors(MovedRobot):
         (q11, _, q21, _), _ = self.plant.seen()
         for motor, angle in zip(self.motors, (q11, q21), strict=True):
             motor.place(angle)
-        self._noted = False
+        self._noted, self._part = False, 0
         # friction holds a robot that stands, but that of the simulated one is smoothed, and lets it creep
         self._held, self._pulled = True, False
 
@@ -182,8 +188,9 @@ class EmulatedMotors(MovedRobot):
         motor = self.motors[number]
         found = motor.state
         if self._file.pace != "commands":
+            self._move_to(now)
             found = motor.state_at(self._angle_at(number, now))
-            self._note_torque(number, self._clock, min(now, self._clock + self._period))
+            self._note_torque(number, self._clock, now)
         motor.command(power, torque)
         self._held = self._held and not motor.powered
         self._commanded_at = now
@@ -203,31 +210,36 @@ class EmulatedMotors(MovedRobot):
         if fed and self._file.pace == "commands":
             # the next command, which may be late, moves the robot on
             self._clock = now
+        self._move_to(now)
+
+    def _move_to(self, now: float) -> None:
+        """Move the robot on, to the last part that begins before a time (s)."""
+        length = self._length
         self._clock = max(self._clock, now - LONGEST_CATCH_UP)
-        while self._clock + self._period <= now:
-            self._clock += self._period
+        while self._clock + length <= now:
+            self._clock += length
             self._advance()
 
     def _angle_at(self, number: int, now: float) -> float:
         """Return a joint angle (rad) at a time (s) since the robot was last moved on."""
         angles, speeds = self.plant.seen()
-        passed = 0.0 if self._held else min(max(0.0, now - self._clock), 2.0 * self._period)
+        passed = 0.0 if self._held else max(0.0, now - self._clock)
         return angles[2 * number] + passed * speeds[2 * number]
 
     def _note_torque(self, number: int, begin: float, until: float) -> None:
-        """Note the torque of a motor up to a time (s), within the period that has begun at another."""
+        """Note the torque of a motor up to a time (s), within the part that has begun at another."""
         since = max(self._noted_until[number], begin)
         self._impulses[number] += self.motors[number].joint_torque() * max(0.0, until - since)
         self._noted_until[number] = until
 
     def _torque(self, number: int) -> float:
-        """Return the torque (Nm) at a joint in the next period: by the clock its mean over the one that has passed."""
+        """Return the torque (Nm) at a joint in the next part: by the clock its mean over the one that has passed."""
         if self._file.pace == "commands":
             return self.motors[number].joint_torque()
         # its end is the present time of the clock
-        self._note_torque(number, self._clock - self._period, self._clock)
+        self._note_torque(number, self._clock - self._length, self._clock)
         impulse, self._impulses[number] = self._impulses[number], 0.0
-        return impulse / self._period
+        return impulse / self._length
 
     def measure(self) -> MeasuredRecord:
         """Return what is measured now, which is noted once."""
@@ -240,13 +252,15 @@ class EmulatedMotors(MovedRobot):
         return self.history[-1]
 
     def _advance(self) -> None:
-        """Note what is measured, and move the robot on by one period."""
+        """Note what is measured once a period, and move the robot on by a part of it."""
         self._commanded.clear()
         first, second = self.motors
-        self.measure()
-        self._noted = False
-        if self.before_step is not None:
-            self.before_step(self._clock - self._period)
+        if self._part == 0:
+            self.measure()
+            self._noted = False
+            if self.before_step is not None:
+                self.before_step(self._clock - self._length)
+        self._part = (self._part + 1) % self.parts
         torques = self._torque(0), self._torque(1)
         if self._held:
             return
@@ -255,9 +269,10 @@ class EmulatedMotors(MovedRobot):
         except PlantDiverged:
             first.faulty = second.faulty = True
             return
-        (q11, _, q21, _), _ = self.plant.seen()
-        for motor, angle in zip(self.motors, (q11, q21), strict=True):
-            if math.isfinite(angle):
-                motor.sense(angle)
+        if self._part == 0:
+            (q11, _, q21, _), _ = self.plant.seen()
+            for motor, angle in zip(self.motors, (q11, q21), strict=True):
+                if math.isfinite(angle):
+                    motor.sense(angle)
         if not (self._pulled or first.powered or second.powered):
             self._held = max(map(abs, self.plant.truth().velocity)) < RESTING

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import yaml
 from closed_posture import closed_posture
@@ -242,3 +243,32 @@ def test_by_the_clock_torques_act_when_they_come_and_angles_are_read_when_they_a
     found = robot.command(1, True, 0.0, 0.0071)
     assert found.position == pytest.approx(angles[2] + 0.0011 * speeds[2], abs=1e-5)
     assert abs(0.0011 * speeds[2]) > 2e-5
+
+
+def test_by_the_clock_springs_swing_within_a_sample() -> None:
+    """Angles between two samples are those of a robot whose samples are eight times as close."""
+    motors = {joint: {**facts, "counts_per_revolution": 10_000_000} for joint, facts in MOTORS.items()}
+    content = {
+        "name": "test",
+        "robot": "dextar",
+        "initial_joints": closed_posture(),
+        "motors": motors,
+        "effects": {"transmission": {"frequency": 150.0, "rotor_share": 0.5}},
+    }
+    file = validate(content, MotorsEmulationFile, "test")
+    clocked = EmulatedMotors(file.model_copy(update={"pace": "clock"}), 0.0)
+    finer = EmulatedMotors(file.model_copy(update={"period_us": 250}), 0.0)
+    assert clocked.parts == 8
+    torque, found, expected = 1.0, list[list[float]](), list[list[float]]()
+    for number in range(240):
+        now = 0.00025 * number
+        if number % 8 == 5:
+            torque = -torque
+            # a little later, so that rounding leaves it in this part
+            found.append([clocked.command(motor, True, torque, now + 1e-7).position for motor in range(2)])
+        answers = [finer.command(motor, number >= 5, torque, now) for motor in range(2)]
+        if number % 8 == 5:
+            expected.append([answer.position for answer in answers])
+    swing = np.diff(expected, 2, axis=0)
+    assert np.abs(swing).max() > 1e-3
+    assert np.abs(np.array(found) - expected).max() < 1e-5
