@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
 from bound_laws import bound_law
+from console_scripts import console_scripts
 from forked_node import ForkedNode
 from graph_probe import DROPPED_RESPONSE, RATE_HZ, Bench, Probe, node_modules
 from middle_motion import MiddleMotion
@@ -76,6 +78,16 @@ def test_every_number_has_a_unit_or_a_range(descriptors: dict[str, dict[str, Par
             ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
             assert ranges or "unit: " in descriptor.additional_constraints, name
             assert all(one.from_value < one.to_value for one in ranges), name
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_the_example_of_a_nodes_help_sets_parameters_that_it_has(
+    descriptors: dict[str, dict[str, ParameterDescriptor]], node: str
+) -> None:
+    example = console_scripts()[node].load().example
+    named = re.findall(r"-p (\w+):=", example)
+    assert named
+    assert set(named) <= set(descriptors[node])
 
 
 @pytest.mark.parametrize("scenario", ["middle", "unified_middle", "middle_robot"])

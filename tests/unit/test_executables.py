@@ -96,3 +96,30 @@ def test_a_service_hears_signals_whoever_has_started_it_but_a_hangup_under_nohup
     status, errors, _ = interrupted("emulated_board", place, number, "--no-such-option", **{how: STOP_SIGNALS})
     went_on = how == "ignored" and number == signal.SIGHUP
     assert (status, "--no-such-option" in errors) == ((2, True) if went_on else (0, False))
+
+
+def answer(name: str, *words: str) -> tuple[int, str, str]:
+    """Return exit status, output and errors of an executable with some words."""
+    program = f"import sys; sys.argv = [{name!r}, *{list(words)}]; from {SERVICES[name].module} import {name}; {name}()"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("name", ["supervisor", "node_group", "emulated_board"])
+def test_an_executable_explains_itself(name: str) -> None:
+    status, told, errors = answer(name, "--help")
+    assert (status, errors) == (0, "")
+    program = SERVICES[name].load()
+    assert name in told
+    assert len(told) > 150
+    if program.example is not None:
+        package = SERVICES[name].module.partition(".")[0]
+        assert f"ros2 run {package} {name} --ros-args {program.example}" in told
+
+
+@pytest.mark.parametrize("word", ["-p", "scenario:=middle", "middle"])
+def test_a_node_refuses_words_that_ros_would_ignore(word: str) -> None:
+    status, told, errors = answer("supervisor", word)
+    assert (status, told, errors.count("\n")) == (2, "", 1)
+    assert word in errors
+    assert "ros2 run fivebar_control supervisor --ros-args -p scenario:=middle" in errors

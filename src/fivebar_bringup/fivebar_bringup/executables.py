@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fivebar_description.executable import Executable
 
-bag_recorder = Executable("fivebar_bringup.nodes.bag_recorder")
-scene = Executable("fivebar_bringup.nodes.scene")
+bag_recorder = Executable("fivebar_bringup.nodes.bag_recorder", "-p directory:=bag")
+scene = Executable("fivebar_bringup.nodes.scene", "-p scenario:=middle")
 node_group = Executable("fivebar_bringup.nodes.node_group")
-viewer = Executable("fivebar_bringup.nodes.viewer")
+viewer = Executable("fivebar_bringup.nodes.viewer", "-p port:=8080")

@@ -5,12 +5,30 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from collections.abc import Sequence
 from importlib import import_module
+from itertools import takewhile
 from types import FrameType
 from typing import NamedTuple
 
 from fivebar_description.interrupts import STOP_SIGNALS, service_signals
 from fivebar_description.modules import module_command
+from fivebar_description.ros_environment import BAD_INPUT
+
+ROS_ARGUMENTS = "--ros-args"
+"""What parameters and remappings of a node follow."""
+
+HELP = frozenset({"-h", "--help"})
+"""Words that ask for help."""
+
+NODE_HELP = """{what}
+
+Example: {use}
+
+Parameters are the keys of the scenario, each given as -p NAME:=VALUE. While the node runs, `ros2 param list /{name}`
+lists those that it reads, and `ros2 param describe /{name} NAME` explains one. docs/settings.md has all of them, and
+`fivebar nodes` the topics.
+"""
 
 
 class Executable(NamedTuple):
@@ -18,9 +36,11 @@ class Executable(NamedTuple):
 
     Attributes:
         module: the module that has its `main`.
+        example: parameters in an example of a node's use; None for a program that reads its words itself.
     """
 
     module: str
+    example: str | None = None
 
     @property
     def command(self) -> list[str]:
@@ -37,7 +57,27 @@ class Executable(NamedTuple):
             signal.signal(number, _end)
         # whoever has started this process may have blocked them until here
         signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+        if self.example is not None:
+            self._read_words(self.example)
         import_module(self.module).main()
+
+    def _read_words(self, example: str) -> None:
+        """End the process with help where it is asked for, or with exit status 2 at words that ROS would ignore."""
+        words = words_of(sys.argv)
+        if not words:
+            return
+        package, _, name = self.module.split(".")
+        use = f"ros2 run {package} {name} {ROS_ARGUMENTS} {example}"
+        if not HELP.intersection(words):
+            print(f"{name}: {words[0]!r}: expected parameters after {ROS_ARGUMENTS}: {use}", file=sys.stderr)
+            sys.exit(BAD_INPUT)
+        print(NODE_HELP.format(what=str(import_module(self.module).__doc__).rstrip(), use=use, name=name), end="")
+        sys.exit(0)
+
+
+def words_of(command: Sequence[str]) -> list[str]:
+    """Return the words of a command after its name that are not for ROS."""
+    return list(takewhile(lambda word: word != ROS_ARGUMENTS, command[1:]))
 
 
 def _end(number: int, frame: FrameType | None) -> None:

@@ -1,6 +1,7 @@
 """Runs several nodes of the graph in one process, each under its own name with its own parameters.
 
-node_group fivebar_control.nodes.ctc_controller fivebar_control.nodes.blender --ros-args --params-file nodes.yaml
+Example: ros2 run fivebar_bringup node_group fivebar_control.nodes.ctc_controller fivebar_control.nodes.blender
+--ros-args --params-file nodes.yaml
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
+from fivebar_description.executable import HELP, words_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_nodes
 from fivebar_description.ros_environment import BAD_INPUT
@@ -32,8 +34,10 @@ def node_class(module: str) -> type[GraphNode]:
 
 def main() -> None:
     """Run the nodes whose modules are listed before `--ros-args`."""
-    words = sys.argv[1:]
-    modules = words[: words.index("--ros-args")] if "--ros-args" in words else words
+    modules = words_of(sys.argv)
+    if HELP.intersection(modules):
+        print(__doc__)
+        return
     try:
         if not modules:
             raise InputError("node_group: no node given: expected modules such as fivebar_control.nodes.blender")
