@@ -47,10 +47,11 @@ class Tuning(NamedTuple):
     force_deviation: Annotated[
         float | None,
         Setting(
-            "Standard deviation of an unknown force on the platform that the estimator expects.",
+            "Standard deviation of an unknown force on the platform that the estimator expects; by default what `loads`"
+            " come to.",
             "N",
             at_least=0.0,
-            at_most=1e3,
+            at_most=1e4,
         ),
     ] = None
     misfit_limit: Annotated[

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,8 +14,11 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.safety.stages import Area
+from fivebar_control.scenario.robot_defaults import expected_force
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.file_keys import keys_of, value_at, with_keys
+from fivebar_description.loads import Loads
+from fivebar_description.robot_file import read_robot
 from fivebar_description.scenario_file import KEYS
 from fivebar_description.settings import Declared, Keys, declared
 from fivebar_description.settings import sections as settings_sections
@@ -183,6 +187,21 @@ def test_torques_and_sensors_follow_from_the_robot() -> None:
     assert (bench.estimator, bench.plant.encoder_counts, bench.plant.delay_samples) == ("ekf", 16384, 1)
     assert bench.torque_limit == 0.186
     assert validate(yaml.safe_load(bench.to_yaml()), Scenario, "again") == bench
+
+
+def test_the_estimator_expects_the_force_that_the_loads_of_the_robot_come_to(tmp_path: Path) -> None:
+    file = read_robot("dextar")
+    robot = file.five_bar()
+    lasting = robot.mass * 9.80665 * math.sin(0.07) + 0.01 * 4.0 / robot.leg1.distal
+    assert expected_force(robot, Loads(tilt=0.07, passive=0.01)) == pytest.approx(lasting, rel=1e-4)
+    assert expected_force(robot, Loads(tilt=0.07, passive=0.01, push=2.0)) == 2.0 > lasting
+    loads = {"tilt": 0.07, "push": 2.0, "passive": 0.01}
+    for tuning, force in (({}, 2.0), ({"force_deviation": 0.5}, 0.5)):
+        content = {**file.model_dump(mode="json", exclude_none=True), "loads": loads, "tuning": tuning}
+        heavy = tmp_path / "heavy.yaml"
+        heavy.write_text(yaml.safe_dump(content), encoding="utf-8")
+        assert scenario(robot=str(heavy)).ekf == EkfSettings(force_deviation=force)
+        assert scenario(robot=str(heavy), ekf={"force_deviation": 0.0}).ekf == EkfSettings()
 
 
 @pytest.mark.parametrize("controller", ["mpc", "lqr"])

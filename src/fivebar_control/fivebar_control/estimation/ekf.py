@@ -170,10 +170,11 @@ class EkfSettings(NamedTuple):
     force_deviation: Annotated[
         float,
         Setting(
-            "Standard deviation of each component of an unknown force on the platform, 0 for none.",
+            "Standard deviation of each component of an unknown force on the platform, 0 for none. By default what the"
+            " loads of the robot's file come to.",
             "N",
             at_least=0.0,
-            at_most=1e3,
+            at_most=1e4,
         ),
     ] = 0.0
     force_time: Annotated[

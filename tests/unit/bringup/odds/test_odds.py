@@ -18,14 +18,17 @@ from fivebar_bringup.odds import choice
 from fivebar_bringup.odds.choice import likeliest
 from fivebar_bringup.odds.declared import declared_odds
 from fivebar_bringup.odds.drawn_robots import ASSUMED, declared_errors, has_odds, with_drawn_robot
+from fivebar_bringup.odds.misfit_limits import sound_maxima
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import reliefs
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, NORMAL, UNIFORM, RobotErrors
 from fivebar_bringup.odds.trials import ROBOTS, Trials, odds_of, trials_of
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.trajectory.planner import PlanRefused
-from fivebar_description.robot_file import robot_path
+from fivebar_description.robot_file import read_robot, robot_path
+from fivebar_description.strict_yaml import validate, yaml_text
 
 LOADS = {"tilt": 0.02, "push": 2.0, "push_length": 0.05, "passive": 0.005}
 
@@ -103,6 +106,27 @@ def test_bounds_are_those_that_the_scenario_declares() -> None:
     assert has_odds(known)
     assert not has_odds(slow(loads={}))
     assert not has_odds(slow(plant={"engine": "mujoco"}))
+
+
+def test_a_sound_robot_that_bears_the_heavy_loads_of_its_file_keeps_the_limits_of_the_watch(tmp_path: Path) -> None:
+    """The estimator expects the force that they come to; without it the innovations are beyond the limit of 50."""
+    loads = {"tilt": 0.07, "push": 2.0, "passive": 0.01}
+    file = tmp_path / "heavy.yaml"
+    file.write_text(
+        yaml_text({**read_robot("dextar").model_dump(mode="json", exclude_none=True), "loads": loads}), encoding="utf-8"
+    )
+    given = load_scenario("gyro_middle").model_dump()
+    plant = {name: given["plant"][name] for name in ("torque_quantum", "encoder_counts", "delay_samples")}
+    del given["ekf"], given["loads"]
+    worst = []
+    for force in ({}, {"force_deviation": 0.0}):
+        ekf = {"gyro": True, "disturbance_rate": 0.1, **force}
+        heavy = validate({**given, "robot": str(file), "plant": plant, "ekf": ekf}, Scenario, "heavy")
+        assert heavy.to_bear().push == 2.0
+        worst.append([one.misfit_limit for one in sound_maxima(heavy, declared_errors(heavy), 77, (7, 11, 23))])
+    expected, unexpected = worst
+    assert len(expected) == len(unexpected) == 3
+    assert max(expected) < 2.0 < 50.0 < min(unexpected)
 
 
 def test_the_odds_follow_the_errors() -> None:

@@ -18,6 +18,7 @@ from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.robot_sizes import ELASTIC_DISTURBANCE_RATE, bandwidth_of, size_ratio, torque_ratio
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.scenario.robot_defaults import expected_force
 from fivebar_description.camera import CameraSettings
 from fivebar_description.errors import InputError
 from fivebar_description.imu import ImuSettings
@@ -294,7 +295,7 @@ def derived_tuning(file: RobotFile) -> dict[str, float]:
         "bandwidth": round(bandwidth, 1),
         "acceleration_noise": ELASTIC_NOISE if elastic else EkfSettings().acceleration_noise,
         "disturbance_rate": _rounded((ELASTIC_DISTURBANCE_RATE if elastic else RIGID_DISTURBANCE_RATE) * ratio),
-        "force_deviation": loads_or_assumed(file).push,
+        "force_deviation": _rounded(expected_force(file.five_bar(), loads_or_assumed(file))),
     }
     if elastic:
         found["play"] = _rounded(ELASTIC_PLAY + PER_BACKLASH * file.transmission.backlash)
