@@ -68,7 +68,8 @@ def sweep(
 @contextmanager
 def _executor(given: Any) -> Iterator[Executor]:
     if given is None or isinstance(given, int):
-        yield LocalProcesses(given or 1)
+        with LocalProcesses(given or 1) as processes:
+            yield processes
         return
     # here, because Dask is an extra
     from fivebar_bringup.studies.engine.cluster import cluster_like

@@ -48,14 +48,14 @@ def results(
     """
     from fivebar_bringup.studies.engine.chunks import defined
     from fivebar_bringup.studies.engine.executor import executor_of
-    from fivebar_bringup.studies.results.catalogue import PAGES, RUNS
+    from fivebar_bringup.studies.results.catalogue import PAGES, RUNS, whole_sample
     from fivebar_bringup.studies.results.making import ResultFiles, make_results
 
     with input_errors(), keyboard_interrupts():
         of_study = {name: defined(run.study).name for name, run in RUNS.items()}
         wanted = {*RUNS} if only is None else {*chosen("--only", only, (*RUNS, *dict.fromkeys(of_study.values())))}
         runs = [run for name, run in RUNS.items() if not wanted.isdisjoint((name, of_study[name]))]
-        files = ResultFiles(out, PAGES)
+        files = ResultFiles(out, PAGES, whole_sample)
         if draw:
             written = files.write(PAGES)
         else:

@@ -20,7 +20,7 @@ from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettin
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
 from fivebar_bringup.studies.results import comparison, crossing, faults, laws, odds, rigs
-from fivebar_bringup.studies.results.catalogue import PAGES, RUNS
+from fivebar_bringup.studies.results.catalogue import PAGES, RUNS, whole_sample
 from fivebar_bringup.studies.results.making import ResultFiles, make_results
 from fivebar_bringup.studies.results.page import MadeRun, ResultPage, StudyRun, TextTable
 from fivebar_bringup.studies.robustness.effects import EFFECTS
@@ -36,7 +36,7 @@ RESULTS = HOME / "docs" / "results"
 
 @pytest.fixture(scope="module")
 def kept() -> ResultFiles:
-    return ResultFiles(RESULTS, PAGES)
+    return ResultFiles(RESULTS, PAGES, whole_sample)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -65,6 +65,13 @@ def test_a_page_names_what_copied_rows_do_not_have(kept: ResultFiles) -> None:
     said = page.partition("**Copied, not made by `fivebar results`:** ")[2]
     assert said.startswith("the rows of `good` are those of earlier pages")
     assert "are empty: `unlikely`." in said
+
+
+def test_a_page_says_by_how_much_its_samples_are_smaller_than_the_whole_ones(kept: ResultFiles) -> None:
+    made, rows = kept.made["middling"], [row for row in kept.rows["odds"] if row.run == "middling"]
+    page = odds.ODDS.markdown(rows, [made._replace(sample=30)], {"middling": 1000})
+    assert "\n**Smaller samples than the whole ones:** `middling` 30 of 1000. " in page
+    assert "Smaller samples" not in odds.ODDS.markdown(rows, [made._replace(sample=1000)], {"middling": 1000})
 
 
 COMMANDS = {"sensor_faults": "robustness --rig"}

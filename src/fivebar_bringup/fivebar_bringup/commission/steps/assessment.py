@@ -64,7 +64,8 @@ def _assessed(session: Session) -> tuple[str, dict[str, object], tuple[str, ...]
 
     given = {"robot": str(session.robot_path), **QUICK}
     try:
-        made = run_study(STUDY, given, session.new_folder("assess"), LocalProcesses(os.cpu_count() or 1))
+        with LocalProcesses(os.cpu_count() or 1) as processes:
+            made = run_study(STUDY, given, session.new_folder("assess"), processes)
     except InputError as error:
         return f"its other crossings cannot be assessed: {error}", {}, ()
     law = AssessSettings().controllers[0]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Any, Protocol
 
 from fivebar_bringup.studies.engine.chunks import Chunk, run_chunk
-from fivebar_bringup.studies.engine.local import stream
+from fivebar_bringup.studies.engine.local import KeptProcesses
 
 
 class Executor(Protocol):
@@ -22,14 +22,24 @@ class Executor(Protocol):
         """
 
 
-class LocalProcesses(NamedTuple):
-    """Processes of this machine; fewer than two do everything in this one."""
+class LocalProcesses:
+    """Processes of this machine, kept until it is left; fewer than two do everything in this one."""
 
-    workers: int
+    def __init__(self, workers: int) -> None:
+        """Start with none: they come with the first chunks."""
+        self._processes = KeptProcesses(workers)
+
+    def __enter__(self) -> LocalProcesses:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        """End the processes."""
+        self._processes.__exit__(*error)
 
     def stream(self, chunks: Iterable[Chunk]) -> Generator[str, None, None]:
         """Yield the rows of chunks as lines, in order of completion."""
-        return stream(run_chunk, chunks, self.workers)
+        return self._processes.stream(run_chunk, chunks)
 
 
 @contextmanager
@@ -47,7 +57,8 @@ def executor_of(
         InputError: there is no such cluster, or Dask is not installed.
     """
     if scheduler is None and scheduler_file is None:
-        yield LocalProcesses(workers)
+        with LocalProcesses(workers) as processes:
+            yield processes
         return
     # here, because Dask is an extra
     from fivebar_bringup.studies.engine.cluster import cluster_of

@@ -6,13 +6,14 @@ import gc
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, as_completed, wait
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from itertools import islice
 from multiprocessing import connection
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.stages import stage
@@ -53,31 +54,57 @@ def share(
         return [future.result() for future in futures]
 
 
-def stream(function: Callable[[Input], Output], tasks: Iterable[Input], workers: int) -> Generator[Output, None, None]:
-    """Yield the results of a function on tasks in order of completion; tasks are drawn only as processes become free.
+class KeptProcesses:
+    """Processes that go from one list of tasks to the next, with what they have loaded and compiled."""
 
-    The tasks may be endless: closing the iterator cancels what is still running.
+    def __init__(self, workers: int) -> None:
+        """Start with none: they come with the first tasks; fewer than two do everything in this process."""
+        self.workers = workers
+        self._kept: AbstractContextManager[ProcessPoolExecutor] | None = None
+        self._pool: ProcessPoolExecutor | None = None
 
-    Args:
-        function: a module's own function; with several workers it and the tasks have to be picklable.
-        tasks: begun in this order.
-        workers: processes to use; fewer than two do everything in this one.
-    """
-    if workers < 2:
-        yield from map(function, tasks)
-        return
-    yield from _told(_streamed(function, iter(tasks), workers))
+    def __enter__(self) -> KeptProcesses:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        """End the processes."""
+        kept, self._kept, self._pool = self._kept, None, None
+        if kept is not None:
+            kept.__exit__(*error)
+
+    def stream(self, function: Callable[[Input], Output], tasks: Iterable[Input]) -> Generator[Output, None, None]:
+        """Yield the results of a function on tasks in order of completion; tasks are drawn as processes become free.
+
+        The tasks may be endless: closing the iterator cancels what is still running, and ends the processes.
+
+        Args:
+            function: a module's own function; with several workers it and the tasks have to be picklable.
+            tasks: begun in this order.
+        """
+        if self.workers < 2:
+            yield from map(function, tasks)
+            return
+        if self._pool is None:
+            self._kept = _pool(self.workers)
+            self._pool = self._kept.__enter__()
+        try:
+            yield from _told(_streamed(function, iter(tasks), self.workers, self._pool))
+        except BaseException:
+            self.__exit__(*sys.exc_info())
+            raise
 
 
-def _streamed(function: Callable[[Input], Output], coming: Iterator[Input], workers: int) -> Iterator[Output]:
-    with _pool(workers) as pool:
-        # one more each, so that no process waits for its next task
-        under_way: set[Future[Output]] = {_submit(pool, function, task) for task in islice(coming, 2 * workers)}
-        while under_way:
-            finished, under_way = wait(under_way, return_when=FIRST_COMPLETED)
-            under_way |= {_submit(pool, function, task) for task in islice(coming, len(finished))}
-            for future in finished:
-                yield future.result()
+def _streamed(
+    function: Callable[[Input], Output], coming: Iterator[Input], workers: int, pool: ProcessPoolExecutor
+) -> Iterator[Output]:
+    # one more each, so that no process waits for its next task
+    under_way: set[Future[Output]] = {_submit(pool, function, task) for task in islice(coming, 2 * workers)}
+    while under_way:
+        finished, under_way = wait(under_way, return_when=FIRST_COMPLETED)
+        under_way |= {_submit(pool, function, task) for task in islice(coming, len(finished))}
+        for future in finished:
+            yield future.result()
 
 
 def _told(results: Iterator[Output]) -> Iterator[Output]:

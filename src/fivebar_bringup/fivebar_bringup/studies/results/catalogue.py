@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from fivebar_bringup.studies.engine.chunks import defined
 from fivebar_bringup.studies.results import comparison, crossing, exact, faults, laws, odds, rigs, sensors, thesis
 from fivebar_bringup.studies.results.page import ResultPage, StudyRun
 
@@ -13,6 +14,13 @@ RUNS: dict[str, StudyRun] = {
     for run in module.RUNS
 }
 """The runs by name, in the order in which they are made."""
+
+
+def whole_sample(name: str) -> int:
+    """Return how large the whole sample of a run is."""
+    study = defined(RUNS[name].study)
+    return study.needed(study.settings_with(RUNS[name].given(quick=False)))
+
 
 PAGES: tuple[ResultPage[Any], ...] = (
     rigs.RIGS,

@@ -16,7 +16,7 @@ from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 from fivebar_bringup.studies.single.crossing_gain import MODE, PAIR, GainRow
 from fivebar_bringup.studies.single.crossing_gain import ROBOT as ALL_MODES
 
-RUNS = (StudyRun("crossing_gain", "fivebar_bringup.studies.single.crossing_gain:CROSSING_GAIN", {}, {"pairs": 10}),)
+RUNS = (StudyRun("crossing_gain", "fivebar_bringup.studies.single.crossing_gain:CROSSING_GAIN", {}, {"pairs": 6}),)
 
 
 class CrossingRow(NamedTuple):

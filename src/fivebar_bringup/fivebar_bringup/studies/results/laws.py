@@ -22,7 +22,7 @@ BENCHMARK = "fivebar_bringup.studies.benchmark.study:BENCHMARK"
 RIGS = ("ideal", "calibrated", "good", "middling")
 
 RUNS = tuple(
-    StudyRun(f"benchmark_{rig}", BENCHMARK, {"rigs": (rig,), "cases": CROSSINGS}, {"cases": 20}) for rig in RIGS
+    StudyRun(f"benchmark_{rig}", BENCHMARK, {"rigs": (rig,), "cases": CROSSINGS}, {"cases": 12}) for rig in RIGS
 )
 
 
@@ -134,7 +134,7 @@ def _figure(rows: Sequence[LawRow]) -> Figure:
 LAWS = ResultPage(
     name="laws",
     title="Which law?",
-    question="how many of 1000 fixed crossings does each law make, on exact robots and on robots with errors?",
+    question="how many of the benchmark's crossings does each law make, on exact robots and on robots with errors?",
     runs=tuple(run.name for run in RUNS),
     table=RowTable(LawRow),
     rows=law_rows,

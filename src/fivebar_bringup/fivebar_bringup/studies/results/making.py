@@ -27,13 +27,15 @@ MADE_FILE = "made.csv"
 class ResultFiles:
     """The folder of the pages and their data."""
 
-    def __init__(self, folder: Path, pages: Sequence[ResultPage[Any]]) -> None:
-        """Read what is there.
+    def __init__(
+        self, folder: Path, pages: Sequence[ResultPage[Any]], whole_sample: Callable[[str], int] = lambda run: 0
+    ) -> None:
+        """Read what is there; `whole_sample` returns how large the whole sample of a run is.
 
         Raises:
             InputError: the folder cannot be made, or a file in it is none of the pages' data.
         """
-        self.folder, self.pages = folder, pages
+        self.folder, self.pages, self._whole_sample = folder, pages, whole_sample
         with write_errors(folder):
             folder.mkdir(parents=True, exist_ok=True)
         self.read()
@@ -100,7 +102,8 @@ class ResultFiles:
     def markdown(self, page: ResultPage[Any]) -> str:
         """Return the page of the rows that are there."""
         made = [self.made[run] for run in page.runs if run in self.made]
-        return page.markdown(self.rows[page.name], made)
+        whole = {one.run: self._whole_sample(one.run) for one in made}
+        return page.markdown(self.rows[page.name], made, whole)
 
 
 def _read(table: RowTable[Any], path: Path) -> list[Any]:

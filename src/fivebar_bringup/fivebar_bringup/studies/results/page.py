@@ -18,6 +18,10 @@ JUDGED_IN_TIME = (
 """What a page does not show whose runs are judged by their distance from the timed reference."""
 
 
+NO_RUNS: Mapping[str, int] = {}
+"""Sizes of the whole samples of runs, where none are known."""
+
+
 class TextTable(NamedTuple):
     """A table as a person reads it: columns, and rows of as many entries."""
 
@@ -105,8 +109,8 @@ class ResultPage(Generic[Row]):
     words: str
     limits: tuple[str, ...]
 
-    def markdown(self, rows: Sequence[Row], made: Sequence[MadeRun]) -> str:
-        """Return the page of rows, and of what is known of the runs that they come from."""
+    def markdown(self, rows: Sequence[Row], made: Sequence[MadeRun], whole: Mapping[str, int] = NO_RUNS) -> str:
+        """Return the page of rows, of what is known of the runs that they come from, and of their whole samples."""
         limits = "\n".join(f"* {limit}" for limit in self.limits)
         runs = [
             (one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version or "–", one.program or "–")
@@ -118,7 +122,7 @@ class ResultPage(Generic[Row]):
 **Question:** {self.question}
 
 {self.answer(rows)}
-
+{_small(made, whole)}
 ![{self.caption}]({self.name}.svg)
 
 {self.caption}
@@ -153,4 +157,14 @@ the version of the last one; `program` is a digest of the code that decides the 
 **Copied, not made by `fivebar results`:** the rows of {names} are those of earlier pages of this project, with errors
 rounded as they were there.{left_out} Command and date are those of the study that had made them. The version of its
 code was not kept; the code of today may choose other durations and find other numbers.
+"""
+
+
+def _small(made: Sequence[MadeRun], whole: Mapping[str, int]) -> str:
+    """Return what is to be said of samples that are smaller than the whole ones, nothing where there are none."""
+    small = [f"`{one.run}` {one.sample} of {whole[one.run]}" for one in made if one.sample < whole.get(one.run, 0)]
+    if not small:
+        return ""
+    return f"""
+**Smaller samples than the whole ones:** {", ".join(small)}. Rare failures and small differences do not show in so few.
 """

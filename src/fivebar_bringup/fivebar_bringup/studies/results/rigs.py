@@ -30,11 +30,11 @@ def _swept(rig: str, seed: int, cases: int, quick: int) -> StudyRun:
 
 
 RUNS = (
-    _swept("calibrated", 747474, 5000, 40),
-    _swept("good", 747474, 5000, 40),
-    _swept("middling", 515253, 1000, 30),
-    _swept("printed_calibrated", 929292, 2000, 20),
-    _swept("printed", 424242, 500, 10),
+    _swept("calibrated", 747474, 5000, 20),
+    _swept("good", 747474, 5000, 20),
+    _swept("middling", 515253, 1000, 20),
+    _swept("printed_calibrated", 929292, 2000, 10),
+    _swept("printed", 424242, 500, 6),
 )
 """Seeds are others than those on which settings were chosen."""
 

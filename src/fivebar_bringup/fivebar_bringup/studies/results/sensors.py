@@ -22,7 +22,7 @@ STUDY = "fivebar_bringup.studies.sensor_faults.sensor_faults:SENSOR_FAULTS"
 
 def _faulted(rig: str, cases: int) -> StudyRun:
     whole = {"rig": rig, "seed": 404140, "cases": cases}
-    return StudyRun(f"sensors_{rig}", STUDY, whole, {"cases": 12, "robots": 4, "faulty": 1})
+    return StudyRun(f"sensors_{rig}", STUDY, whole, {"cases": 8})
 
 
 RUNS = (_faulted("calibrated", 80), _faulted("good", 80), _faulted("middling", 170))
