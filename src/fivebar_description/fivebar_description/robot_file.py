@@ -9,7 +9,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, model_validator
 
 from fivebar_description.camera import CameraSettings
-from fivebar_description.file_format import NEWEST, Format, read_versioned
+from fivebar_description.file_format import NEWEST, Format, parse_versioned, read_versioned
 from fivebar_description.forbidden import MOST, ForbiddenPosture
 from fivebar_description.forces import NO_FORCES, Forces
 from fivebar_description.imu import ImuSettings
@@ -29,8 +29,9 @@ from fivebar_description.physical_bounds import (
     Torque,
 )
 from fivebar_description.settings import Section
-from fivebar_description.share import share_file, yaml_path
+from fivebar_description.share import is_yaml_path, share_file, yaml_path
 from fivebar_description.strict_yaml import StrictModel
+from fivebar_description.text_file import read_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.transmission import RIGID, Transmission
 from fivebar_description.tuning import NO_TUNING, Tuning
@@ -357,14 +358,19 @@ def read_robot(robot: str = "dextar") -> RobotFile:
     Raises:
         InputError: the file is missing or does not describe a five-bar.
     """
-    path = robot_path(robot)
-    return read_versioned(path, RobotFile) if path == Path(robot) else _read_shipped(path)
+    return _read_text(read_text(Path(robot)), robot) if is_yaml_path(robot) else _read_shipped(robot)
 
 
 @functools.cache
-def _read_shipped(path: Path) -> RobotFile:
+def _read_shipped(robot: str) -> RobotFile:
     """Read a file of this package, which does not change: once, since a run asks for its robot again and again."""
-    return read_versioned(path, RobotFile)
+    return read_versioned(robot_path(robot), RobotFile)
+
+
+@functools.lru_cache(maxsize=16)
+def _read_text(text: str, source: str) -> RobotFile:
+    """Read the text of a file of a user, which may change: each text once."""
+    return parse_versioned(text, source, RobotFile)
 
 
 def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
 from fivebar_bringup.odds.robot_errors import RobotErrors, drawn_effects, drawn_gyro_bias, drawn_scales
 from fivebar_bringup.scenario import Scenario
@@ -13,6 +14,9 @@ from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.links import with_modelled_geometry
 from fivebar_sim.effects.loads import Push, Tilt
 from fivebar_sim.effects.settings import PINOCCHIO, PlantSettings
+
+SECTIONS = sections(PlantSettings)
+"""Sections of the settings of a simulated robot."""
 
 ASSUMED = RobotErrors(mass_and_inertia=0.05, coulomb_friction=0.15, torque_constant=0.05, gyro_bias=0.02)
 """Bounds of what a robot file declares no tolerance of."""
@@ -64,14 +68,17 @@ def with_drawn_robot(scenario: S, errors: RobotErrors, seed: int, number: int, c
     friction = common.friction
     plant = common._replace(
         **drawn_scales(errors, seed, number)._asdict(),
-        seed=drawn["seed"],
         friction=friction._replace(passive=max(friction.passive, scenario.to_bear().passive)),
     )
-    plant = plant._replace(
-        **{name: getattr(plant, name)._replace(**drawn[name]) for name in sections(PlantSettings) if name in drawn}
-    )
+    plant = with_sections(plant, drawn)
     imu = scenario.imu._replace(gyro_bias=drawn_gyro_bias(errors, seed, number))
     return scenario.model_copy(update={"plant": plant, "imu": imu})
+
+
+def with_sections(plant: PlantSettings, drawn: Mapping[str, Any]) -> PlantSettings:
+    """Return the settings of a simulated robot with what `drawn_effects` has drawn."""
+    changed = {name: getattr(plant, name)._replace(**drawn[name]) for name in SECTIONS if name in drawn}
+    return plant._replace(seed=drawn["seed"], **changed)
 
 
 def as_modelled(plant: PlantSettings) -> PlantSettings:

@@ -9,11 +9,20 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.robot_errors import NO_ERRORS, Scales, drawn_effects, drawn_gyro_bias, drawn_scales
+from fivebar_bringup.odds.drawn_robots import with_sections
+from fivebar_bringup.odds.robot_errors import (
+    NO_ERRORS,
+    RobotErrors,
+    Scales,
+    drawn_effects,
+    drawn_gyro_bias,
+    drawn_scales,
+)
 from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.rigs.proportion import in_proportion
+from fivebar_bringup.studies.rigs.rig import Rig
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
@@ -167,10 +176,6 @@ class Draw(NamedTuple):
             return size_ratio(_robot(self.robot))
         return 1.0 if self.rig == VARIED else tolerance_of(self.rig) / PEAK_LIMIT
 
-    def motion(self) -> DrawnScenario:
-        """Return a scenario with the case's motion, without the effects of its robot, which follow from the motion."""
-        return self.with_effects(PLANNED_FOR, {})
-
     def with_effects(self, controller: str, effects: Mapping[str, Any]) -> DrawnScenario:
         """Return the scenario for a controller and a robot with effects, which are keys of the section `plant`."""
         content = self._varied(controller) if self.rig == VARIED else self._on_its_rig(controller, effects)
@@ -180,10 +185,17 @@ class Draw(NamedTuple):
             "controller": controller,
             "working_mode": (self.mode1, self.mode2),
             "waypoints": ((self.start_x, self.start_y), (self.end_x, self.end_y)),
-            "segment_duration": self.duration,
-            "time_law": self.time_law,
+            **self._timing(),
         }
         return validate(content, DrawnScenario, f"case {self.number}")
+
+    def timed_as_this(self, scenario: DrawnScenario) -> DrawnScenario:
+        """Return the scenario of another timing of this case with that of this one."""
+        return scenario.model_copy(update=self._timing())
+
+    def _timing(self) -> dict[str, Any]:
+        """Return the keys of a scenario in which the timings of a case differ."""
+        return {"segment_duration": self.duration, "time_law": self.time_law}
 
     def _varied(self, controller: str) -> dict[str, Any]:
         """Return the content of a scenario with a robot whose encoders and delay vary."""
@@ -269,21 +281,46 @@ def plan_of(case: Draw) -> Plan:
     Raises:
         InputError: the planner refuses the motion.
     """
-    return case.motion().plan()
+    # the effects of its robot follow from the motion, not the motion from them
+    return case.timed_as_this(_as_drawn(_untimed(case), PLANNED_FOR)).plan()
 
 
 @lru_cache(maxsize=16)
 def _scenario_of(case: Draw, controller: str) -> DrawnScenario:
     """Return a case's scenario, for which its screen, its run and its row ask one after the other."""
-    return case.with_effects(controller, _effects(case))
-
-
-def _effects(case: Draw) -> Mapping[str, Any]:
-    """Return the effects of a case's robot, as keys of the section `plant`."""
-    errors = NO_ERRORS if case.rig == VARIED else find_rig(case.rig).errors
+    scenario = case.timed_as_this(_as_drawn(_untimed(case), controller))
+    errors = _errors_of(case)
     if errors == NO_ERRORS:
-        return {}
-    return drawn_effects(errors, case.seed, case.number, plan_of(case).crossings[0].time)
+        return scenario
+    drawn = drawn_effects(errors, case.seed, case.number, plan_of(case).crossings[0].time)
+    return scenario.model_copy(update={"plant": with_sections(scenario.plant, _left_open(drawn, find_rig(case.rig)))})
+
+
+def _left_open(drawn: Mapping[str, Any], rig: Rig) -> dict[str, Any]:
+    """Return the seed and the sections of effects that were drawn, without what all robots of a rig have in common."""
+    common = {"seed": rig.plant.get("seed", drawn["seed"])}
+    sections = {name: keys for name, keys in drawn.items() if name not in common}
+    for name, keys in sections.items():
+        common[name] = {key: value for key, value in keys.items() if key not in rig.plant.get(name, {})}
+    return common
+
+
+def _untimed(case: Draw) -> Draw:
+    """Return what all timings of a case have in common."""
+    return case._replace(duration=1.0, drawn_duration=None, time_law=QUINTIC)
+
+
+@lru_cache(maxsize=16)
+def _as_drawn(case: Draw, controller: str) -> DrawnScenario:
+    """Return the scenario of a case, checked, with the effects of its robot as if it crossed at once."""
+    errors = _errors_of(case)
+    effects = {} if errors == NO_ERRORS else drawn_effects(errors, case.seed, case.number, 0.0)
+    return case.with_effects(controller, effects)
+
+
+def _errors_of(case: Draw) -> RobotErrors:
+    """Return the bounds of the errors that a case's robot has."""
+    return NO_ERRORS if case.rig == VARIED else find_rig(case.rig).errors
 
 
 def with_own_law(content: dict[str, Any], robot: str) -> dict[str, Any]:
