@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 LONG = 24
@@ -51,3 +52,23 @@ class Table(NamedTuple):
         """Return the table as plain values."""
         rows = [dict(zip(self.columns, (cell.value for cell in row), strict=True)) for row in self.rows]
         return {"name": self.name, "title": self.title, "rows": rows}
+
+
+Entry = Cell | str | int
+"""An entry of a table: a text, and a number of things, stand for themselves."""
+
+Line = Sequence[Entry]
+"""A row of a table."""
+
+
+def table(
+    name: str,
+    title: str,
+    note: str,
+    columns: Iterable[str],
+    rows: Iterable[Line],
+    folded: bool = False,
+) -> Table:
+    """Return a table of entries."""
+    cells = (tuple(one if isinstance(one, Cell) else Cell(str(one), one) for one in row) for row in rows)
+    return Table(name, title, note, tuple(columns), tuple(cells), folded)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.content import Cell, Line, Table, table
 from fivebar_bringup.studies.assess.reach import RobotReach
 from fivebar_bringup.studies.assess.statistics import Change, Expected, Success
 from fivebar_bringup.studies.rigs.declared import Assumption
@@ -15,6 +15,10 @@ from fivebar_description.rounding import in_millimetres
 
 def _percent(value: float) -> Cell:
     return Cell(f"{100.0 * value:.1f} %", value)
+
+
+def _error(value: float) -> Cell:
+    return Cell(in_millimetres(value), value)
 
 
 def reach_table(reach: RobotReach) -> Table:
@@ -42,17 +46,11 @@ def reach_table(reach: RobotReach) -> Table:
 
 def expected_table(found: Sequence[Expected]) -> Table:
     """Return what to expect of each controller."""
-    rows = tuple(
-        (
-            Cell(one.controller, one.controller),
-            Cell(str(one.success), one.success.share),
-            Cell(in_millimetres(one.median), one.median),
-            Cell(in_millimetres(one.most), one.most),
-            Cell(in_millimetres(one.estimate), one.estimate),
-        )
+    rows: Iterator[Line] = (
+        (one.controller, Cell(str(one.success), one.success.share), *map(_error, (one.median, one.most, one.estimate)))
         for one in found
     )
-    return Table(
+    return table(
         "expected",
         "What to expect of crossings that the planner accepts",
         "Random crossings as of `fivebar sweep --robot`. Success with its interval for 95 %; median and 95 % of the"
@@ -64,43 +62,42 @@ def expected_table(found: Sequence[Expected]) -> Table:
 
 def changes_table(name: str, title: str, note: str, found: Sequence[Change]) -> Table:
     """Return what each change brings, ranked."""
-    rows = tuple(
+    rows = (
         (
             Cell(one.words, one.variant),
-            Cell(one.remedy, one.remedy),
+            one.remedy,
             _percent(one.success.share),
             Cell(f"{100.0 * one.gain:+.1f} ± {100.0 * one.spread:.1f}", one.gain, True if one.sure else None),
-            Cell(in_millimetres(one.error), one.error),
+            _error(one.error),
             Cell(f"{one.ratio:.2f}", one.ratio),
         )
         for one in found
     )
-    return Table(name, title, note, ("robot", "by", "success", "points", "error, median", "of declared"), rows)
+    return table(name, title, note, ("robot", "by", "success", "points", "error, median", "of declared"), rows)
 
 
 def typical_table(found: dict[str, tuple[Success | None, float, str]]) -> Table:
     """Return how likely typical motions are to succeed."""
-    rows = []
+    rows: list[Line] = []
     for name, (success, duration, reason) in found.items():
         made = Cell("refused", None, False) if success is None else Cell(str(success), success.share, True)
         took = Cell("", None) if math.isnan(duration) else Cell(f"{duration:.2f} s", duration)
-        rows.append((Cell(name, name), made, took, Cell(reason, reason)))
-    return Table(
+        rows.append((name, made, took, reason))
+    return table(
         "typical",
         "Typical motions from where it rests",
         "Planned as `fivebar goto` does: in the duration with the best odds; refused where these are too low.",
         ("motion", "success", "duration", "why not"),
-        tuple(rows),
+        rows,
     )
 
 
 def assumptions_table(found: Sequence[Assumption]) -> Table:
     """Return what was assumed."""
-    rows = tuple((Cell(one.key, one.key), Cell(one.words, one.words)) for one in found)
-    return Table(
+    return table(
         "assumed",
         "What was assumed",
         "What the robot's file does not declare. Declare it, and the figures are those of your robot.",
         ("key of the file", "assumed"),
-        rows,
+        ((one.key, one.words) for one in found),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.content import Cell, Line, Table, table
 from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.studies.benchmark.crossings import crossing_of
 from fivebar_bringup.studies.benchmark.running import BenchmarkSettings, run_numbered
@@ -17,22 +17,22 @@ from fivebar_description.rounding import in_millimetres
 
 def scores_table(found: Sequence[Score], rules: str) -> Table:
     """Return the scores by rules, those of a rig and a controller a row."""
-    rows = []
+    rows: list[Line] = []
     for one in found:
         low, high = 100.0 * one.interval.low, 100.0 * one.interval.high
         rows.append(
             (
-                Cell(one.rig, one.rig),
-                Cell(one.controller, one.controller),
+                one.rig,
+                one.controller,
                 Cell(f"{one.successes}/{one.crossings}", one.successes),
                 Cell(f"{low:.1f}-{high:.1f}", [one.interval.low, one.interval.high]),
                 *(Cell(in_millimetres(error).removesuffix(" mm"), error) for error in (one.error_median, one.error_95)),
                 Cell(f"{one.torque_median:.2f}", one.torque_median),
-                Cell(str(one.stopped), one.stopped),
+                one.stopped,
             )
         )
     columns = ("rig", "controller", "success", "95 %", "error, mm", "error of 95 %, mm", "Nm", "stopped")
-    return Table("scores", "Scores", rules, columns, tuple(rows))
+    return table("scores", "Scores", rules, columns, rows)
 
 
 def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> StudyReport:
@@ -40,15 +40,15 @@ def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> 
     crossings = [crossing_of(settings.make, number) for number in range(settings.cases)]
     limits = settings.limits
     found = scores(results, crossings, limits)
-    table = scores_table(found, limits.rules)
+    shown = scores_table(found, limits.rules)
     lines = [one._asdict() | {"interval": one.interval._asdict()} for one in found]
     page = study_page(
         title="Benchmark",
         setting=f"{settings.cases} crossings, {len(results)} runs, all simulated",
         command=command_of(settings),
-        tables=[table],
+        tables=[shown],
     )
-    return StudyReport(page, {"rules": limits.rules, "scores": lines}, [], table)
+    return StudyReport(page, {"rules": limits.rules, "scores": lines}, [], shown)
 
 
 def command_of(settings: BenchmarkSettings) -> str:

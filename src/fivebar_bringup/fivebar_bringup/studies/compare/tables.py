@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
-from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.content import Cell, Entry, Table, table
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.studies.compare.cases import AS_GIVEN, ComparisonExtent, on_rig
 from fivebar_bringup.studies.compare.results import ComparisonResult
@@ -39,22 +39,15 @@ def rigs_table(extent: ComparisonExtent) -> Table:
             if rig != AS_GIVEN:
                 described = find_rig(rig).described
             words = f"{gains.kp:g}, {gains.kd:g}; on the locus {gains.kp_vhc:g}, {gains.kd_vhc:g}"
-            rows.append(
-                (
-                    Cell(given.name, given.name),
-                    Cell(rig, rig),
-                    Cell(described, described),
-                    Cell(words, gains._asdict()),
-                    Cell(f"{unified['kp']:g}, {unified['kd']:g}", unified),
-                )
-            )
-    return Table(
+            of_unified = Cell(f"{unified['kp']:g}, {unified['kd']:g}", unified)
+            rows.append((given.name, rig, described, Cell(words, gains._asdict()), of_unified))
+    return table(
         "rigs",
         "Rigs and gains",
         "Gains kp in 1/s² and kd in 1/s: of ctc, multi_model_ctc and the blended controllers, and of unified. Where a"
         " rig has no gains of its own, they are those of the scenario.",
         ("motion", "rig", "what it is", "kp, kd", "unified: kp, kd"),
-        tuple(rows),
+        rows,
     )
 
 
@@ -72,8 +65,8 @@ def overview_table(results: Sequence[ComparisonResult]) -> Table:
         saturated = sum(run.saturated or 0 for run in made)
         rows.append(
             (
-                Cell(rig, rig),
-                Cell(controller, controller),
+                rig,
+                controller,
                 Cell(f"{done} of {len(runs)}", done, done == len(runs)),
                 _length(largest([run.tracking_error for run in made])),
                 _length(largest([run.tracking_rms for run in made])),
@@ -86,7 +79,7 @@ def overview_table(results: Sequence[ComparisonResult]) -> Table:
                 Cell(f"{refused} of {len(made)}", refused),
             )
         )
-    return Table(
+    return table(
         "overview",
         "The worst of each controller on each rig",
         "Over all motions and durations: runs that succeeded; largest distance from the reference, its root mean"
@@ -94,14 +87,14 @@ def overview_table(results: Sequence[ComparisonResult]) -> Table:
         " requested more than the drives give, in all; least margin to the torque limit; mechanical energy,"
         " ∫|τᵢ q̇ᵢ₁| dt of both motors; motions that the planner's screen would refuse.",
         ("rig", "controller", "succeeded", *METRICS, "refused by the screen"),
-        tuple(rows),
+        rows,
     )
 
 
 def run_tables(results: Sequence[ComparisonResult]) -> list[Table]:
     """Return one table per rig and motion, run by run; results of one table stand together."""
     return [
-        Table(f"{motion}_{rig}", f"{motion} on the rig {rig}", "", _RUN_COLUMNS, tuple(map(_run, runs)), True)
+        table(f"{motion}_{rig}", f"{motion} on the rig {rig}", "", _RUN_COLUMNS, map(_run, runs), True)
         for (motion, rig), runs in groupby(results, key=lambda result: (result.case.motion, result.case.rig))
     ]
 
@@ -113,19 +106,19 @@ def tight_table(results: Sequence[ComparisonResult]) -> Table:
         case, said = result.case, result.objections
         rows.append(
             (
-                Cell(case.motion, case.motion),
-                Cell(case.rig, case.rig),
-                Cell(case.controller, case.controller),
+                case.motion,
+                case.rig,
+                case.controller,
                 Cell(_pace(result), case.duration),
                 Cell("–" if not result.made else "refused" if said else "allowed", not said if result.made else None),
                 _outcome(result),
                 _length(result.tracking_error)._replace(good=False if lost(result) else None),
                 _torque(result.requested),
                 Cell(_count(result.at_limit), result.at_limit),
-                Cell("; ".join(said), "; ".join(said)),
+                "; ".join(said),
             )
         )
-    return Table(
+    return table(
         "tight",
         f"With {tight_words(results)} per motor",
         "Run at the requested pace, whether or not the screen allows it, to see the effect of the limit alone; and at"
@@ -133,21 +126,21 @@ def tight_table(results: Sequence[ComparisonResult]) -> Table:
         " the limit. unified respects the limit and requests no more. The column before the last counts the samples"
         " with a motor at its limit.",
         ("motion", "rig", "controller", "T", "screen", "outcome", "error", "requested", "at the limit", "why"),
-        tuple(rows),
+        rows,
     )
 
 
 _RUN_COLUMNS = ("controller", "T", "outcome", *METRICS, "screen")
 
 
-def _run(result: ComparisonResult) -> tuple[Cell, ...]:
+def _run(result: ComparisonResult) -> tuple[Entry, ...]:
     case = result.case
     margin = _torque(result.margin)
     if result.margin_share is not None:
         margin = margin._replace(text=f"{margin.text} ({result.margin_share:.0%})")
     said = "; ".join(result.objections)
     return (
-        Cell(case.controller, case.controller),
+        case.controller,
         Cell(case.pace, case.duration),
         _outcome(result),
         _length(result.tracking_error),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.content import Cell, Entry, Line, Table, table
 from fivebar_bringup.report.thesis import CARTESIAN
 from fivebar_bringup.studies.reproduce.cases import (
     CTC,
@@ -116,7 +116,7 @@ def crossing_table(extent: ReproductionExtent, results: Results) -> Table:
                 Cell("yes" if good else "no", good, good),
             )
         )
-    return Table(
+    return table(
         "crossings",
         "(a) Every crossing with the default zones and resolution",
         "Bounds: 2 and 8 changes of assembly mode, constraint error 20 µm (middle) and 100 µm (multiple), 2.5 mm from"
@@ -132,7 +132,7 @@ def crossing_table(extent: ReproductionExtent, results: Results) -> Table:
             "torque asked",
             "within bounds",
         ),
-        tuple(rows),
+        rows,
     )
 
 
@@ -166,42 +166,38 @@ def printed_table(extent: ReproductionExtent, results: Results) -> Table:
 def _side_by_side(
     name: str, title: str, note: str, variants: Sequence[str], cases: Sequence[ReproductionCase], results: Results
 ) -> Table:
-    rows = tuple(
+    rows = (
         (*_motion_cells(case), *(_variant(results[case._replace(variant=variant)]) for variant in variants))
         for case in cases
     )
-    return Table(name, title, note, ("controller", "motion", "T", *variants), rows)
+    return table(name, title, note, ("controller", "motion", "T", *variants), rows)
 
 
 def _blended(extent: ReproductionExtent) -> list[ReproductionCase]:
     return [case for controller in (JOINT, CARTESIAN) for case in extent.grid(controller)]
 
 
-def _motion_cells(case: ReproductionCase) -> tuple[Cell, Cell, Cell]:
-    return (
-        Cell(case.controller, case.controller),
-        Cell(case.motion, case.motion),
-        Cell(f"{case.duration:g} s", case.duration),
-    )
+def _motion_cells(case: ReproductionCase) -> tuple[Entry, ...]:
+    return case.controller, case.motion, Cell(f"{case.duration:g} s", case.duration)
 
 
 def comparison_overview(extent: ReproductionExtent, results: Results) -> Table:
     """Return table (b) in short: for every law and plant the worst of all runs."""
-    rows = []
+    rows: list[Line] = []
     for plant in (NOMINAL, *extent.perturbed):
         for controller, time_law in LAWS:
             runs = [results[case] for case in extent.grid(controller, plant=plant, time_law=time_law)]
             done = sum(run.completed for run in runs)
             rows.append(
                 (
-                    Cell(plant, plant),
-                    Cell(_law(controller, time_law), _law(controller, time_law)),
+                    plant,
+                    _law(controller, time_law),
                     Cell(f"{done} of {len(runs)}", done, done == len(runs)),
                     *(_worst(runs, name, unit) for name, unit in FIGURES),
                     Cell(str(total := sum(run.saturated or 0 for run in runs)), total, None if total == 0 else False),
                 )
             )
-    return Table(
+    return table(
         "comparison",
         "(b) Controllers beside each other: the worst of all runs",
         "Middle and multiple crossing with every duration. Requested is the law's torque, applied that of the drives"
@@ -216,7 +212,7 @@ def comparison_overview(extent: ReproductionExtent, results: Results) -> Table:
             "constraint error",
             "saturated",
         ),
-        tuple(rows),
+        rows,
     )
 
 
@@ -261,7 +257,7 @@ def imu_table(extent: ReproductionExtent, results: Results) -> Table:
         ratio = noisy.imu_ratio
         rows.append(
             (
-                Cell(case.motion, case.motion),
+                case.motion,
                 Cell(f"{case.duration:g} s", case.duration),
                 completed_cell(noisy),
                 _number(noisy.acceleration_outside, "m/s²"),
@@ -270,7 +266,7 @@ def imu_table(extent: ReproductionExtent, results: Results) -> Table:
                 _number(perfect.acceleration_outside, "m/s²"),
             )
         )
-    return Table(
+    return table(
         "imu",
         "(c) Acceleration check with the simulated IMU",
         "multi_cartesian; noise 0.05 m/s² per axis, bias, 100 Hz bandwidth, mounted 17 mm off and turned (scenario"
@@ -278,7 +274,7 @@ def imu_table(extent: ReproductionExtent, results: Results) -> Table:
         " the same samples; allowed is 1.2 times as much. The last column is the same motion with a perfect IMU:"
         " the remaining error is true motion of the platform, the computed torque law converging after a crossing.",
         ("motion", "T", "completed", "error", "noise floor", "ratio", "perfect IMU"),
-        tuple(rows),
+        rows,
     )
 
 
@@ -288,8 +284,8 @@ def _run_by_run(name: str, title: str, note: str, runs: Sequence[ReproductionRes
         case = run.case
         rows.append(
             (
-                Cell(_law(case.controller, case.time_law), _law(case.controller, case.time_law)),
-                Cell(case.motion, case.motion),
+                _law(case.controller, case.time_law),
+                case.motion,
                 Cell(f"{case.duration:g} s", case.duration),
                 completed_cell(run),
                 _number(run.crossing_residual, "N"),
@@ -300,7 +296,7 @@ def _run_by_run(name: str, title: str, note: str, runs: Sequence[ReproductionRes
                 _number(run.constraint_error, "m"),
             )
         )
-    return Table(
+    return table(
         name,
         title,
         note,
@@ -316,7 +312,7 @@ def _run_by_run(name: str, title: str, note: str, runs: Sequence[ReproductionRes
             "tracking error",
             "constraint error",
         ),
-        tuple(rows),
+        rows,
         folded,
     )
 

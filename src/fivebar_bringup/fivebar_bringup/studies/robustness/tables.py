@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.content import Cell, Line, Table, table
 from fivebar_bringup.studies.robustness.effects import Effect
 from fivebar_bringup.studies.robustness.running import Climb, equipment_named, failure_rule
 from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
@@ -22,45 +22,39 @@ def first_failures(climbs: Sequence[Climb], robot: str = ROBOT) -> Table:
     for name in dict.fromkeys(climb.effect for climb in climbs):
         effect = ALL_EFFECTS[name]
         words = f"{effect.words} ({effect.unit})" if effect.unit else effect.words
-        row = [Cell(words, name), _typical(effect.good), _typical(effect.middling)]
-        for equipment in used:
-            climb = of.get((name, equipment))
-            row.append(Cell("", None) if climb is None else _first(effect, climb))
-        rows.append(tuple(row))
-    return Table(
+        found = [of.get((name, equipment)) for equipment in used]
+        first = [Cell("", None) if climb is None else _first(effect, climb) for climb in found]
+        rows.append((Cell(words, name), _typical(effect.good), _typical(effect.middling), *first))
+    return table(
         "first",
         "Where each controller first fails",
         f"Smallest size at which one of the runs fails: {failure_rule(robot)}. A dash: at no size, up to the one behind"
         " it. Green: even a middling robot has less; red: a good robot has as much. Each effect alone, on a robot that"
         " is otherwise exact.",
         ("effect", "good robot", "middling robot", *used),
-        tuple(rows),
+        rows,
     )
 
 
 def causes_table(climbs: Sequence[Climb]) -> Table:
     """Return how the runs failed at the first size with a failure, and at the largest."""
-    rows = []
+    rows: list[Line] = []
     for climb in climbs:
         if climb.first is None:
             continue
-        cells = [Cell(text, text) for text in (climb.effect, climb.equipment)]
-        for step in (climb.first, -1):
-            words = ", ".join(f"{cause} {count}" for cause, count in climb.causes[step].items()) or "none"
-            cells.append(Cell(words, words))
-        rows.append((*cells, Cell(f"{climb.runs}", climb.runs)))
+        causes = [
+            ", ".join(f"{cause} {count}" for cause, count in climb.causes[step].items()) or "none"
+            for step in (climb.first, -1)
+        ]
+        rows.append((climb.effect, climb.equipment, *causes, climb.runs))
     columns = ("effect", "controller", "first failures", "failures at the largest size", "of runs")
-    return Table("causes", "How they fail", "", columns, tuple(rows), folded=True)
+    return table("causes", "How they fail", "", columns, rows, folded=True)
 
 
 def equipment_table(baseline: dict[str, int]) -> Table:
     """Return what the names of the controllers stand for, and how many runs without any effect failed."""
-    rows = tuple(
-        (Cell(name, name), Cell(words, words), Cell(f"{failed}", failed))
-        for name, failed in baseline.items()
-        for words in (equipment_named(name).words,)
-    )
-    return Table("equipment", "What is compared", "", ("controller", "it has", "failures without any effect"), rows)
+    rows = ((name, equipment_named(name).words, failed) for name, failed in baseline.items())
+    return table("equipment", "What is compared", "", ("controller", "it has", "failures without any effect"), rows)
 
 
 def _typical(size: float | None) -> Cell:

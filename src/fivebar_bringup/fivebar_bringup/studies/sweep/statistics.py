@@ -9,7 +9,7 @@ import numpy as np
 
 from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.odds.success import PEAK_LIMIT
-from fivebar_bringup.pages.content import Cell, Table
+from fivebar_bringup.pages.content import Cell, Entry, Line, Table, table
 from fivebar_bringup.simulation.outcome import LEFT
 from fivebar_bringup.studies.sweep.drawing import DELAYS, ENCODERS
 from fivebar_bringup.studies.sweep.explanations import Explanation
@@ -21,6 +21,9 @@ PERCENTILES = (50.0, 90.0, 95.0, 99.0, 99.9, 100.0)
 
 ODDS_BINS = tuple((0.1 * step, 0.1 * (step + 1) if step < 9 else 1.01) for step in range(10))
 """Shares of drawn robots by which crossings are counted."""
+
+SCREENED = "called feasible", "of them made", "share", "95 %"
+"""Columns of the runs that the screen accepts."""
 
 PLANNER_REASONS = {
     "meets the Type 1 singularity": "meets Type 1",
@@ -44,40 +47,20 @@ def overview_table(rows: Sequence[SweepRow], required: float) -> Table:
     """Return success with and without the screen, and whether the counted controller makes the required share."""
     lines = []
     for controller in controllers_of(rows):
-        good, all_feasible = rate_of(runs_of(rows, controller, FEASIBLE))
-        made, all_planned = rate_of(runs_of(rows, controller, FEASIBLE, SCREENED_OUT))
-        judged = all_feasible and controller == counted(controllers_of(rows))
-        met = good >= required * all_feasible if judged else None
-        lines.append(
-            (
-                Cell(controller, controller),
-                Cell(str(all_feasible), all_feasible),
-                Cell(str(good), good),
-                share_of(good, all_feasible, met),
-                interval_of(good, all_feasible),
-                Cell(str(all_planned), all_planned),
-                Cell(str(made), made),
-                share_of(made, all_planned),
-            )
-        )
-    columns = (
-        "controller",
-        "called feasible",
-        "of them made",
-        "share",
-        "95 %",
-        "planned at all",
-        "of these made",
-        "share without the screen",
-    )
-    return Table(
+        good, feasible = rate_of(runs_of(rows, controller, FEASIBLE))
+        made, planned = rate_of(runs_of(rows, controller, FEASIBLE, SCREENED_OUT))
+        judged = feasible and controller == counted(controllers_of(rows))
+        share = share_of(good, feasible, good >= required * feasible if judged else None)
+        screened = controller, feasible, good, share, interval_of(good, feasible)
+        lines.append((*screened, planned, made, share_of(made, planned)))
+    return table(
         "overview",
         "Success",
         "Feasible cases are accepted by the planner and judged feasible by the controller's own screen before the run."
         " The screen of a blended controller is stricter than that of unified, so the sets differ; the planned"
         " cases are the same for all. Intervals are those of Clopper and Pearson.",
-        columns,
-        tuple(lines),
+        ("controller", *SCREENED, "planned at all", "of these made", "share without the screen"),
+        lines,
     )
 
 
@@ -88,23 +71,9 @@ def branch_table(rows: Sequence[SweepRow]) -> Table:
         planned = runs_of(rows, controller, FEASIBLE, SCREENED_OUT)
         for branch in sorted({row.distal_links for row in planned}, reverse=True):
             across = [row for row in planned if row.distal_links == branch]
-            good, feasible = rate_of(runs_of(across, controller, FEASIBLE))
-            made, count = rate_of(across)
-            lines.append(
-                (
-                    Cell(controller, controller),
-                    Cell(branch, branch),
-                    Cell(str(feasible), feasible),
-                    Cell(str(good), good),
-                    share_of(good, feasible),
-                    interval_of(good, feasible),
-                    Cell(str(count), count),
-                    Cell(str(made), made),
-                    share_of(made, count),
-                    interval_of(made, count),
-                )
-            )
-    return Table(
+            screened = rate_of(runs_of(across, controller, FEASIBLE))
+            lines.append((controller, branch, *_rated(*screened), *_rated(*rate_of(across))))
+    return table(
         "branches",
         "By the branch of the locus",
         "Whether the distal links are stretched where the path crosses the locus, with the platform between the elbows,"
@@ -112,17 +81,19 @@ def branch_table(rows: Sequence[SweepRow]) -> Table:
         (
             "controller",
             "distal links",
-            "called feasible",
-            "of them made",
-            "share",
-            "95 %",
+            *SCREENED,
             "planned at all",
             "of these made",
             "share without the screen",
-            "95 %",
+            "95 % without the screen",
         ),
-        tuple(lines),
+        lines,
     )
+
+
+def _rated(good: int, count: int) -> tuple[int, int, Cell, Cell]:
+    """Return how many there are, how many of them are good, their share and its interval."""
+    return count, good, share_of(good, count), interval_of(good, count)
 
 
 def odds_table(rows: Sequence[SweepRow]) -> Table:
@@ -136,7 +107,7 @@ def odds_table(rows: Sequence[SweepRow]) -> Table:
     if known:
         lines.append(_odds_line("all", known))
         lines.append(_odds_line("all that are not too unlikely", [row for row in known if row.status == FEASIBLE]))
-    return Table(
+    return table(
         "odds",
         "By the odds",
         "The planner tries a crossing on robots drawn as those of the rig, of which none is the one that then makes it,"
@@ -144,21 +115,14 @@ def odds_table(rows: Sequence[SweepRow]) -> Table:
         " all the same. Judged strictly, a crossing that is refused for its odds alone is a failure: then the share of"
         f" successes is {_strict(known)}.",
         ("of the drawn robots succeed", "crossings", "predicted", "of them made", "share", "95 %"),
-        tuple(lines),
+        lines,
     )
 
 
-def _odds_line(words: str, rows: Sequence[SweepRow]) -> tuple[Cell, ...]:
+def _odds_line(words: str, rows: Sequence[SweepRow]) -> tuple[Entry, ...]:
     predicted = sum(row.odds or 0.0 for row in rows) / len(rows) if rows else 0.0
-    good, count = rate_of(rows)
-    return (
-        Cell(words, words),
-        Cell(str(count), count),
-        Cell(f"{100.0 * predicted:.1f} %", predicted),
-        Cell(str(good), good),
-        share_of(good, count),
-        interval_of(good, count),
-    )
+    count, good, share, interval = _rated(*rate_of(rows))
+    return words, count, Cell(f"{100.0 * predicted:.1f} %", predicted), good, share, interval
 
 
 def _strict(rows: Sequence[SweepRow]) -> str:
@@ -177,23 +141,14 @@ def within_table(rows: Sequence[SweepRow]) -> Table:
         runs = runs_of(rows, controller, FEASIBLE)
         for limit in (rows[0].draw.size * PEAK_LIMIT, LEFT):
             near = sum(row.within(limit) for row in runs)
-            lines.append(
-                (
-                    Cell(controller, controller),
-                    _figure(limit, "m"),
-                    Cell(str(len(runs)), len(runs)),
-                    Cell(str(near), near),
-                    share_of(near, len(runs)),
-                    interval_of(near, len(runs)),
-                )
-            )
-    return Table(
+            lines.append((controller, _figure(limit, "m"), *_rated(near, len(runs))))
+    return table(
         "within",
         "Close to the reference",
         "Feasible crossings that stayed within a distance of their reference throughout, without a fault and in the"
         " planned assembly mode. A success is within 1 mm at the end besides.",
         ("controller", "within", "feasible", "of them", "share", "95 %"),
-        tuple(lines),
+        lines,
     )
 
 
@@ -204,25 +159,15 @@ def silence_table(rows: Sequence[SweepRow]) -> Table:
         for words, statuses in (("feasible", (FEASIBLE,)), ("all planned", (FEASIBLE, SCREENED_OUT))):
             runs = runs_of(rows, controller, *statuses)
             lost = sum(row.left_time is not None or row.mode_changes != row.crossings for row in runs)
-            silent = sum(row.silent for row in runs)
-            lines.append(
-                (
-                    Cell(controller, controller),
-                    Cell(words, words),
-                    Cell(str(len(runs)), len(runs)),
-                    Cell(str(lost), lost),
-                    Cell(str(silent), silent),
-                    share_of(silent, len(runs)),
-                    interval_of(silent, len(runs)),
-                )
-            )
-    return Table(
+            count, silent, share, interval = _rated(sum(row.silent for row in runs), len(runs))
+            lines.append((controller, words, count, lost, silent, share, interval))
+    return table(
         "silence",
         "Silent failures",
         "A run is lost where the robot leaves its reference by more than 5 mm or ends in another assembly mode than"
         " planned. It is lost silently where no fault comes within 50 ms.",
         ("controller", "of the crossings", "runs", "lost", "silently", "share of runs", "95 %"),
-        tuple(lines),
+        lines,
     )
 
 
@@ -235,19 +180,15 @@ def error_table(rows: Sequence[SweepRow]) -> Table:
         ("torque applied", lambda row: row.applied, "Nm"),
         ("samples over the limit", lambda row: row.saturated, ""),
     )
-    lines = []
+    lines: list[Line] = []
     for title, figure, unit in figures:
         for controller in controllers_of(rows):
             known = [value for row in runs_of(rows, controller, FEASIBLE) if (value := figure(row)) is not None]
             marks = np.percentile(known, PERCENTILES).tolist() if known else [None] * len(PERCENTILES)
-            lines.append((Cell(title, title), Cell(controller, controller), *(_figure(mark, unit) for mark in marks)))
-    return Table(
-        "errors",
-        "Errors and torques",
-        "Percentiles over the feasible crossings, including the failed ones.",
-        ("figure", "controller", *("largest" if mark == 100.0 else f"{mark:g} %" for mark in PERCENTILES)),
-        tuple(lines),
-    )
+            lines.append((title, controller, *(_figure(mark, unit) for mark in marks)))
+    names = ("largest" if mark == 100.0 else f"{mark:g} %" for mark in PERCENTILES)
+    note = "Percentiles over the feasible crossings, including the failed ones."
+    return table("errors", "Errors and torques", note, ("figure", "controller", *names), lines)
 
 
 def equipment_table(rows: Sequence[SweepRow]) -> Table:
@@ -255,46 +196,30 @@ def equipment_table(rows: Sequence[SweepRow]) -> Table:
     kinds = [(counts, delay) for counts in ENCODERS for delay in DELAYS]
     if any(row.rig for row in rows):
         kinds = list(dict.fromkeys((row.encoder_counts, row.delay_samples) for row in rows))
-    lines = []
+    lines: list[Line] = []
     for controller in controllers_of(rows):
         runs = runs_of(rows, controller, FEASIBLE)
-        cells = [Cell(controller, controller)]
+        line: list[Entry] = [controller]
         for kind in kinds:
             good, everything = rate_of([row for row in runs if (row.encoder_counts, row.delay_samples) == kind])
-            cells.append(Cell(f"{good} of {everything}", [good, everything], None if good == everything else False))
-        lines.append(tuple(cells))
+            line.append(Cell(f"{good} of {everything}", [good, everything], None if good == everything else False))
+        lines.append(line)
     names = (f"{'exact' if counts is None else counts}, delay {delay}" for counts, delay in kinds)
-    return Table(
-        "equipment",
-        "By encoder counts and delay",
-        "Successes of the feasible crossings.",
-        ("controller", *names),
-        tuple(lines),
-    )
+    note = "Successes of the feasible crossings."
+    return table("equipment", "By encoder counts and delay", note, ("controller", *names), lines)
 
 
 def refusals_table(rows: Sequence[SweepRow]) -> Table:
     """Return why cases were refused by the planner, or screened out, and how often."""
     planner = Counter(planner_reason(row.reason) for row in rows if row.status == REFUSED)
-    lines = [
-        (Cell("planner", "planner"), Cell("all", "all"), Cell(reason, reason), Cell(str(count), count))
-        for reason, count in planner.most_common()
-    ]
+    lines = [("planner", "all", reason, count) for reason, count in planner.most_common()]
     for controller in controllers_of(rows):
         out = runs_of(rows, controller, SCREENED_OUT)
         # a reason begins with the name of its figure
         names = Counter(part.partition(" is ")[0] for row in out for part in row.reason.split("; "))
-        lines += [
-            (Cell("screen", "screen"), Cell(controller, controller), Cell(name, name), Cell(str(count), count))
-            for name, count in names.most_common()
-        ]
-    return Table(
-        "refusals",
-        "What was refused, and why",
-        "A case that breaks several limits of the screen counts for each.",
-        ("by", "for", "reason", "cases"),
-        tuple(lines),
-    )
+        lines += [("screen", controller, name, count) for name, count in names.most_common()]
+    note = "A case that breaks several limits of the screen counts for each."
+    return table("refusals", "What was refused, and why", note, ("by", "for", "reason", "cases"), lines)
 
 
 def planner_reason(text: str) -> str:
@@ -306,13 +231,9 @@ def failures_table(rows: Sequence[SweepRow]) -> Table:
     """Return how feasible runs failed, by their worst shortcoming."""
     lines = []
     for controller in controllers_of(rows):
-        failed = [row for row in runs_of(rows, controller, FEASIBLE) if not row.success]
-        kinds = Counter(kind_of(row) for row in failed)
-        lines += [
-            (Cell(controller, controller), Cell(kind, kind), Cell(str(count), count))
-            for kind, count in kinds.most_common()
-        ]
-    return Table("failures", "How feasible crossings failed", "", ("controller", "what happened", "runs"), tuple(lines))
+        kinds = Counter(kind_of(row) for row in runs_of(rows, controller, FEASIBLE) if not row.success)
+        lines += [(controller, kind, count) for kind, count in kinds.most_common()]
+    return table("failures", "How feasible crossings failed", "", ("controller", "what happened", "runs"), lines)
 
 
 def kind_of(row: SweepRow) -> str:
@@ -326,28 +247,22 @@ def kind_of(row: SweepRow) -> str:
 
 def explanations_table(explanations: Sequence[Explanation], command: Callable[[int], str]) -> Table:
     """Return the failures of the counted controller one by one; `command` gives the command that repeats a case."""
-    lines = []
-    for explanation in explanations:
-        row = explanation.row
+    lines: list[Line] = []
+    for one in explanations:
+        row = one.row
         encoders = "exact sensors" if row.encoder_counts is None else f"{row.encoder_counts} counts"
-        scales = f"{row.mass_scale:.2f}, {row.inertia_scale:.2f}, {row.friction_scale:.2f}"
-        lines.append(
-            (
-                Cell(str(row.case), row.case),
-                Cell(f"{encoders}, delay {row.delay_samples}", [row.encoder_counts, row.delay_samples]),
-                Cell(f"{row.duration:.2f} s", row.duration),
-                _figure(row.authority, ""),
-                Cell(scales, [row.mass_scale, row.inertia_scale, row.friction_scale]),
-                Cell(explanation.text, explanation.text, False),
-                Cell(command(row.case), command(row.case)),
-            )
-        )
-    return Table(
+        equipment = Cell(f"{encoders}, delay {row.delay_samples}", [row.encoder_counts, row.delay_samples])
+        duration, authority = Cell(f"{row.duration:.2f} s", row.duration), _figure(row.authority, "")
+        scales = [row.mass_scale, row.inertia_scale, row.friction_scale]
+        scaled = Cell(", ".join(f"{scale:.2f}" for scale in scales), scales)
+        told = Cell(one.text, one.text, False)
+        lines.append((row.case, equipment, duration, authority, scaled, told, command(row.case)))
+    return table(
         "explanations",
         "Every failure among the feasible crossings",
         "Each was repeated with one condition changed at a time.",
         ("case", "equipment", "duration", "|n.v1|", "mass, inertia, friction", "what happened", "look at it"),
-        tuple(lines),
+        lines,
     )
 
 
