@@ -6,6 +6,7 @@ import json
 import os
 from typing import Any
 
+import pytest
 from graph_probe import DEADLINE, Bench
 from std_msgs.msg import String
 
@@ -68,6 +69,7 @@ def test_a_request_ends_with_its_own_status_alone(bench: Bench) -> None:
         assert found["state"] == "arrived"
 
 
+@pytest.mark.extra
 def test_a_node_says_whose_plan_it_refuses(bench: Bench) -> None:
     node = bench.start("supervisor")
     probe = bench.probe()

@@ -67,6 +67,7 @@ def said(probe: Probe, text: str) -> None:
     probe.wait_for(lambda: any(text in status.message for status in probe.reports[NODE]), text)
 
 
+@pytest.mark.extra
 def test_publishers_that_offer_less_and_more_are_heard_once_each(bench: Bench) -> None:
     bench.start("state_estimator", **GYRO, mode="realtime", compiled="no")
     probe = bench.probe()

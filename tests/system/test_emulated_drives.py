@@ -190,6 +190,7 @@ def test_a_silent_master_is_noticed_by_the_drives(bus: DriveBus, drives: Drives)
     assert "heartbeat lost (0x8130)" in str(cycle.fault)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("argument", "text"),
     [("nowhere", "emulation 'nowhere': expected one of dextar_emulated"), ("/none.yaml", "cannot be read")],

@@ -90,6 +90,7 @@ def test_the_estimators_topics_are_among_them() -> None:
     assert {JOINT_STATES, GROUND_TRUTH, *ESTIMATION_TOPICS} < set(STAMPED)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("topic", STAMPED, ids=lambda topic: topic.name)
 def test_every_stamped_message_is_equal(bags: Bags, topic: Topic) -> None:
     assert contents(bags.ros, topic) == contents(bags.offline, topic)

@@ -40,6 +40,7 @@ steps:
 """
 
 
+@pytest.mark.extra
 def test_it_works_through_the_locus_and_back(fivebar: Callable[..., FivebarCommand], tmp_path: Path) -> None:
     file, out = tmp_path / "short.yaml", tmp_path / "out"
     file.write_text(WORK, encoding="utf-8")

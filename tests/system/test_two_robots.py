@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import pytest
 from fivebar_command import FivebarCommand
 from rosbags.rosbag2 import Reader
 
@@ -41,6 +42,7 @@ def frames_of(bag: Path) -> set[str]:
         return {message.header.frame_id for message in messages}
 
 
+@pytest.mark.extra
 def test_two_robots_run_in_one_domain(tmp_path: Path) -> None:
     calls: dict[str, FivebarCommand] = {}
     with private_domain() as domain:

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -15,8 +16,8 @@ import fivebar
 
 PACKAGE = Path(fivebar.__file__).parent
 MODULES = ("fivebar", *(f"fivebar.{path.stem}" for path in sorted(PACKAGE.glob("[a-z]*.py"))))
-DRAWN = "fivebar.run.Run.plot"
-"""Its example draws, which takes longer than all others."""
+LONG = ("fivebar.run.Run.plot", "fivebar.studies.sweep")
+"""Those whose examples draw, or compile the loop, which takes longer than all others."""
 
 
 def examples(names: tuple[str, ...]) -> list[doctest.DocTest]:
@@ -30,15 +31,18 @@ def expect_as_printed(test: doctest.DocTest) -> None:
     assert not report, "".join(report)
 
 
-@pytest.mark.parametrize("test", [one for one in examples(MODULES) if one.name != DRAWN], ids=lambda test: test.name)
+def marked(test: doctest.DocTest) -> Any:
+    """Return a test of the examples of a name, a long one if they take long."""
+    return pytest.param(test, id=test.name, marks=[pytest.mark.extra] if test.name in LONG else [])
+
+
+@pytest.mark.parametrize("test", map(marked, examples(MODULES)))
 def test_examples_print_what_they_say(test: doctest.DocTest) -> None:
     expect_as_printed(test)
 
 
 @pytest.mark.extra
 def test_a_run_draws_itself() -> None:
-    (test,) = (one for one in examples(MODULES) if one.name == DRAWN)
-    expect_as_printed(test)
     assert fivebar.simulate("middle").plot("path")._repr_png_().startswith(b"\x89PNG")
 
 

@@ -412,6 +412,7 @@ def test_bag_without_messages_is_a_bag(tmp_path: Path) -> None:
     assert recording.stamps(SUPERVISOR_STATE).shape == recording.field(SUPERVISOR_SIGMA, "data").shape == (0,)
 
 
+@pytest.mark.extra
 def test_each_checkpoint_leaves_a_complete_bag(tmp_path: Path) -> None:
     writer = BagWriter(tmp_path / "run", TOPICS)
     written: Messages = {}
@@ -427,6 +428,7 @@ def test_each_checkpoint_leaves_a_complete_bag(tmp_path: Path) -> None:
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == ["metadata.yaml", "run_0.mcap"]
 
 
+@pytest.mark.extra
 def test_bag_is_readable_between_any_two_pages_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A kill can strike after every page that the kernel has copied; look at the bag at each of these moments."""
     directory, moments = tmp_path / "run", tmp_path / "moments"

@@ -131,6 +131,7 @@ def test_a_simulation_without_a_page_loads_neither_compiler_nor_scipy_nor_matplo
     assert len(own) <= MOST_MODULES
 
 
+@pytest.mark.extra
 def test_a_node_loads_neither_compiler_nor_scipy_nor_the_robot_of_the_plant() -> None:
     names = loaded_by(f"import json, sys, {', '.join(NODES)}; print(json.dumps([*sys.modules]))")
     assert not {name.partition(".")[0] for name in names} & {"numba", "scipy", "matplotlib", "pinocchio", "cv2"}

@@ -58,6 +58,7 @@ def test_a_calibration_of_another_shape_is_refused_with_both_sizes(elsewhere: Pa
     assert "fullhd.yaml: calibration of pictures of 1920 x 1080 px: expected one of the camera's 1280 x 960 px" in line
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     "words",
     [

@@ -39,6 +39,7 @@ def state_of(robot: FiveBar, plant: Plant) -> State:
     return state_from_joints(robot, *plant.joints.tolist(), *plant.joint_velocities.tolist())
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("vx", "vy", "crosses"),
     [(0.0, -0.3, True), (0.15, -0.2, True), (0.2, 0.02, False)],

@@ -108,6 +108,7 @@ def test_a_closed_stream_is_no_error_of_the_command(closed: str, tmp_path: Path)
     assert json.loads((tmp_path / "run" / "summary.json").read_text(encoding="utf-8"))["outcome"] == "succeeded"
 
 
+@pytest.mark.extra
 def test_a_process_without_memory_ends_with_its_line(tmp_path: Path) -> None:
     """And not in a segmentation fault of a library at the exit."""
     limit = 300_000_000

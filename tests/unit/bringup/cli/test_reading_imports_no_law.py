@@ -92,6 +92,7 @@ def test_a_run_is_shown_with_the_torque_that_its_bag_has_of_the_law(foreign: Pat
     assert not (tmp_path / MARK).exists()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(("known", "lines"), [({}, 1), ({"stop_cycles": 4}, 0)])
 def test_a_run_in_real_time_says_what_is_not_judged_without_the_law(
     foreign: Path, tmp_path: Path, known: dict[str, int], lines: int

@@ -53,6 +53,7 @@ def test_it_prints_the_plan_before_moving() -> None:
     assert "reference torque" in out
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("elbows_pass", [None, "true", "unknown"])
 def test_it_says_where_the_elbows_pass_each_other(elbows_pass: str | None, tmp_path: Path) -> None:
     robot = tmp_path / "robot.yaml"
@@ -86,6 +87,7 @@ def test_negative_coordinates_are_no_options() -> None:
     assert (found["start"]["x"], found["working_mode"]) == (0.05, [-1, 1])
 
 
+@pytest.mark.extra
 def test_the_fastest_motion_is_the_quickest_and_uses_the_torque() -> None:
     calm, quick = plan("0", "0.02"), plan("0", "0.02", "--fastest")
     assert quick["duration_s"] < 0.7 * calm["duration_s"]
@@ -94,6 +96,7 @@ def test_the_fastest_motion_is_the_quickest_and_uses_the_torque() -> None:
     assert slow["duration_s"] > 2.0 * quick["duration_s"]
 
 
+@pytest.mark.extra
 def test_it_goes_round_the_corners_at_via_points_and_is_quicker_than_with_rests() -> None:
     way = ("0", "0.02", "--from", "0.03", "0.12", "--via", "0.03,0.14", "--via", "0.0,0.14")
     rests, rounded = plan(*way), plan(*way, "--blend-radius", "0.01")
@@ -190,6 +193,7 @@ def test_it_goes_on_only_where_the_platform_carries_nothing(
     assert err.count("\n") == 1
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [

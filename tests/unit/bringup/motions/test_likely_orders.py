@@ -37,6 +37,7 @@ def orders() -> LikelyOrders:
     return LikelyOrders(scenario(), conditions_of(scenario()))
 
 
+@pytest.mark.extra
 def test_a_request_is_made_in_a_likely_duration_and_one_that_is_given_is_kept(orders: LikelyOrders) -> None:
     chosen, kept = orders.plan(crossing()), orders.plan(crossing(2.0))
     assert not chosen.refused

@@ -129,6 +129,7 @@ def test_a_sound_robot_that_bears_the_heavy_loads_of_its_file_keeps_the_limits_o
     assert max(expected) < 2.0 < 50.0 < min(unexpected)
 
 
+@pytest.mark.extra
 def test_the_odds_follow_the_errors() -> None:
     scenario = slow()
     exact = odds_of(scenario, NO_ERRORS, 3, range(2))
@@ -207,6 +208,7 @@ def test_goto_chooses_a_duration_with_good_odds_and_keeps_one_that_is_given(tmp_
     assert float(better[1]) < 2.0
 
 
+@pytest.mark.extra
 def test_a_run_keeps_its_odds(tmp_path: Path) -> None:
     robot = robot_file(tmp_path, "loads: {push: 0.5}\n")
     command = ["goto", "0", "0.02", "--mode", "-", "--robot", robot, "--out", str(tmp_path / "run")]

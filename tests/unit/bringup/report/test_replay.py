@@ -67,6 +67,7 @@ def repeated(series: RunSeries, count: int, rate_hz: int = 500) -> RunSeries:
     return RunSeries(**{**longer, **kept, "sample": np.arange(count), "time": np.arange(count) / rate_hz})
 
 
+@pytest.mark.extra
 def test_the_robot_stands_where_the_bag_says(analysis: RunAnalysis) -> None:
     data = replay_data([("cut", analysis, [])])
     robot, series = data["runs"][0]["robot"], analysis.series
@@ -156,6 +157,7 @@ def test_the_second_run_shows_its_own_locus_and_path() -> None:
         assert right >= one["bounds"][2] and top >= one["bounds"][3]
 
 
+@pytest.mark.extra
 def test_an_animation_has_the_whole_run(directory: RunDirectory) -> None:
     content = write_animation(directory, "gif").read_bytes()
     picture = Image.open(BytesIO(content))

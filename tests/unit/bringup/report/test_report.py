@@ -244,6 +244,7 @@ def test_a_failed_run_says_why(tmp_path: Path, middle_run: OfflineRun) -> None:
         assert_picture((run.figures / f"{name}.png").read_bytes(), *size)
 
 
+@pytest.mark.extra
 @pytest.mark.usefixtures("coarse")
 def test_a_run_of_one_sample_has_a_report(tmp_path: Path, middle_run: OfflineRun) -> None:
     summary = write_report(new_run(tmp_path, load_scenario("middle"), OfflineRun(middle_run.samples[:1], [])))
@@ -260,6 +261,7 @@ def test_a_run_that_never_began_has_a_report_without_pictures(tmp_path: Path) ->
     assert "holds no sample" in run.page.read_text(encoding="utf-8")
 
 
+@pytest.mark.extra
 @pytest.mark.usefixtures("coarse")
 def test_a_bag_of_nothing_but_joint_states_has_a_report(tmp_path: Path) -> None:
     """As when someone recorded one topic by hand; every other series is NaN throughout."""
@@ -275,6 +277,7 @@ def test_a_bag_of_nothing_but_joint_states_has_a_report(tmp_path: Path) -> None:
     assert summary.outcome == RunOutcome.STOPPED
 
 
+@pytest.mark.extra
 @pytest.mark.usefixtures("coarse")
 def test_undefined_joints_do_not_stop_the_report(tmp_path: Path) -> None:
     """A lost robot's bridge may publish NaN."""
@@ -403,6 +406,7 @@ def test_axes_get_a_unit_that_suits() -> None:
     assert suitable_unit(None, "rad") == (1.0, "rad")
 
 
+@pytest.mark.extra
 def test_a_run_in_real_time_shows_its_cycle_times(reported: tuple[RunDirectory, Summary]) -> None:
     run, _ = reported
     analysis = findings(run)

@@ -95,6 +95,7 @@ def test_real_drives_are_not_started_for_it_either(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.extra
 def test_who_forces_it_sees_the_torque_request_stop_the_robot(tmp_path: Path) -> None:
     forced = scenario_file(tmp_path, "multi_cartesian", "force: true\n")
     done = CliRunner().invoke(app, ["simulate", forced, "--no-page", "--out", str(tmp_path / "out")])
@@ -299,6 +300,7 @@ def test_what_the_last_node_would_stop_is_refused_beforehand(tmp_path: Path, lim
     assert load_admitted(str(path)).allowed_area().y_max == 0.16
 
 
+@pytest.mark.extra
 def test_who_forces_it_beyond_the_tolerance_has_not_succeeded(tmp_path: Path) -> None:
     """The whole motion is made without a fault, but 0.034 mm off its reference."""
     file, out = tmp_path / "tight.yaml", tmp_path / "out"

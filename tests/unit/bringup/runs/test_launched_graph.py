@@ -35,6 +35,7 @@ def started(scenario: str = "middle", **request: Any) -> dict[str, dict[str, Any
     return found
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("scenario", ["middle", "unified_middle", "gyro_middle"])
 def test_the_nodes_are_those_of_a_run(scenario: str) -> None:
     of_run = {node.executable for node in crossing_graph(load_scenario(scenario), Mode.LOCKSTEP, Path("bag"))}
@@ -103,6 +104,7 @@ def test_a_robot_that_stays_goes_on_after_its_motion() -> None:
         started("middle", hardware="simulated", stay=True)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("request_", "words"),
     [

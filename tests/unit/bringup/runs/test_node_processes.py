@@ -148,6 +148,7 @@ def test_a_process_has_what_its_own_command_would_have_given_it(
     assert process.last_line() == "that is all"
 
 
+@pytest.mark.extra
 def test_how_a_process_has_ended(run: RunDirectory, processes: dict[str, NodeProcess]) -> None:
     programs = ["exits", "raises", "interrupted", "waits"]
     start_processes([spec(name) for name in programs], run, DOMAIN, processes)
@@ -185,6 +186,7 @@ def test_what_nodes_of_a_process_lack_is_in_its_log(tmp_path: Path) -> None:
     assert process.not_ready() == ["state_estimator: /imu/data has no publisher"]
 
 
+@pytest.mark.extra
 def test_a_node_whose_middleware_does_not_end_has_done_its_work(
     run: RunDirectory, processes: dict[str, NodeProcess]
 ) -> None:
@@ -197,6 +199,7 @@ def test_a_node_whose_middleware_does_not_end_has_done_its_work(
     assert text.endswith(f": {MIDDLEWARE_LEFT}\n")
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("program", ["writes_on", "waits"])
 def test_a_recorder_is_waited_for_as_long_as_its_bag_grows(
     run: RunDirectory, processes: dict[str, NodeProcess], monkeypatch: pytest.MonkeyPatch, program: str
@@ -225,6 +228,7 @@ def test_where_the_starter_fails_nothing_runs(
     assert not processes
 
 
+@pytest.mark.extra
 def test_without_the_launcher_a_started_process_does_nothing(run: RunDirectory, tmp_path: Path) -> None:
     """The launcher, which would open the gate, has been interrupted or killed."""
     log = tmp_path / "log"
@@ -243,6 +247,7 @@ def test_without_the_launcher_a_started_process_does_nothing(run: RunDirectory, 
         os.close(descriptor)
 
 
+@pytest.mark.extra
 def test_what_is_loaded_before_the_fork_starts_no_thread() -> None:
     """Nor is it part of ROS, whose libraries start some."""
     program = f"""

@@ -55,6 +55,7 @@ def same(function: Callable[..., Any], *arguments: Any) -> None:
         assert repr(compiled(function)(*arguments)) == repr(function(*arguments))
 
 
+@pytest.mark.extra
 @given(at=place, v=velocity, tau=torque)
 def test_model_and_laws_are_the_plain_ones_to_the_last_bit(at: Any, v: Any, tau: Any) -> None:
     """Out of reach too, where everything is NaN."""

@@ -77,6 +77,7 @@ def test_a_robot_that_is_put_elsewhere_is_refused() -> None:
         case_of(scenario)
 
 
+@pytest.mark.extra
 def test_a_law_with_a_solver_is_refused_and_swept_without_the_engine() -> None:
     """The loop of the engine, interpreted: the same robot, the same references ahead, to the end of the motion."""
     # the rounding of either plant is multiplied near the locus
@@ -116,6 +117,7 @@ def test_every_resolution_is_that_of_the_offline_runner(controller: str, resolut
     expect_agreement(changed("middle", controller=controller, vhc_resolution=resolution, segment_duration=0.5))
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("name", ["middle_encoders", "multiple_encoders", "motkin_middle", "motkin_vertical"])
 def test_the_estimator_follows_the_same_counts_to_the_same_torques(name: str) -> None:
     """Counts, one sample of delay, a robot off its model: no reading and no step of a torque differs.
@@ -280,6 +282,7 @@ def test_errors_are_those_of_the_robot_that_there_is() -> None:
     assert math.dist(columns(trace, "estimated_x", "estimated_y")[-1], (0.0, 0.15)) < 2e-5
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(("vx", "vy"), [(0.0, -0.3), (0.15, -0.2), (0.2, 0.02)])
 def test_the_plain_plant_is_pinocchios_through_type_2_and_type_1(vx: float, vy: float, robot: FiveBar) -> None:
     """Free motions, uncompiled, 2 s: the last one reaches the edge of the workspace, where a leg is stretched."""
@@ -333,6 +336,7 @@ def soft(**fields: Any) -> Scenario:
     return changed("middle", plant, **{**common, "waypoints": [[0.0, 0.15], [0.0, 0.02]], **fields})
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("imu", "passive"),
     [

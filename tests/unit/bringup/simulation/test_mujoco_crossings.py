@@ -112,6 +112,7 @@ def test_every_effect_is_here() -> None:
     assert EFFECTS.keys() | {"gyroscope"} == sections(PlantSettings).keys()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_each_effect_has_the_size_that_it_has_there(effect: str) -> None:
     ours, other = (crossing(short(engine, {effect: EFFECTS[effect]})) for engine in (PINOCCHIO, MUJOCO))

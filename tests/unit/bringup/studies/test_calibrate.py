@@ -147,6 +147,7 @@ def test_a_robot_led_by_hand_without_power_shows_its_elbow_gap(tmp_path: Path) -
     assert np.abs(found.gaps_before() - gaps).max() < 1.5e-5
 
 
+@pytest.mark.extra
 def test_a_second_bag_narrows_the_intervals_and_stays_where_the_first_one_was(bag: Path, tmp_path: Path) -> None:
     found = []
     for number, bags in enumerate(([bag], [bag, bag])):

@@ -327,6 +327,7 @@ def test_bad_input_is_one_line(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["full"]
 
 
+@pytest.mark.extra
 def test_the_command_prints_the_json_that_it_writes(tmp_path: Path) -> None:
     options = ["--quick", "--controllers", "unified", "--rig", "ideal", "--durations", "0.3", "--jobs", "1"]
     result = CliRunner().invoke(app, ["compare", *options, "--out", str(tmp_path / "out"), "--json"])

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from fivebar_bringup.studies.single.crossing_gain import (
     CROSSING_GAIN,
     MODE,
@@ -45,6 +47,7 @@ def test_pairs_are_counted_that_one_part_at_least_holds() -> None:
     assert math.isclose(reach(parts[0]).pairs, 5 / 9)
 
 
+@pytest.mark.extra
 def test_a_case_is_a_working_mode_a_robot_or_a_pair() -> None:
     settings = GainSettings(robots=("motkin", "dextar"), pairs=2)
     assert CROSSING_GAIN.cases(settings) == 2 * (4 + 1 + 2)

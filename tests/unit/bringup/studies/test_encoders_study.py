@@ -32,6 +32,7 @@ def test_motions_follow_from_the_seed_and_stay_near_those_of_the_thesis() -> Non
         assert 0.0 < nearest <= MOVED
 
 
+@pytest.mark.extra
 def test_a_weight_on_what_departs_from_the_plan_takes_torque_and_little_accuracy() -> None:
     motion = ThesisMotion((MIDDLE[0], MIDDLE[1]), 2.0)
     default, soft = (run(EncoderTask("encoders", f"`mpc`, `weight` {weight:g}", motion)) for weight in (3e-7, 1e-5))

@@ -94,6 +94,7 @@ def test_positions_by_the_camera_are_replayed(tmp_path: Path) -> None:
     assert not estimation.after.same
 
 
+@pytest.mark.extra
 def test_other_settings_are_compared(run: RunDirectory, tmp_path: Path) -> None:
     out = tmp_path / "out"
     arguments = ["estimate", str(run.path), "--set", "ekf.gyro=false", "--set", "tolerances.length=0", "--json"]
@@ -165,6 +166,7 @@ def record_again(
     shutil.rmtree(plain)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("record", "sensor"),
     [(recorded, IMU_DATA), (recorded_with_odd_clock, IMU_DATA), (recorded_with_camera, VISION_PLATFORM)],
@@ -252,6 +254,7 @@ SENSORS_OTHERWISE: dict[str, Callable[[FloatArray, FloatArray], tuple[FloatArray
 }
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(("words", "change"), SENSORS_OTHERWISE.items())
 def test_sensors_that_are_mounted_or_signed_otherwise_are_named(
     words: str,
@@ -274,6 +277,7 @@ def test_sensors_that_are_mounted_or_signed_otherwise_are_named(
     assert str(caught.value).startswith(f"{run.bag}: the recording contradicts the robot: {words}")
 
 
+@pytest.mark.extra
 def test_a_run_recorded_in_a_namespace_is_estimated_and_a_wrong_one_is_refused(
     run: RunDirectory, tmp_path: Path
 ) -> None:

@@ -107,6 +107,7 @@ def test_exact_sensors_give_the_parameters_within_one_percent(exact: RunDirector
     assert findings.found.cutoffs.derivative_hz == 50.0
 
 
+@pytest.mark.extra
 def test_encoders_of_20000_counts_give_them_within_three_percent(counted: RunDirectory) -> None:
     findings = identify_bag(counted.path)
     relative, offset = errors(findings)
@@ -212,6 +213,7 @@ def test_the_command_prints_a_table(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     assert "20000 counts per revolution" in printed
 
 
+@pytest.mark.extra
 def test_a_name_cannot_leave_the_comment_or_the_page(folder: Path, counted: RunDirectory, tmp_path: Path) -> None:
     file = tmp_path / "malice.yaml"
     file.write_text(ASSUMED.replace('"assumed: robot"', '"x\\nmass_kg: 3 <script>&"'), encoding="utf-8")
@@ -298,6 +300,7 @@ def test_what_cannot_be_read_is_one_line(
     assert complaint.count("\n") == 1
 
 
+@pytest.mark.extra
 def test_angles_that_are_wrapped_to_one_turn_identify_alike(
     exact: RunDirectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -100,6 +100,7 @@ def test_the_tuned_file_crosses_where_the_defaults_fail(chirped: RunDirectory, t
     assert recommended.error_peak < 5e-4
 
 
+@pytest.mark.extra
 def test_the_command_prints_a_table_and_refuses_what_it_cannot_do(chirped: RunDirectory, tmp_path: Path) -> None:
     status, printed, _ = identified(chirped, tmp_path / "out")
     assert status == 0

@@ -266,6 +266,7 @@ def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> tuple[int, str, str
     return result.exit_code, result.stdout, result.stderr
 
 
+@pytest.mark.extra
 def test_command_writes_page_figures_and_measures(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     out = tmp_path / "made" / "map"
     status, printed, _ = run(monkeypatch, "unequal", "--out", str(out), "--json")

@@ -199,6 +199,7 @@ def test_an_unknown_figure_may_be_the_largest() -> None:
     assert largest([1.0, None]) is None
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("case", "camera"),
     [

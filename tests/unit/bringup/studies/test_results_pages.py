@@ -335,6 +335,7 @@ def test_data_that_are_none_are_refused_in_one_line(tmp_path: Path) -> None:
     assert MadeRun._fields[0] == "run"
 
 
+@pytest.mark.extra
 def test_the_command_draws_the_pages_again_from_their_data(tmp_path: Path) -> None:
     shutil.copytree(RESULTS, tmp_path / "pages")
     (tmp_path / "pages/odds.md").unlink()

@@ -278,6 +278,7 @@ def test_what_stands_in_for_mpc_and_lqr_has_the_gains_that_the_rig_bears(rig: st
     assert (used.kp, used.kd, used.weight) == (given["kp"], given["kd"], given["weight"])
 
 
+@pytest.mark.extra
 def test_the_regulator_is_as_soft_on_poor_transmissions_as_the_gains_of_unified() -> None:
     scenario = draw(75, 4, "poor").with_effects("lqr", {})
     robot, modes = scenario.five_bar(), scenario.working_mode

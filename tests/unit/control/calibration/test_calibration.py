@@ -246,6 +246,7 @@ def test_what_cannot_be_calibrated_is_refused_by_name(dextar: FiveBar) -> None:
     assert "the loop stays open by" in refused(dextar, half)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("motors", "offset", "rates", "words"),
     [

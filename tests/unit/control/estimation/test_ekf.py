@@ -253,6 +253,7 @@ def normalised_error(belief: Belief, truth: Estimate, states: slice = slice(0, 6
     return float(error @ np.linalg.solve(np.array(belief.covariance)[states, states], error))
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("gyro", [False, True])
 def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar, gyro: bool) -> None:
     """Monte Carlo: the mean NEES over runs is within the chi-square bounds of 6 or, with the bias, 7 states."""

@@ -67,6 +67,7 @@ def motions(found: list[Estimate]) -> NDArray[np.float64]:
     return np.array([one[:4] for one in found])
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("gyro", [False, True])
 @pytest.mark.parametrize("length", [0.0, 5e-5, 4e-4, 2e-3])
 def test_a_small_error_dies_out(gyro: bool, length: float) -> None:

@@ -183,6 +183,7 @@ def test_what_keeps_the_gyroscope_from_being_used_comes_before_what_follows_from
     assert named_fault(model, ESTIMATE_INCONSISTENT, nothing_read(), waited(unheard(), 2)).trip == ESTIMATE_INCONSISTENT
 
 
+@pytest.mark.extra
 def test_no_crossing_has_a_frozen_encoder(crossing: tuple[Scenario, OfflineRun]) -> None:
     assert crossing[1].faults == []
     for scenario in (

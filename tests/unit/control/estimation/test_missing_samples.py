@@ -81,6 +81,7 @@ def test_a_slipped_encoder_is_a_contradiction(crossing: tuple[Scenario, list[Rea
     assert slips <= number <= slips + 3
 
 
+@pytest.mark.extra
 def test_machine_code_estimates_the_same(crossing: tuple[Scenario, list[Reading]]) -> None:
     """Over gaps as well, to the last bit."""
     scenario, complete = crossing

@@ -338,6 +338,7 @@ def crossed(way: Way, **changes: Any) -> tuple[float, str]:
     return summary.tracking_error_peak_m, summary.outcome
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(("controller", "most"), [("unified", 1e-4), ("lqr", 1e-4), ("multi_cartesian", 1.5e-3)])
 @pytest.mark.parametrize("way", [DOWN, UP], ids=["down", "up"])
 def test_laws_cross_on_a_vertical_robot_as_on_a_level_one(

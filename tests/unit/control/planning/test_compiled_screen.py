@@ -102,6 +102,7 @@ def test_a_reference_by_motors_has_its_own_torque_and_no_margin_to_type_1(dextar
     assert sample.serial == math.inf
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("controller", ["unified", "multi_cartesian"])
 def test_the_response_to_loads(
     dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any], controller: str
@@ -116,6 +117,7 @@ def test_the_response_to_loads(
     assert repr(found) == repr(plainly(moved))
 
 
+@pytest.mark.extra
 def test_the_worth_of_an_estimate(dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any]) -> None:
     predicted = predict_run(dextar, plan, RATE_HZ, FOLLOWER, 2.0)
     settings = EkfSettings(gyro=True, camera=True)

@@ -187,6 +187,7 @@ def test_a_request_keeps_to_the_workspace_and_to_the_forbidden_postures() -> Non
     assert "time to the forbidden posture '1' is 0 s" in forbidden
 
 
+@pytest.mark.extra
 def test_a_request_is_screened_with_the_law_that_follows_it() -> None:
     """The softer the law, the further the declared loads move the platform."""
     across = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.03), -1, 0.9)
@@ -267,6 +268,7 @@ def test_it_outlives_no_parent() -> None:
     wait_for_end(orphan)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("push", [0.0, 1.0])
 def test_what_requests_of_a_robot_with_loads_need_is_loaded_before_the_first(push: float) -> None:
     """The solver of the time law of least torque, 0.8 s, which requests without loads do not need."""

@@ -135,6 +135,7 @@ def release(robot: FiveBar, plan: ReleasePlan, motion: MujocoMotion) -> tuple[Re
     return memory, state_in(robot, motion)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("at", STRETCHED)
 @pytest.mark.parametrize("beside", [1e-6, 3e-3, -3e-3])
 def test_pressed_elbows_drop_the_platform_to_a_side_that_the_gyroscope_tells(

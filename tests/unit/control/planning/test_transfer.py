@@ -61,6 +61,7 @@ def expect_feasible(robot: FiveBar, mode: tuple[int, int], transfer: Transfer, l
 coordinate = st.floats(-0.18, 0.18)
 
 
+@pytest.mark.extra
 @settings(max_examples=6)
 @given(
     name=st.sampled_from(sorted(ROBOTS)),

@@ -42,6 +42,7 @@ def test_the_response_is_that_of_the_run_and_within_the_tube(
     assert np.all(errors < found.radius)
 
 
+@pytest.mark.extra
 def test_robots_off_the_model_stay_within_the_tube_of_the_mismatch() -> None:
     for crossing, (mass, inertia, friction) in zip(
         benchmark()[:3], ((0.9, 1.1, 1.2), (1.1, 0.9, 0.8), (1.1, 1.1, 1.2)), strict=False
