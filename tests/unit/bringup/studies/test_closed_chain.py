@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+import three_rrr
 from numpy.typing import NDArray
+from three_rrr import EXAMPLE, three_rrr_chain
 
-from fivebar_bringup.studies.closed_chain import three_rrr
 from fivebar_bringup.studies.closed_chain.chain import ChainError, ChainPlatform, ClosedChain, LinkInertia, Tip
 from fivebar_bringup.studies.closed_chain.dynamics import (
     driven_wrench,
@@ -38,7 +39,6 @@ from fivebar_bringup.studies.closed_chain.kinematics import (
     platform_pose,
     platform_rows,
 )
-from fivebar_bringup.studies.closed_chain.three_rrr import EXAMPLE, three_rrr_chain
 from fivebar_control.model.dynamics import inverse_dynamics as five_bar_torque
 from fivebar_control.model.dynamics import multipliers
 from fivebar_control.model.geometry import inverse_geometry as five_bar_angles
