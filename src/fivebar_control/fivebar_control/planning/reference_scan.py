@@ -183,6 +183,8 @@ class ReferenceScan:
     def _evaluate(self, samples: Iterable[int]) -> None:
         """Evaluate the reference at those of some samples at which it has not been yet."""
         new = [sample for sample in samples if sample not in self._seen]
+        if not new:
+            return
         references = desired_along(self._robot, self._plan, [sample / self._rate_hz for sample in new])
         for sample, seen, row in zip(new, samples_of(self._robot, references), references, strict=True):
             rate = inverse_condition_rate(reference_of(row.tolist()).state) if self._needed.forecasts else 0.0
