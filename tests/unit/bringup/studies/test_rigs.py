@@ -13,6 +13,7 @@ import yaml
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.odds.robot_errors import drawn_effects
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.compare.cases import COMPARED_RIGS
 from fivebar_bringup.studies.rigs.named import find_rig, rig_directory, shipped_rigs
@@ -197,6 +198,23 @@ def test_the_push_meets_the_robot_on_the_locus(numbers: tuple[int, ...]) -> None
         crossing = plan_of(case).crossings[0].time
         assert push.start <= crossing <= push.start + push.length
         assert bus.lost_from <= crossing <= bus.lost_from + bus.lost_within
+
+
+def test_a_case_in_another_time_is_what_is_checked_anew_and_keeps_what_its_rig_says(
+    numbers: tuple[int, ...], tmp_path: Path
+) -> None:
+    content = yaml.safe_load((rig_directory() / "calibrated.yaml").read_text(encoding="utf-8"))
+    content["scenario"]["plant"] |= {"seed": 7, "push": {"heading": 1.0}}
+    own = tmp_path / "own.yaml"
+    own.write_text(yaml.safe_dump(content), encoding="utf-8")
+    drawn = draw(SEED, numbers[0], str(own))
+    for duration, time_law in ((drawn.duration, QUINTIC), (1.3, OPTIMAL)):
+        case = drawn._replace(duration=duration, time_law=time_law)
+        effects = drawn_effects(find_rig(str(own)).errors, SEED, case.number, plan_of(case).crossings[0].time)
+        scenario = case.scenario("multi_cartesian")
+        assert scenario == case.with_effects("multi_cartesian", effects)
+        assert (scenario.plant.seed, scenario.plant.push.heading) == (7, 1.0)
+        assert (scenario.segment_duration, scenario.time_law) == (duration, time_law)
 
 
 @pytest.mark.extra

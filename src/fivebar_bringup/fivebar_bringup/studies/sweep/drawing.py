@@ -22,7 +22,6 @@ from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.rigs.proportion import in_proportion
-from fivebar_bringup.studies.rigs.rig import Rig
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
@@ -185,15 +184,11 @@ class Draw(NamedTuple):
             "controller": controller,
             "working_mode": (self.mode1, self.mode2),
             "waypoints": ((self.start_x, self.start_y), (self.end_x, self.end_y)),
-            **self._timing(),
+            **self.timing(),
         }
         return validate(content, DrawnScenario, f"case {self.number}")
 
-    def timed_as_this(self, scenario: DrawnScenario) -> DrawnScenario:
-        """Return the scenario of another timing of this case with that of this one."""
-        return scenario.model_copy(update=self._timing())
-
-    def _timing(self) -> dict[str, Any]:
+    def timing(self) -> dict[str, Any]:
         """Return the keys of a scenario in which the timings of a case differ."""
         return {"segment_duration": self.duration, "time_law": self.time_law}
 
@@ -282,37 +277,33 @@ def plan_of(case: Draw) -> Plan:
         InputError: the planner refuses the motion.
     """
     # the effects of its robot follow from the motion, not the motion from them
-    return case.timed_as_this(_as_drawn(_untimed(case), PLANNED_FOR)).plan()
+    return _timed(case, PLANNED_FOR).plan()
 
 
 @lru_cache(maxsize=16)
 def _scenario_of(case: Draw, controller: str) -> DrawnScenario:
     """Return a case's scenario, for which its screen, its run and its row ask one after the other."""
-    scenario = case.timed_as_this(_as_drawn(_untimed(case), controller))
-    errors = _errors_of(case)
+    scenario, errors = _timed(case, controller), _errors_of(case)
     if errors == NO_ERRORS:
         return scenario
     drawn = drawn_effects(errors, case.seed, case.number, plan_of(case).crossings[0].time)
-    return scenario.model_copy(update={"plant": with_sections(scenario.plant, _left_open(drawn, find_rig(case.rig)))})
+    # what all robots of the rig have in common is not drawn
+    common = find_rig(case.rig).plant
+    effects = {"seed": common.get("seed", drawn.pop("seed"))}
+    for name, keys in drawn.items():
+        effects[name] = {key: value for key, value in keys.items() if key not in common.get(name, {})}
+    return scenario.model_copy(update={"plant": with_sections(scenario.plant, effects)})
 
 
-def _left_open(drawn: Mapping[str, Any], rig: Rig) -> dict[str, Any]:
-    """Return the seed and the sections of effects that were drawn, without what all robots of a rig have in common."""
-    common = {"seed": rig.plant.get("seed", drawn["seed"])}
-    sections = {name: keys for name, keys in drawn.items() if name not in common}
-    for name, keys in sections.items():
-        common[name] = {key: value for key, value in keys.items() if key not in rig.plant.get(name, {})}
-    return common
-
-
-def _untimed(case: Draw) -> Draw:
-    """Return what all timings of a case have in common."""
-    return case._replace(duration=1.0, drawn_duration=None, time_law=QUINTIC)
+def _timed(case: Draw, controller: str) -> DrawnScenario:
+    """Return the scenario of a case, with the effects of its robot as if it crossed at once."""
+    untimed = case._replace(duration=1.0, drawn_duration=None, time_law=QUINTIC)
+    return _as_drawn(untimed, controller).model_copy(update=case.timing())
 
 
 @lru_cache(maxsize=16)
 def _as_drawn(case: Draw, controller: str) -> DrawnScenario:
-    """Return the scenario of a case, checked, with the effects of its robot as if it crossed at once."""
+    """Return the same of all timings of a case, checked."""
     errors = _errors_of(case)
     effects = {} if errors == NO_ERRORS else drawn_effects(errors, case.seed, case.number, 0.0)
     return case.with_effects(controller, effects)
