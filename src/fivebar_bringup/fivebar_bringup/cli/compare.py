@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import Annotated
 
@@ -10,7 +9,6 @@ import typer
 from rich.text import Text
 
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors
-from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.study_options import (
     Machines,
     SchedulerFileOption,
@@ -19,8 +17,8 @@ from fivebar_bringup.cli.study_options import (
     StudyRobotOption,
     chosen_controllers,
     controllers_option,
-    print_table,
     run_command,
+    show_study,
 )
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
@@ -91,18 +89,10 @@ def compare(
         }
         _refuse_namesakes([given_on(name, own).name for name in names or ()])
         made = run_command(COMPARISON.place, given, out, Machines(jobs, scheduler, scheduler_file), as_json)
-    if as_json:
-        print(json.dumps(made.content, indent=2, allow_nan=False))
-        return
-    printer = Printer()
     verdicts, overview = made.shown
-    # as many columns as a narrow terminal has room for; the page has all
+    lines = [Text.assemble((WORDS[one.met], COLOURS[one.met]), f": {one.title}: {one.measured}") for one in verdicts]
     columns = ("rig", "controller", "succeeded", "error", "applied", "requested", "saturated")
-    print_table(printer, overview, columns)
-    for finding in verdicts:
-        verdict = WORDS[finding.met], COLOURS[finding.met]
-        printer.print(Text.assemble(verdict, f": {finding.title}: {finding.measured}"))
-    printer.print(f"look at {made.page}", soft_wrap=True)
+    show_study(made, as_json, overview, columns, lines)
 
 
 def _rigs(text: str | None, quick: bool) -> tuple[str, ...] | None:

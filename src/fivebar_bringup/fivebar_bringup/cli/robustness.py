@@ -22,8 +22,8 @@ from fivebar_bringup.cli.study_options import (
     chosen,
     chosen_controllers,
     controllers_option,
-    print_table,
     run_command,
+    show_study,
 )
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
@@ -93,13 +93,7 @@ def robustness(
             **(QUICK if quick else {}),
         }
         made = run_command(ROBUSTNESS.place, settings, out, machines, as_json)
-    if as_json:
-        print(json.dumps(made.content, indent=2, allow_nan=False))
-        return
-    printer = Printer()
-    # as many columns as a narrow terminal has room for; the page has all
-    print_table(printer, made.shown, made.shown.columns[:1] + made.shown.columns[2:5])
-    printer.print(f"look at {made.page}", soft_wrap=True)
+    show_study(made, as_json, made.shown, made.shown.columns[:1] + made.shown.columns[2:5])
 
 
 def _refuse(study: str, others: Mapping[str, object]) -> None:
@@ -118,12 +112,7 @@ def _sensors(given: dict[str, Any], out: Path | None, machines: Machines, as_jso
         if not find_rig(given["rig"]).scenario.get("ekf", {}).get("gyro"):
             raise InputError(f"--rig: {given['rig']!r}: has no gyroscope: expected a rig with ekf: {{gyro: true}}")
         made = run_command(SENSOR_FAULTS.place, given, out, machines, as_json)
-    if as_json:
-        print(json.dumps(made.content, indent=2, allow_nan=False))
-        return
-    printer = Printer()
-    print_table(printer, made.shown, made.shown.columns[:4])
-    printer.print(f"look at {made.page}", soft_wrap=True)
+    show_study(made, as_json, made.shown, made.shown.columns[:4])
 
 
 def _losses(out: Path | None, processes: int, as_json: bool) -> None:

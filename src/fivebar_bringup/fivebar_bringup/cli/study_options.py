@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -15,6 +16,8 @@ from fivebar_description.errors import InputError
 from fivebar_description.suggestion import expected_one_of
 
 if TYPE_CHECKING:
+    from rich.text import Text
+
     from fivebar_bringup.pages.content import Table as PageTable
     from fivebar_bringup.studies.engine.running import FinishedStudy
 
@@ -117,6 +120,20 @@ def chosen(option: str, text: str, known: Collection[str]) -> tuple[str, ...]:
 
 def _listed(text: str) -> list[str]:
     return [name.strip() for name in text.split(",")]
+
+
+def show_study(
+    made: FinishedStudy, as_json: bool, table: PageTable, columns: Sequence[str], lines: Sequence[str | Text] = ()
+) -> None:
+    """Print a finished study: all of it as JSON, or some columns of a table, lines, and where its page is."""
+    if as_json:
+        print(json.dumps(made.content, indent=2, allow_nan=False))
+        return
+    printer = Printer()
+    print_table(printer, table, columns)
+    for line in lines:
+        printer.print(line)
+    printer.print(f"look at {made.page}", soft_wrap=True)
 
 
 def print_table(printer: Printer, shown: PageTable, columns: Sequence[str]) -> None:

@@ -19,8 +19,8 @@ from fivebar_bringup.cli.study_options import (
     StudyOutOption,
     chosen_controllers,
     controllers_option,
-    print_table,
     run_command,
+    show_study,
 )
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
@@ -120,16 +120,9 @@ def sweep(
             return
         machines = Machines(jobs, scheduler, scheduler_file)
         made = run_command("fivebar_bringup.studies.sweep.sweep:SWEEP", given, out, machines, as_json)
-    if as_json:
-        print(json.dumps(made.content, indent=2, allow_nan=False))
-        return
-    # as many columns as a narrow terminal has room for; the page has all
-    printer = Printer()
-    print_table(printer, made.shown, ("controller", "called feasible", "of them made", "share"))
-    met = made.content["met"]
-    verdict = ("met", "green") if met else ("not met", "red")
-    printer.print(Text.assemble(verdict, f": {made.content['verdict']}"))
-    printer.print(f"look at {made.page}", soft_wrap=True)
+    verdict = ("met", "green") if made.content["met"] else ("not met", "red")
+    columns = ("controller", "called feasible", "of them made", "share")
+    show_study(made, as_json, made.shown, columns, [Text.assemble(verdict, f": {made.content['verdict']}")])
 
 
 def _one_case(number: int, given: dict[str, Any], out: Path | None, as_json: bool) -> None:
