@@ -197,6 +197,8 @@ def fill_trace(
         command2=cycle.command.tau2,
         applied1=robot.applied1,
         applied2=robot.applied2,
+        read1=robot.readings.q11,
+        read2=robot.readings.q21,
     )
     for column, value in enumerate(row):
         trace[number, column] = value

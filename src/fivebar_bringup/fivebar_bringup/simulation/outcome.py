@@ -83,6 +83,7 @@ class TraceRow(NamedTuple):
         requested1, requested2: torques requested for the sample (Nm), NaN once a fault is latched.
         command1, command2: torques commanded (Nm).
         applied1, applied2: torques applied over the period before the sample (Nm).
+        read1, read2: what the motors' encoders read (rad).
     """
 
     q11: float
@@ -105,3 +106,5 @@ class TraceRow(NamedTuple):
     command2: float
     applied1: float
     applied2: float
+    read1: float
+    read2: float

@@ -60,6 +60,9 @@ COMMON = 0.1
 """Part of what the transmissions yield that counts as a common error of the closure, which no repetition averages out;
 found by the coverage of the intervals on elastic robots."""
 
+DIFFERENCE = 1e-6
+"""Change of a parameter (m, rad) by which a derivative is found."""
+
 BLOCK = 0.25
 """Time (s) after which residuals are taken for independent."""
 
@@ -213,11 +216,24 @@ class ClosureProblem:
         closed = closure(values[: len(GEOMETRY)], self._links(values), states)
         return closed, np.sqrt(np.sum(closed.by_motors**2 * self._read.variances, axis=1))
 
+    def _growth(self, values: FloatArray, states: FloatArray, deviation: FloatArray) -> FloatArray:
+        """Return [n, 8], the relative derivatives of the closure's deviations by the geometry, by differences.
+
+        A smaller robot has smaller gaps, and deviations that are as much smaller: without these derivatives each step
+        would take it for one that fits better.
+        """
+        growth = np.empty((self._states, len(GEOMETRY)))
+        for number in range(len(GEOMETRY)):
+            changed = values.copy()
+            changed[number] += DIFFERENCE
+            growth[:, number] = (self._closure(changed, states)[1] / deviation - 1.0) / DIFFERENCE
+        return growth
+
     def _rows(self, values: FloatArray, states: FloatArray) -> Rows:
         closed, deviation = self._closure(values, states)
         count, chained = self._states, self._samples - 1
         by = np.zeros((count, len(values)))
-        by[:, : len(GEOMETRY)] = closed.by_geometry
+        by[:, : len(GEOMETRY)] = closed.by_geometry - closed.gap[:, None] * self._growth(values, states, deviation)
         by[:, PLAY] = -closed.by_motors * self._ahead
         by[:, COMPLIANCE] = -closed.by_motors * self._torques
         parts = [

@@ -12,8 +12,8 @@ from fivebar_control.calibration.result import Calibration
 
 FloatArray = NDArray[np.float64]
 
-ALIKE = 0.9
-"""Cosine between a direction and one with a name, from which on it is called so."""
+FAR = 1e6
+"""Strength that is given to directions that are not looked at."""
 
 SMALL = 0.25
 """Part of the largest component below which one is left out of a direction's words."""
@@ -36,7 +36,7 @@ class Unseen(NamedTuple):
 def unseen(found: Calibration) -> list[Unseen]:
     """Return the directions in which the recording says less than was known before, the worst first.
 
-    From the singular values of the recording's information on the geometry, the gyroscope's parameters eliminated, in
+    From the eigenvalues of the recording's information on the geometry, the gyroscope's parameters eliminated, in
     units of the standard deviations before.
     """
     count = len(GEOMETRY)
@@ -50,14 +50,35 @@ def unseen(found: Calibration) -> list[Unseen]:
     mixed = found.information[np.ix_(kept, rest)]
     information = found.information[np.ix_(kept, kept)] - mixed @ np.linalg.solve(own, mixed.T)
     scale = found.before[kept]
-    directions, strengths, _ = np.linalg.svd(information * np.outer(scale, scale), hermitian=True)
-    result = []
-    for strength, direction in sorted(zip(strengths.tolist(), directions.T, strict=True), key=lambda one: one[0]):
+    scaled = information * np.outer(scale, scale)
+    result, known = list[Unseen](), np.zeros((len(kept), 0))
+    for whole, words in _named(found):
+        direction = whole[kept] / scale
+        # what is left of it without those before
+        direction -= known @ (known.T @ direction)
+        direction /= np.linalg.norm(direction)
+        strength = float(direction @ scaled @ direction)
+        if strength < 1.0:
+            result.append(Unseen(words, 1.0 / (1.0 + max(strength, 0.0))))
+            known = np.column_stack((known, direction))
+    # directions of equal strength are no more than a plane: the named ones are left out of it
+    outside = np.eye(len(kept)) - known @ known.T
+    strengths, directions = np.linalg.eigh(outside @ scaled @ outside + FAR * known @ known.T)
+    for strength, direction in zip(strengths.tolist(), directions.T, strict=True):
         if strength < 1.0:
             whole = np.zeros(count)
             whole[kept] = direction * scale
-            result.append(Unseen(_words(whole, found), 1.0 / (1.0 + strength)))
-    return result
+            result.append(Unseen(_words(whole, found), 1.0 / (1.0 + max(strength, 0.0))))
+    return sorted(result, key=lambda one: -one.share)
+
+
+def _named(found: Calibration) -> list[tuple[FloatArray, str]]:
+    """Return the directions of the geometry (m, rad) that have a name and are free, with it."""
+    held = found.before[: len(GEOMETRY)] <= 1e-8
+    scale = np.concatenate((found.values[:ZERO_1], np.zeros(2)))
+    shift = np.zeros(len(GEOMETRY))
+    shift[[BASE_1, BASE_2]] = 1.0
+    return [(one, words) for one, words in ((scale, SCALE), (shift, SHIFT)) if not np.any(held & (one != 0.0))]
 
 
 def _words(direction: FloatArray, found: Calibration) -> str:
@@ -66,13 +87,6 @@ def _words(direction: FloatArray, found: Calibration) -> str:
     weights[ZERO_1:] = found.values[0]
     weighted = direction * weights
     weighted /= np.linalg.norm(weighted)
-    scale = np.concatenate((found.values[:ZERO_1], np.zeros(2)))
-    scale[found.before[: len(GEOMETRY)] <= 1e-8] = 0.0
-    shift = np.zeros(len(GEOMETRY))
-    shift[[BASE_1, BASE_2]] = 1.0
-    for named, words in ((scale, SCALE), (shift, SHIFT)):
-        if abs(named @ weighted) > ALIKE * np.linalg.norm(named):
-            return words
     largest = np.argmax(np.abs(weighted))
     weighted = weighted / weighted[largest]
     parts = [f"{value:+.1f} {name}" for name, value in zip(GEOMETRY, weighted, strict=True) if abs(value) >= SMALL]

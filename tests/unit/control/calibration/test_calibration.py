@@ -74,6 +74,17 @@ def test_exact_readings_give_the_geometry_where_the_bases_are_known(dextar: Five
     assert not unseen(found)
 
 
+def test_rounding_does_not_make_a_smaller_robot_fit_better(dextar: FiveBar) -> None:
+    """The scale is not seen, and stays where it was: in standard deviations before."""
+    robot = with_errors(dextar, ERRORS)
+    record = led(robot, ZEROS, PATH[:5], counts=20_000, imu=ImuSettings(gyro_bias=BIAS, gyro_noise=0.01))
+    found = calibrate(dextar, TOLERANCES, record)
+    deviations = found.before[: len(GEOMETRY)]
+    scale = np.concatenate((found.values[:6], np.zeros(2))) / deviations
+    moved = (found.values - found.start)[: len(GEOMETRY)] / deviations
+    assert abs(scale @ moved) / np.linalg.norm(scale) < 0.03
+
+
 def test_without_a_touched_point_scale_and_origin_are_not_seen_and_said_so(dextar: FiveBar) -> None:
     robot = with_errors(dextar, np.array([*ERRORS[:4], 1e-4, -2e-4]))
     record = led(robot, ZEROS)
