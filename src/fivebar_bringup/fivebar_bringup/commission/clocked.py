@@ -42,8 +42,14 @@ class RobotProcess:
             InputError: it does not start.
         """
         command = [*module_command(PROGRAM), str(file), str(domain)]
+        # in a session of its own, since a robot hears no Ctrl-C: its drives are to be left without torque first
         self._process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, preexec_fn=end_with_parent
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            preexec_fn=end_with_parent,
+            start_new_session=True,
         )
         self._expect(READY)
 

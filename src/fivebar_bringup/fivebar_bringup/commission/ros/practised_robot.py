@@ -65,6 +65,8 @@ class ClockedRobot(PracticeRobot):
         self._link, self._imu = ODriveBus(file), imu
         self._since_epoch = time.time() - time.monotonic()
         self._pull: Callable[[float], tuple[float, float]] | None = None
+        self.left = threading.Event()
+        """Set once nobody is there any more for whom a hand would do anything."""
         self.motors.before_step = self._before_step
 
     def serve(self) -> None:
@@ -81,7 +83,7 @@ class ClockedRobot(PracticeRobot):
             return grip * x, grip * y
 
         self._pull = pull
-        while time.monotonic() - began < seconds:
+        while time.monotonic() - began < seconds and not self.left.is_set():
             self.serve()
         self._pull = None
         self.motors.pull(0.0, 0.0)
@@ -111,12 +113,7 @@ def main() -> None:
     parser.add_argument("file", type=Path)
     parser.add_argument("domain", type=int)
     arguments = parser.parse_args()
-    file, lines = read_practice(arguments.file), queue.SimpleQueue[str | None]()
-
-    def read_lines() -> None:
-        for line in sys.stdin:
-            lines.put(line)
-        lines.put(None)
+    file, lines = read_practice(arguments.file), queue.SimpleQueue[str]()
 
     with DomainMember("practised_robot", arguments.domain) as member:
         imu = None
@@ -124,20 +121,23 @@ def main() -> None:
             publisher, rate_hz = member.advertise(IMU_DATA), round(1e6 / file.period_us)
             imu = ImuOnTopic(file.imu, rate_hz, file.effects.seed, file.effects.gyroscope, publisher)
         robot = ClockedRobot(file, imu)
+
+        def read_lines() -> None:
+            for line in sys.stdin:
+                lines.put(line)
+            robot.left.set()
+
         threading.Thread(target=read_lines, daemon=True).start()
         # a robot does not stand still while its computer collects garbage
         spare_what_exists()
         apply_scheduling(Scheduling(DEFAULT_PRIORITY), lambda words: print(words, file=sys.stderr))
         print(READY, flush=True)
         try:
-            while True:
+            while not robot.left.is_set():
                 if lines.empty():
                     robot.serve()
                     continue
-                line = lines.get()
-                if line is None:
-                    return
-                robot.obeys(task_of(line))
+                robot.obeys(task_of(lines.get()))
                 print(DONE, flush=True)
         finally:
             robot.close()
