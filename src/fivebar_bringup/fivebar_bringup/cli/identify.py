@@ -125,6 +125,8 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
         f" {result.allowed_on_links:.3g} rad/s with speeds that are measured on the links",
         soft_wrap=True,
     )
+    if found.amplitudes == 1:
+        printer.print("one amplitude: play of the transmissions, if any, makes these frequencies too low")
     change = "with its tuning" if result.lowered else "unchanged but for its name: the present gains are low enough"
     printer.print(f"robot file {file}, {change}", soft_wrap=True)
 

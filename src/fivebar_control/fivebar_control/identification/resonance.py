@@ -3,7 +3,8 @@
 The frequency response from both motors' torques to both motors' angles is estimated from cross spectra, and a model of
 two masses per leg is fitted to it: the rotor, a spring with a damper, and the links with the platform, whose inertia
 the robot's file gives. Torques are held over a period, which the model's discretisation has exactly; what lags besides,
-current loop and bus, is an unknown delay. docs/identification.md has the method.
+current loop and bus, is an unknown delay. A chirp of two amplitudes shows play, by which transmissions are the softer
+the less torque they pass on. docs/identification.md has the method.
 """
 
 from __future__ import annotations
@@ -56,6 +57,19 @@ LEAST_GAIN = 1.5
 WIDEST = 0.2
 """Half width of a frequency's interval, relative to the frequency, beyond which it is not determined."""
 
+FREQUENCY_ERROR = 0.03
+"""Of a frequency, beside its noise: what the model lacks, in simulated robots whose inertias are known."""
+
+STRONG, WEAK = 0.8, (0.2, 0.7)
+"""Root mean square of the torques over a window, relative to its largest value, of the parts with the larger and with
+the smaller amplitude."""
+
+PLAY_ERROR = 1.2
+"""Factor on what play has softened, at most: that it is as a constant angle beside the spring's is an approximation."""
+
+PASSED_ON = 0.05
+"""Least part of the amplitude that friction leaves to the links."""
+
 STARTS_HZ = ((30.0, 30.0), (60.0, 60.0), (120.0, 120.0), (50.0, 110.0), (110.0, 50.0))
 """Frequencies of both legs from which the fit begins; the best result counts."""
 
@@ -84,6 +98,25 @@ LIMITS = (
 
 class NoResonance(NotIdentifiable):
     """The robot is rigid as far as the record can tell; the text says up to which frequency."""
+
+
+class OnlyBounded(NotIdentifiable):
+    """Play may have softened the transmissions by so much that their resonance is not told, only a bound of it.
+
+    Attributes:
+        at_least: frequency (Hz) at which the softer one swings under the larger amplitude.
+        likely: frequency (Hz) that it has without its play, as far as that can be told; infinite where it cannot.
+    """
+
+    def __init__(self, seen: bool, at_least: float, likely: float) -> None:
+        """Tell both frequencies (Hz), and whether play is seen or cannot be excluded."""
+        reason = (
+            "the transmissions are softer under small torques than under large ones, and play hides their resonance"
+            if seen
+            else "the smaller amplitude of the chirp is too weak to tell play from elasticity"
+        )
+        super().__init__(f"{reason}: it is at {at_least:.3g} Hz or above")
+        self.at_least, self.likely = at_least, likely
 
 
 class Response(NamedTuple):
@@ -125,6 +158,7 @@ class Resonance(NamedTuple):
         delay: of the torque beyond its hold (s).
         highest: frequency (Hz) up to which the response stands out from its noise and the motors swing by a count.
         misfit: root mean square of the residuals in units of their deviations, about 1.
+        amplitudes: of the chirp, 2 where play would have shown.
     """
 
     legs: tuple[LegResonance, LegResonance]
@@ -132,6 +166,7 @@ class Resonance(NamedTuple):
     delay: MotorValue
     highest: float
     misfit: float
+    amplitudes: int
 
     @property
     def lowest(self) -> float:
@@ -150,44 +185,40 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
 
     Args:
         robot: its lengths, inertias and mass; its friction is a first guess.
-        record: of a chirp of both motors' torques, alike and against each other, in one posture.
+        record: of a chirp of both motors' torques, alike and against each other, in one posture. With two amplitudes
+            its intervals include what play may have softened.
 
     Raises:
         NoResonance: the robot is rigid as far as the record can tell.
+        OnlyBounded: play hides it.
         NotIdentifiable: the record is unsuitable, or determines no resonance.
     """
-    inertia, response = inertia_at(robot, record), frequency_response(bridged(record))
+    inertia, parts = inertia_at(robot, record), by_amplitude(bridged(record))
     given, period = np.array([robot.leg1.inertia, robot.leg2.inertia]), 1.0 / record.rate_hz
-    noise = np.median(response.deviations / np.abs(response.values), axis=(1, 2))
-    swing = 2.0 * response.amplitude * np.median(np.abs(response.values), axis=(1, 2))
-    clear = response.frequencies[(noise < NOISY) & (swing >= smallest_step(record.angles))]
+    strong = frequency_response(parts[0])
+    noise = np.median(strong.deviations / np.abs(strong.values), axis=(1, 2))
+    swing = 2.0 * strong.amplitude * np.median(np.abs(strong.values), axis=(1, 2))
+    clear = strong.frequencies[(noise < NOISY) & (swing >= smallest_step(record.angles))]
     highest = float(clear[-1]) if len(clear) else 0.0
     friction = [robot.leg1.coulomb, robot.leg2.coulomb]
 
     def off_rigid(values: FloatArray) -> FloatArray:
         friction, gains = values[:4].reshape(2, 2).T
-        return _residuals(
-            response, modelled(rigid_model(inertia), friction, np.exp(gains), values[4], response, period)
-        )
-
-    def off_elastic(values: FloatArray) -> FloatArray:
-        within = np.clip(values, *LIMITS)
-        legs = within[:10].reshape(2, 5)
-        model, gains = elastic_model(inertia, given, legs), np.exp(legs[:, GAIN])
-        return _residuals(response, modelled(model, legs[:, COULOMB], gains, within[10], response, period))
+        return _residuals(strong, modelled(rigid_model(inertia), friction, np.exp(gains), values[4], strong, period))
 
     rigid = _fitted(off_rigid, [friction[0], 0.0, friction[1], 0.0, 0.0])
-    fits = []
-    for starts in STARTS_HZ:
-        one, two = ([math.log(hz), math.log(0.05), 0.5, f_s, 0.0] for hz, f_s in zip(starts, friction, strict=True))
-        fits.append(_fitted(off_elastic, [*one, *two, 0.0]))
-    found = min(fits, key=lambda one: one.cost)
-    result = _resonance(inertia, given, response, period, found, highest)
+    found = _elastic_fit(inertia, given, strong, period, friction)
+    result = _resonance(inertia, given, strong, period, found, highest)
     if rigid.cost < LEAST_GAIN * found.cost or any(leg.frequency.value > highest for leg in result.legs):
         raise NoResonance(
             f"no resonance is visible up to {highest:.0f} Hz, so no transmission is softer than some"
             f" {highest / ASSEMBLED:.0f} Hz: the robot is rigid as far as this chirp can tell"
         )
+    if len(parts) > 1:
+        weak = frequency_response(parts[1])
+        softer = _resonance(inertia, given, weak, period, _elastic_fit(inertia, given, weak, period, friction), highest)
+        return _without_play(result, softer, strong, weak, np.clip(found.values, *LIMITS)[[COULOMB, 5 + COULOMB]])
+    result = _with_model_error(result)
     for number, leg in enumerate(result.legs, start=1):
         if not leg.frequency.half_width < WIDEST * leg.frequency.value:
             raise NotIdentifiable(
@@ -195,6 +226,99 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
                 f" {leg.frequency.half_width:.2g} Hz: expected a stronger or longer chirp"
             )
     return result
+
+
+def by_amplitude(record: Record) -> list[Record]:
+    """Return the parts of a record with the larger and the smaller amplitude of the torques; all of it if it has one.
+
+    What is not in a part is missing in it.
+    """
+    length = round(WINDOW * record.rate_hz)
+    known = np.isfinite(record.torques).all(axis=1)
+    power = np.where(known, np.mean(np.square(np.nan_to_num(record.torques)), axis=1), 0.0)
+    window = np.ones(length)
+    count = np.convolve(known.astype(float), window, "same")
+    size = np.sqrt(np.convolve(power, window, "same") / np.maximum(count, 1.0))
+    size = size / max(float(size.max(initial=0.0)), 1e-12)
+    parts = [
+        record._replace(
+            angles=np.where(chosen, record.angles, np.nan), torques=np.where(chosen, record.torques, np.nan)
+        )
+        for chosen in ((size > STRONG)[:, None], ((size > WEAK[0]) & (size < WEAK[1]))[:, None])
+    ]
+    try:
+        frequency_response(parts[1])
+    except NotIdentifiable:
+        return [record]
+    return parts
+
+
+def _without_play(
+    strong: Resonance, weak: Resonance, by_strong: Response, by_weak: Response, friction: FloatArray
+) -> Resonance:
+    """Return what transmissions are without their play, by how much softer they are under the smaller amplitude.
+
+    Play turns by a constant angle, a spring in proportion to its torque: the compliance 1 / f^2 that is seen grows with
+    the inverse of the torque that is passed on, which friction lowers. Between the frequency under the larger amplitude
+    and that which follows for torques without bound lies the truth.
+
+    Raises:
+        OnlyBounded: it is not determined so.
+    """
+    legs, lows, likely, plays = list[LegResonance](), list[float](), list[float](), False
+    for leg, softer, coulomb in zip(strong.legs, weak.legs, friction.tolist(), strict=True):
+        (f, half), (g, wide) = leg.frequency, softer.frequency
+        loss = 4.0 / math.pi * coulomb
+        large = max(by_strong.amplitude - loss, PASSED_ON * by_strong.amplitude)
+        small = max(by_weak.amplitude - loss, PASSED_ON * by_weak.amplitude)
+        seen = f**-2 - g**-2
+        uncertain = 2.0 * math.hypot(half * f**-3, wide * g**-3)
+        reach = small / (large - small)
+
+        def stiffer(softening: float, f: float = f, reach: float = reach) -> float:
+            compliance = f**-2 - max(0.0, softening) * reach
+            return compliance**-0.5 if compliance > 0.0 else math.inf
+
+        central, high = stiffer(-seen), stiffer(PLAY_ERROR * (uncertain - seen))
+        plays = plays or -seen > uncertain
+        lows.append(f)
+        likely.append(central)
+        widened = max(central - f, high - central) if math.isfinite(high) else math.inf
+        legs.append(leg._replace(frequency=MotorValue(central, math.hypot(widened, leg.frequency.half_width))))
+    found = _with_model_error(strong._replace(legs=(legs[0], legs[1]), amplitudes=2))
+    if not all(leg.frequency.half_width < WIDEST * leg.frequency.value for leg in found.legs):
+        raise OnlyBounded(plays, min(lows), min(likely))
+    return found
+
+
+def _with_model_error(found: Resonance) -> Resonance:
+    """Return a result whose frequencies' intervals include what the model lacks, more of it where it explains less."""
+    error = FREQUENCY_ERROR * max(1.0, found.misfit**2)
+
+    def widened(leg: LegResonance) -> LegResonance:
+        value, half = leg.frequency
+        return leg._replace(frequency=MotorValue(value, math.hypot(half, error * value)))
+
+    one, two = map(widened, found.legs)
+    return found._replace(legs=(one, two))
+
+
+def _elastic_fit(
+    inertia: FloatArray, given: FloatArray, response: Response, period: float, friction: Sequence[float]
+) -> _Fitted:
+    """Return the best fit of elastic transmissions, from a first guess of the friction (Nm)."""
+
+    def off(values: FloatArray) -> FloatArray:
+        within = np.clip(values, *LIMITS)
+        legs = within[:10].reshape(2, 5)
+        model, gains = elastic_model(inertia, given, legs), np.exp(legs[:, GAIN])
+        return _residuals(response, modelled(model, legs[:, COULOMB], gains, within[10], response, period))
+
+    fits = []
+    for starts in STARTS_HZ:
+        one, two = ([math.log(hz), math.log(0.05), 0.5, f_s, 0.0] for hz, f_s in zip(starts, friction, strict=True))
+        fits.append(_fitted(off, [*one, *two, 0.0]))
+    return min(fits, key=lambda one: one.cost)
 
 
 def _residuals(response: Response, model: ComplexArray) -> FloatArray:
@@ -241,6 +365,7 @@ def _resonance(
         MotorValue(float(values[10]) * period, float(half[10]) * period),
         highest,
         math.sqrt(found.cost / found.derivatives.shape[0]),
+        1,
     )
 
 

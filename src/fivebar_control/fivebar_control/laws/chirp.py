@@ -1,7 +1,8 @@
 """An excitation for `fivebar identify --resonance`: holds the motors softly and adds a chirp to their torques.
 
 The first sweep turns both motors the same way, the next against each other, and so on, so that a recording tells what
-each motor's torque does to either motor. It is a law "from elsewhere", so that scenarios name it by its module:
+each motor's torque does to either motor. With `fall` the second pair of sweeps has a smaller amplitude, which tells
+play from elasticity. It is a law "from elsewhere", so that scenarios name it by its module:
 `controller: fivebar_control.laws.chirp:LAW`.
 """
 
@@ -34,6 +35,15 @@ class ChirpSettings(NamedTuple):
         Setting("Frequency at which a sweep ends, at most 0.4 of the sampling rate.", "Hz", at_least=0.1, at_most=1e4),
     ] = 200.0
     sweep: Annotated[float, Setting("Duration of a sweep.", "s", at_least=0.1, at_most=1e3)] = 5.0
+    fall: Annotated[
+        float,
+        Setting(
+            "Amplitude of every second pair of sweeps over that of the others: play shows by it. 1 for none.",
+            "1",
+            at_least=0.1,
+            at_most=1.0,
+        ),
+    ] = 1.0
     kp: Annotated[float, KP] = 100.0
     kd: Annotated[float, KD] = 20.0
 
@@ -50,7 +60,8 @@ def chirp(settings: ChirpSettings, time: float, highest: float) -> tuple[float, 
     since = time - number * settings.sweep
     end = min(settings.to_hz, highest)
     slope = (end - settings.from_hz) / settings.sweep
-    wave = settings.amplitude * math.sin(2.0 * math.pi * (settings.from_hz + 0.5 * slope * since) * since)
+    amplitude = settings.amplitude * (settings.fall if number // 2 % 2 else 1.0)
+    wave = amplitude * math.sin(2.0 * math.pi * (settings.from_hz + 0.5 * slope * since) * since)
     return wave, (wave if number % 2 == 0 else -wave)
 
 

@@ -35,6 +35,16 @@ def test_each_sweep_rises_linearly_from_the_first_frequency_to_the_last_or_the_h
         assert chirp(SETTINGS, 1.0 + since, highest) == pytest.approx((wave, wave), abs=1e-9)
 
 
+def test_every_second_pair_of_sweeps_has_a_smaller_amplitude() -> None:
+    falling = SETTINGS._replace(fall=0.6)
+    for pair, factor in enumerate((1.0, 0.6, 1.0)):
+        for sweep in range(2):
+            time = 0.5 * (2 * pair + sweep) + 0.31
+            wave = factor * np.array(chirp(SETTINGS, time, math.inf))
+            assert chirp(falling, time, math.inf) == pytest.approx(tuple(wave), abs=1e-12)
+            assert abs(wave[0]) > 0.1
+
+
 def test_the_motors_are_held_softly_and_friction_is_compensated_beside_the_chirp() -> None:
     """In units of the motors' own inertias, by the shortest way round; each call is a sample later."""
     reference = reference_from_platform(ROBOT, *MODES, Platform(0.01, 0.14, 0.1, -0.2, 0.0, 0.0))

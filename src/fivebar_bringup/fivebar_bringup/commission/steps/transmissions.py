@@ -8,7 +8,8 @@ from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_bringup.commission.steps.identification import finished
 from fivebar_bringup.studies.identify.resonance import resonance_of_bag
-from fivebar_control.identification.resonance import NoResonance
+from fivebar_control.identification.resonance import NoResonance, OnlyBounded
+from fivebar_control.laws.robot_sizes import bandwidth_of, tuning_for
 from fivebar_description.strict_yaml import InputError
 
 AMPLITUDE = 4.0
@@ -19,6 +20,9 @@ SHARE = 0.6
 
 LEAST_AMPLITUDE = 1.5
 """Coulomb frictions below which a chirp shows nothing."""
+
+FALL = 0.6
+"""The smaller amplitude of the chirp over the larger one, by which play shows."""
 
 SWEEP, SWEEPS = 5.0, 4
 
@@ -52,6 +56,7 @@ def run(session: Session) -> Findings:
             "from_hz": FROM_HZ,
             "to_hz": min(TO_HZ, 0.4 * session.drives.rate_hz),
             "sweep": SWEEP,
+            "fall": FALL,
         },
         tracking_error_limit=OFF_BY,
         error_tolerance=OFF_BY,
@@ -62,6 +67,8 @@ def run(session: Session) -> Findings:
     try:
         found = resonance_of_bag(folder.path, str(session.robot_path))
     except InputError as error:
+        if isinstance(error.__cause__, OnlyBounded):
+            return _bounded(session, error.__cause__, figures)
         if not isinstance(error.__cause__, NoResonance):
             raise
         session.learn(transmissions={"frequency": ASSUMED_HZ, "rotor_share": 0.7})
@@ -88,12 +95,24 @@ def run(session: Session) -> Findings:
     )
 
 
+def _bounded(session: Session, found: OnlyBounded, figures: dict[str, object]) -> Findings:
+    """Have gains for the lowest frequency that the transmissions may have, and simulate them with the likeliest one."""
+    likely = min(ASSUMED_HZ, found.likely)
+    session.learn(transmissions={"frequency": likely, "rotor_share": 0.7})
+    session.learn_robot(session.robot.model_copy(update={"tuning": tuning_for(session.robot, found.at_least)}))
+    figures["frequency at least, Hz"] = round(found.at_least, 1)
+    figures["frequency, simulated, Hz"] = round(likely, 1)
+    allowed = bandwidth_of(found.at_least)
+    figures["bandwidth at most, rad/s"] = round(allowed, 1)
+    return Findings(f"{found}: a bandwidth of {math.floor(allowed)} rad/s at most", figures)
+
+
 TRANSMISSIONS = GatedStep(
     name="transmissions",
     title="Resonance of the transmissions",
     does="adds a chirp to the torques of the robot at home, and finds elasticity and the bandwidth that it allows",
     cost="half a minute",
     risk="the robot shakes by some millimetres, audibly; its torque is some times the friction",
-    gate="the motion is finished; the resonance is found, or is beyond what the encoders show",
+    gate="the motion is finished; the resonance is found, or a bound of it, or is beyond what the encoders show",
     run=run,
 )

@@ -71,6 +71,7 @@ class ResonanceResult(NamedTuple):
             "delay_s": found.delay._asdict(),
             "highest_hz": found.highest,
             "misfit": found.misfit,
+            "amplitudes": found.amplitudes,
             "bandwidth_rad_s": {"motors": self.allowed, "links": self.allowed_on_links},
             "tuning": {key: one for key, one in self.robot_file().tuning._asdict().items() if one is not None},
         }
