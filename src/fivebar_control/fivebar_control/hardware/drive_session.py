@@ -97,7 +97,8 @@ class DriveSession:
         self._brakes: Fault | None = None
         self._brakes_until = 0.0
         self._overruns = self._incomplete = 0
-        self._began = self._repeated = 0.0
+        self._began = self._repeated = self._looked = 0.0
+        self._spared = False
 
     @property
     def drives(self) -> DriveInterface:
@@ -151,8 +152,9 @@ class DriveSession:
         self._brakes = None
         self.sample = 0
         self._written = False
-        self._began = clock()
+        self._began = self._looked = clock()
         self._repeated = 0.0
+        self._spared = False
         self.active = True
         return True
 
@@ -183,7 +185,7 @@ class DriveSession:
         if self.overdue:
             return None
         self._overruns += now - self._began > LATE_PERIODS / self._rate_hz
-        self._began = now
+        self._began, self._spared = now, False
         stale = self._watch.fault(self.sample, now)
         if stale is not None:
             self.latch(stale)
@@ -206,9 +208,18 @@ class DriveSession:
         return None
 
     def _waits_for_torque(self, now: float) -> bool:
-        """Return whether the cycle is to wait for the torque that answers the present sample, which is on its way."""
+        """Return whether the cycle is to wait for the torque that answers the present sample, which is on its way.
+
+        After a pause of this process it may have come, and not been taken yet: the cycle waits once more then.
+        """
+        paused, self._looked = now - self._looked > LATE_PERIODS / self._rate_hz, now
         expected = 0 <= self._watch.answered < self.sample and self.fault is None and self.drives.enabled
-        return expected and now - self._began < self._longest_wait
+        if not expected or not self._longest_wait:
+            return False
+        if now - self._began < self._longest_wait:
+            return True
+        spared, self._spared = self._spared, paused
+        return paused and not spared
 
     def _measured(self, cycle: Exchange) -> MeasuredSample | None:
         """Return the sample of a cycle; None where a drive has not answered: nothing is published unmeasured."""

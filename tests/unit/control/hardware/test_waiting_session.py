@@ -86,6 +86,26 @@ def test_a_torque_that_does_not_come_is_waited_for_no_longer_than_half_its_time_
     assert not drives.enabled
 
 
+def test_a_torque_that_came_while_the_process_stood_still_is_taken_before_it_counts_as_stale() -> None:
+    session, drives = running(waits=True)
+    # the timer comes before the message that has been waiting
+    awake = PERIOD + 1.2 * TIMEOUT
+    assert session.cycle(awake) is None
+    assert session.overdue
+    assert session.command(1, TORQUES, awake)
+    sample = session.cycle(awake)
+    assert sample is not None and session.fault is None
+    assert drives.told[-1] == TORQUES
+
+
+def test_a_torque_that_has_not_come_while_the_process_stood_still_becomes_a_fault_however_often_it_does() -> None:
+    session, _ = running(waits=True)
+    awake = PERIOD + 1.2 * TIMEOUT
+    assert session.cycle(awake) is None
+    session.cycle(awake + TIMEOUT)
+    assert session.fault is not None and session.fault.name == "command_stale"
+
+
 def test_an_inner_loop_follows_the_reference_of_the_present_sample_alone() -> None:
     target = JointTarget(1.0, (0.1, 0.2), (0.0, 0.0))
     braked = Fault("tracking_lost", "at sample 3")
