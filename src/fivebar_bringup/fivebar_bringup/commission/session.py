@@ -96,9 +96,22 @@ class Session:
 
     def new_folder(self, name: str) -> Path:
         """Return the path of a new folder for a run of a step."""
+        return self._folders(name)[-1]
+
+    def last_folder(self, name: str) -> Path | None:
+        """Return the newest folder of that name; None where there is none."""
+        return next(iter(self._folders(name)[-2:-1]), None)
+
+    def _folders(self, name: str) -> list[Path]:
+        """Return the folders of a name, and the path of a new one."""
         runs = self.folder / "runs"
         runs.mkdir(exist_ok=True)
-        return next(path for number in itertools.count(1) if not (path := runs / f"{name}_{number}").exists())
+        found = list[Path]()
+        for number in itertools.count(1):
+            found.append(runs / f"{name}_{number}")
+            if not found[-1].exists():
+                break
+        return found
 
     def opened(self) -> AbstractContextManager[AllowedDrives]:
         """Have the drives open within a block, without torque."""

@@ -12,7 +12,10 @@ from toy_bench import FRICTION, ToyBench
 
 from fivebar_bringup.commission.record import STATE_FILE, CommissionState, resumed
 from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, Session
+from fivebar_bringup.commission.steps.assessment import study_folder
 from fivebar_bringup.commission.steps.sequence import Ended, commission
+from fivebar_bringup.studies.assess.assess import ASSESSMENT, QUICK
+from fivebar_bringup.studies.engine.directory import opened
 from fivebar_control.fault import Fault
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
@@ -50,6 +53,29 @@ def commissioned(folder: Path, spoil: Spoil = lambda bench: None) -> tuple[Ended
 
 def reversed_motor(bench: ToyBench) -> None:
     bench.motors.signs = [1, -1]
+
+
+def test_an_interrupted_assessment_resumes_unless_it_is_finished_or_the_robot_has_changed(tmp_path: Path) -> None:
+    session, _ = session_of(tmp_path / "new")
+
+    def folder() -> Path:
+        return study_folder(session, ASSESSMENT, {"robot": str(session.robot_path), **QUICK})
+
+    def begin(path: Path) -> Path:
+        return opened(ASSESSMENT, path, {"robot": str(session.robot_path), **QUICK})[0].page
+
+    first = folder()
+    assert first.name == "assess_1" and not first.exists()
+    page = begin(first)
+    assert folder() == first
+    page.write_text("finished")
+    second = folder()
+    assert second.name == "assess_2"
+    begin(second)
+    assert folder() == second
+    robot = session.robot
+    session.learn_robot(robot.model_copy(update={"friction": robot.friction.model_copy(update={"f_s11": 0.6})}))
+    assert folder().name == "assess_3"
 
 
 def test_drives_are_corrected_and_zeros_set_and_no_torque_is_left(tmp_path: Path) -> None:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fivebar_bringup.commission.crossings import USED, TriedCrossing, as_found, likely_crossings
 from fivebar_bringup.commission.session import Session
@@ -12,6 +14,9 @@ from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_description.text_file import write_file
+
+if TYPE_CHECKING:
+    from fivebar_bringup.studies.engine.study import Study
 
 ROBOTS = 24
 """Drawn robots that make each crossing."""
@@ -65,7 +70,7 @@ def _assessed(session: Session) -> tuple[str, dict[str, object], tuple[str, ...]
     given = {"robot": str(session.robot_path), **QUICK}
     try:
         with LocalProcesses(os.cpu_count() or 1) as processes:
-            made = run_study(STUDY, given, session.new_folder("assess"), processes)
+            made = run_study(STUDY, given, study_folder(session, STUDY, given), processes)
     except InputError as error:
         return f"its other crossings cannot be assessed: {error}", {}, ()
     law = AssessSettings().controllers[0]
@@ -77,6 +82,20 @@ def _assessed(session: Session) -> tuple[str, dict[str, object], tuple[str, ...]
     for one in removed_errors(made.rows, law)[:SHOWN_ERRORS]:
         figures[f"random crossings, {one.words}"] = str(one.success)
     return f"of random crossings {base.success} succeed", figures, pages
+
+
+def study_folder(session: Session, study: Study[Any, Any], given: Mapping[str, Any]) -> Path:
+    """Return the folder of a study that was interrupted, of the robot as it is now, which resumes; else a new one."""
+    # here, because what studies stand on takes long to load
+    from fivebar_bringup.studies.engine.directory import opened
+
+    begun = session.last_folder(study.name)
+    if begun is not None:
+        with suppress(InputError):
+            files, _ = opened(study, begun, given)
+            if not files.page.exists():
+                return begun
+    return session.new_folder(study.name)
 
 
 def _name(one: TriedCrossing) -> str:
