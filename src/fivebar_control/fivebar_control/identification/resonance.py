@@ -67,6 +67,9 @@ the smaller amplitude."""
 PLAY_ERROR = 1.2
 """Factor on what play has softened, at most: that it is as a constant angle beside the spring's is an approximation."""
 
+LEAST_SHARE, MOST_DAMPING = 0.05, 0.5
+"""Least share of the rotor, and largest damping, with which a fit says something of a spring: play may look so."""
+
 PASSED_ON = 0.05
 """Least part of the amplitude that friction leaves to the links."""
 
@@ -105,7 +108,8 @@ class OnlyBounded(NotIdentifiable):
 
     Attributes:
         at_least: frequency (Hz) at which the softer one swings under the larger amplitude.
-        likely: frequency (Hz) that it has without its play, as far as that can be told; infinite where it cannot.
+        likely: frequency (Hz) of the softer one without play, of those whose fit looks like a spring's; infinite where
+            none does, or where play explains it all.
     """
 
     def __init__(self, seen: bool, at_least: float, likely: float) -> None:
@@ -282,12 +286,13 @@ def _without_play(
         central, high = stiffer(-seen), stiffer(PLAY_ERROR * (uncertain - seen))
         plays = plays or -seen > uncertain
         lows.append(f)
-        likely.append(central)
+        if leg.rotor_share.value > LEAST_SHARE and leg.damping.value < MOST_DAMPING:
+            likely.append(central)
         widened = max(central - f, high - central) if math.isfinite(high) else math.inf
         legs.append(leg._replace(frequency=MotorValue(central, math.hypot(widened, leg.frequency.half_width))))
     found = _with_model_error(strong._replace(legs=(legs[0], legs[1]), amplitudes=2))
     if not all(leg.frequency.half_width < WIDEST * leg.frequency.value for leg in found.legs):
-        raise OnlyBounded(plays, min(lows), min(likely))
+        raise OnlyBounded(plays, min(lows), min(likely, default=math.inf))
     return found
 
 
