@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import math
+import queue
+import threading
 from array import array
 from itertools import pairwise
 from typing import Any
@@ -12,12 +14,13 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from estimate_replay import encoder_scenario, replay
 from forked_node import ForkedNode
-from graph_probe import RATE_HZ, Bench, Probe
+from graph_probe import DEADLINE, RATE_HZ, Bench, Probe
 from sensor_msgs.msg import Imu
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample, simulate
 from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.nodes.state_estimator import said_if_long
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,
@@ -433,3 +436,17 @@ def test_in_real_time_an_answer_has_the_readings_that_have_come(
         told = expected.take(sample.number, *sample.estimated.motors[0], *sample.estimated.motors[1], came)
         assert (tuple(answer.position), tuple(answer.velocity)) == (told.position, told.velocity)
         came = []
+
+
+def test_a_start_that_takes_long_says_why_while_it_does() -> None:
+    said = queue.SimpleQueue[str]()
+    with said_if_long(said.put, "compiles", after=0.001):
+        assert said.get(timeout=DEADLINE) == "compiles"
+    before = threading.active_count()
+    with said_if_long(said.put, "compiles", after=1000.0):
+        assert threading.active_count() == before + 1
+    for thread in threading.enumerate():
+        if isinstance(thread, threading.Timer):
+            thread.join(DEADLINE)
+    assert threading.active_count() == before
+    assert said.empty()

@@ -9,7 +9,9 @@ their stamps, however late they come.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from threading import Timer
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -61,6 +63,12 @@ from fivebar_description.shared_settings import LOCKSTEP
 
 FAILED = 1
 
+PATIENCE = 2.0
+"""Time (s) after which a start says why it takes long."""
+
+COMPILES = (
+    "compiles the filter to machine code, which takes a minute or more on a busy machine, and only the first time"
+)
 
 Reading = tuple[str, float]
 """The sensor of a reading, and the moment of its stamp in samples."""
@@ -97,6 +105,18 @@ def step_of(compiled: bool) -> Callable[..., EstimatorStep]:
     from fivebar_control.estimation.compiled import compiled_step
 
     return compiled_step()
+
+
+@contextmanager
+def said_if_long(say: Callable[[str], object], words: str, after: float = PATIENCE) -> Iterator[None]:
+    """Say some words where a block takes longer than a time (s), while it runs."""
+    timer = Timer(after, say, [words])
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 class StateEstimatorNode(SamplingNode):
@@ -139,7 +159,8 @@ class StateEstimatorNode(SamplingNode):
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
         self._estimator = StateEstimator(*self._arguments)
-        self._estimator.warm_up()
+        with said_if_long(self.get_logger().info, COMPILES):
+            self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
         self._late: dict[Reading, Any] = {}
         self._sees, self._sees_start = ekf.camera or ekf.seen_start, ekf.seen_start
