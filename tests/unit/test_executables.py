@@ -7,6 +7,7 @@ import json
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from console_scripts import console_scripts
@@ -84,6 +85,16 @@ def test_a_signal_ends_an_executable_that_loads(name: str) -> None:
 def test_a_signal_ends_a_node_that_loads_ros(number: signal.Signals) -> None:
     status, errors, _ = interrupted("ctc_controller", "rclpy.impl.implementation_singleton", number)
     assert (status, errors) == (0, "")
+
+
+def test_a_signal_ends_a_node_that_is_about_to_compile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It would say after some seconds that it compiles, and end a minute later."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    words = ("--ros-args", "-p", "scenario:=gyro_middle", "-p", "mode:=realtime")
+    place = "fivebar_control.estimation.compiled"
+    status, errors, _ = interrupted("state_estimator", place, signal.SIGTERM, *words)
+    assert (status, errors) == (0, "")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("number", STOP_SIGNALS)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
 from itertools import takewhile
-from types import FrameType
 from typing import NamedTuple
 
-from fivebar_description.interrupts import STOP_SIGNALS, service_signals
+from fivebar_description.interrupts import STOP_SIGNALS, end_at_once, service_signals
 from fivebar_description.modules import module_command
 from fivebar_description.ros_environment import BAD_INPUT
 
@@ -54,7 +52,7 @@ class Executable(NamedTuple):
         begun. As an exception it would leave a traceback, or get lost in the library that is being loaded.
         """
         for number in service_signals():
-            signal.signal(number, _end)
+            signal.signal(number, end_at_once)
         # whoever has started this process may have blocked them until here
         signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
         if self.example is not None:
@@ -78,10 +76,6 @@ class Executable(NamedTuple):
 def words_of(command: Sequence[str]) -> list[str]:
     """Return the words of a command after its name that are not for ROS."""
     return list(takewhile(lambda word: word != ROS_ARGUMENTS, command[1:]))
-
-
-def _end(number: int, frame: FrameType | None) -> None:
-    os._exit(0)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
-from fivebar_description.interrupts import service_signals
+from fivebar_description.interrupts import end_at_once, service_signals
 from fivebar_description.network import PROFILE_VARIABLES
 from fivebar_description.ros.exit_timer import end_process_after
 from fivebar_description.ros.node import GraphNode
@@ -91,8 +91,9 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
         nonlocal stopping
         stopping = True
 
+    # nothing has begun before all nodes are made, which may take a minute where one of them compiles
     for number in service_signals():
-        signal.signal(number, stop)
+        signal.signal(number, end_at_once)
     # nodes still publish after a signal, so rclpy's own handlers, which shut the context down, are not installed
     try:
         check_ros_environment()
@@ -109,6 +110,8 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
         print(error, file=sys.stderr)
         rclpy.try_shutdown()
         sys.exit(BAD_INPUT)
+    for number in service_signals():
+        signal.signal(number, stop)
     if topics is not None:
         topics.connect()
     # rclpy looks up who logs with `inspect`, which visits every module the first time (40 ms and more): now, and not
