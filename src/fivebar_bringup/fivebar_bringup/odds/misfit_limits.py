@@ -151,7 +151,7 @@ def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Ite
     plan = scenario.plan()
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
     times = [one.time for one in plan.crossings] or [0.5 * plan.path.duration]
-    unlimited = scenario.model_copy(update={"ekf": scenario.ekf._replace(**NO_LIMITS._asdict())})
+    unlimited = scenario.model_copy(update={"ekf": scenario.ekf._replace(**NO_LIMITS._asdict(), error_limit=0.0)})
     found = []
     for number in robots:
         drawn = with_drawn_robot(unlimited, errors, seed, number, times[number % len(times)])

@@ -11,7 +11,7 @@ from fivebar_bringup.simulation.case import DIRECTION_X, DIRECTION_Y, BoolArray,
 from fivebar_bringup.simulation.engine_estimator import EngineKnown, state_of
 from fivebar_bringup.simulation.engine_robot import Robot
 from fivebar_bringup.simulation.outcome import LEFT, Outcome, TraceRow
-from fivebar_control.estimation.readings import largest_offset
+from fivebar_control.estimation.readings import largest_offset, strain
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.laws.vhc_cartesian import line_constraint
 from fivebar_control.loop.cycle import Cycle
@@ -78,6 +78,8 @@ def unmeasured(run: EngineRun) -> EngineLog:
         misfit=0.0,
         misfit_offset=0.0,
         misfit_jump=0.0,
+        misfit_error=0.0,
+        misfit_strain=0.0,
         loop_gap=0.0,
     )
     return EngineLog(outcome, 0.0, np.zeros((lead_of(run) + 1, 2)), state_is_exact, 0)
@@ -116,11 +118,14 @@ def recorded(
     limit = case.control.limits.torque_limit
     saturated = before.saturated + (1 if abs(requested.tau1) > limit or abs(requested.tau2) > limit else 0)
     misfit, estimate_error = before.misfit, before.estimate_error
-    offset, jump = before.misfit_offset, before.misfit_jump
+    offset, jump, error = before.misfit_offset, before.misfit_jump, before.misfit_error
+    strained = before.misfit_strain
     if case.estimation.on:
         misfit = max(misfit, known.memory.misfit.encoders, known.memory.misfit.gyro, known.memory.misfit.elbow)
         offset = max(offset, largest_offset(known.memory.pattern))
         jump = max(jump, known.memory.pattern.jump)
+        error = max(error, known.memory.pattern.error)
+        strained = max(strained, strain(case.estimation.model, known.memory.pattern))
         estimate_error = max(estimate_error, error_of_estimate(log.places, case.missing, number, truth, state))
     outcome = Outcome(
         samples=before.samples + 1,
@@ -147,6 +152,8 @@ def recorded(
         misfit=misfit,
         misfit_offset=offset,
         misfit_jump=jump,
+        misfit_error=error,
+        misfit_strain=strained,
         loop_gap=max(before.loop_gap, robot.gap),
     )
     if run.trace.shape[0] > 0:
@@ -238,6 +245,8 @@ def concluded(run: EngineRun, log: EngineLog, robot: Robot, fault: int, fault_sa
         misfit=one.misfit,
         misfit_offset=one.misfit_offset,
         misfit_jump=one.misfit_jump,
+        misfit_error=one.misfit_error,
+        misfit_strain=one.misfit_strain,
         loop_gap=one.loop_gap,
     )
 

@@ -42,6 +42,8 @@ class Outcome(NamedTuple):
         misfit: largest recent mean of the squared innovations in units of their variance, 0 without an estimator.
         misfit_offset: largest recent mean of the innovations of one sensor, with their signs, in standard deviations.
         misfit_jump: largest innovation of a motor encoder in a single sample, in standard deviations.
+        misfit_error: largest constant error as it was estimated, in units of its declared tolerance.
+        misfit_strain: largest of the signed mean and the constant error together, in units of their limits.
         loop_gap: largest gap (m) that a step opened, before it was closed.
     """
 
@@ -69,6 +71,8 @@ class Outcome(NamedTuple):
     misfit: float
     misfit_offset: float
     misfit_jump: float
+    misfit_error: float
+    misfit_strain: float
     loop_gap: float
 
 

@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.estimation.constants import EstimatorModel
-from fivebar_control.estimation.readings import Misfit, Pattern, Trend, largest_offset
+from fivebar_control.estimation.readings import Misfit, Pattern, Trend, largest_offset, strain
 
 NAMED = 0.25
 """Share of the limit beyond which a sensor is named besides the one that is furthest off: one that is wrong takes the
@@ -90,24 +90,37 @@ def _beyond(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
             f"the encoder of q{pattern.jumped}1 jumped by {pattern.jump:.1f} standard deviations from its prediction"
             f"{also}, limit {model.jump_limit:.1f}"
         )
-    if mean <= model.misfit_limit and largest_offset(pattern) > model.offset_limit:
-        (offset, name), *others = sorted(
-            (
-                (abs(pattern.encoder1.offset), "the encoder of q11 differs"),
-                (abs(pattern.encoder2.offset), "the encoder of q21 differs"),
-                (abs(pattern.gyro.offset), "the gyroscope differs"),
-            ),
-            reverse=True,
-        )
-        also = "".join(f", {other} by {one:.1f}" for one, other in others if one > NAMED * model.offset_limit)
-        return (
-            f"{name} from its predictions to one side by {offset:.1f} standard deviations on average{also}, limit"
-            f" {model.offset_limit:.1f}"
-        )
+    if mean <= model.misfit_limit and strain(model, pattern) > 1.0:
+        parts = []
+        if largest_offset(pattern) > NAMED * model.offset_limit:
+            parts.append(_one_side(model, pattern))
+        if pattern.error > NAMED * model.error_limit:
+            parts.append(
+                "a length, a zero or the gyroscope's sensitivity comes out at"
+                f" {pattern.error:.1f} times its tolerance, limit {model.error_limit:.1f}"
+            )
+        return " and ".join(parts)
     also = _also(others, model.misfit_limit)
     return (
         f"{sensor} from the predictions by {math.sqrt(mean):.1f} standard deviations{also}, limit"
         f" {math.sqrt(model.misfit_limit):.1f}"
+    )
+
+
+def _one_side(model: EstimatorModel, pattern: Pattern) -> str:
+    """Return in words which sensor differs most from its predictions to one side."""
+    (offset, name), *others = sorted(
+        (
+            (abs(pattern.encoder1.offset), "the encoder of q11 differs"),
+            (abs(pattern.encoder2.offset), "the encoder of q21 differs"),
+            (abs(pattern.gyro.offset), "the gyroscope differs"),
+        ),
+        reverse=True,
+    )
+    also = "".join(f", {other} by {one:.1f}" for one, other in others if one > NAMED * model.offset_limit)
+    return (
+        f"{name} from its predictions to one side by {offset:.1f} standard deviations on average{also}, limit"
+        f" {model.offset_limit:.1f}"
     )
 
 

@@ -51,6 +51,7 @@ class EstimatorModel(NamedTuple):
         misfit_limit: of that mean.
         offset_limit: of the mean of one sensor's innovations with their signs, in standard deviations.
         jump_limit: of a motor encoder's innovation in a single sample, in standard deviations.
+        error_limit: of a constant error as it is estimated, in units of its tolerance.
         history: samples that are kept for late readings.
     """
 
@@ -75,6 +76,7 @@ class EstimatorModel(NamedTuple):
     misfit_limit: float
     offset_limit: float
     jump_limit: float
+    error_limit: float
     history: int
 
 
@@ -120,6 +122,7 @@ def estimator_model(
         misfit_limit=limits.misfit_limit,
         offset_limit=limits.offset_limit,
         jump_limit=limits.jump_limit,
+        error_limit=numbers.error_limit or math.inf,
         history=_history(rate_hz, settings, passive),
     )
 

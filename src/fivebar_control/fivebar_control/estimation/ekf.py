@@ -250,6 +250,16 @@ class EkfSettings(NamedTuple):
             at_most=1e9,
         ),
     ] = 0.0
+    error_limit: Annotated[
+        float,
+        Setting(
+            "Constant error of the robot or a sensor as it is estimated, beyond which the estimate is inconsistent; it"
+            " counts together with the mean of `offset_limit`. 0 for none.",
+            "tolerances",
+            at_least=0.0,
+            at_most=1e9,
+        ),
+    ] = 0.0
     misfit_time: Annotated[
         float,
         Setting(

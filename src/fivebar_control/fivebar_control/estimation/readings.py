@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.estimation.constants import EstimatorModel
-from fivebar_control.estimation.ekf import Belief
+from fivebar_control.estimation.ekf import Belief, Estimate
 from fivebar_control.estimation.encoder import Angle, first_angle, next_angle, repetitions
 from fivebar_control.estimation.gyro_watch import GyroHeard, not_used, used, waited
 from fivebar_control.estimation.history import (
@@ -38,6 +38,10 @@ EARLIEST = 0.02
 """Time (s) by which the stamp of a reading may be ahead of the newest sample: beyond it, its clock is wrong."""
 
 
+UNIFORM = math.sqrt(3.0)
+"""A tolerance over the standard deviation of errors that are drawn evenly within it."""
+
+
 class Misfit(NamedTuple):
     """Recent means of the squared innovations in units of their variances, about 1 where the robot is as believed.
 
@@ -63,13 +67,14 @@ class Trend(NamedTuple):
 
 
 class Pattern(NamedTuple):
-    """How the innovations have come lately: at once, one-sided, or to and fro.
+    """How the innovations have come lately, at once, one-sided, or to and fro, and where they have led.
 
     Attributes:
         encoder1, encoder2, gyro: of the motor encoders and of the gyroscope.
         jump: largest innovation of a motor encoder in a single sample, in standard deviations, forgotten as the means
             forget.
         jumped: which motor's, 0 for none.
+        error: largest constant error of robot and sensors as it is estimated, in units of its declared tolerance.
     """
 
     encoder1: Trend
@@ -77,12 +82,13 @@ class Pattern(NamedTuple):
     gyro: Trend
     jump: float
     jumped: int
+    error: float
 
 
 def no_pattern() -> Pattern:
     """Return the pattern before the first innovation."""
     none = Trend(0.0, 0.0)
-    return Pattern(none, none, none, 0.0, 0)
+    return Pattern(none, none, none, 0.0, 0, 0.0)
 
 
 def gone_on(trend: Trend, share: float, ahead: float) -> Trend:
@@ -102,18 +108,37 @@ def after_encoders(model: EstimatorModel, pattern: Pattern, ahead1: float, ahead
     if abs(ahead2) > jump:
         jump, jumped = abs(ahead2), 2
     one, two = gone_on(pattern.encoder1, share, ahead1), gone_on(pattern.encoder2, share, ahead2)
-    return Pattern(one, two, pattern.gyro, jump, jumped)
+    return Pattern(one, two, pattern.gyro, jump, jumped, pattern.error)
 
 
 def after_gyro(model: EstimatorModel, pattern: Pattern, ahead: float) -> Pattern:
     """Return the pattern after the gyroscope's innovation."""
     gyro = gone_on(pattern.gyro, model.offset_share, ahead)
-    return Pattern(pattern.encoder1, pattern.encoder2, gyro, pattern.jump, pattern.jumped)
+    return Pattern(pattern.encoder1, pattern.encoder2, gyro, pattern.jump, pattern.jumped, pattern.error)
+
+
+def after_estimate(model: EstimatorModel, pattern: Pattern, estimate: Estimate) -> Pattern:
+    """Return the pattern after an estimate; errors that are taken for exactly known are left out."""
+    largest = 0.0
+    for index in range(len(estimate.errors)):
+        deviation = model.filter.errors[index]
+        if deviation > 0.0:
+            largest = max(largest, abs(estimate.errors[index]) / (UNIFORM * deviation))
+    return Pattern(pattern.encoder1, pattern.encoder2, pattern.gyro, pattern.jump, pattern.jumped, largest)
 
 
 def largest_offset(pattern: Pattern) -> float:
     """Return the largest recent mean of one sensor's innovations, in standard deviations."""
     return max(abs(pattern.encoder1.offset), abs(pattern.encoder2.offset), abs(pattern.gyro.offset))
+
+
+def strain(model: EstimatorModel, pattern: Pattern) -> float:
+    """Return the largest offset and the largest constant error together, 1 where either alone is at its limit.
+
+    Neither alone tells a fault that the filter explains in part by an error of the robot from what a sound robot
+    makes of its vibrations, or of what the model lacks; these seldom have both at once.
+    """
+    return math.hypot(largest_offset(pattern) / model.offset_limit, pattern.error / model.error_limit)
 
 
 class EstimatorMemory(NamedTuple):

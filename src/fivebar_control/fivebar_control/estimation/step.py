@@ -56,10 +56,11 @@ from fivebar_control.estimation.readings import (
     Misfit,
     Pattern,
     after_encoders,
+    after_estimate,
     after_gyro,
     changed_memory,
-    largest_offset,
     no_pattern,
+    strain,
 )
 from fivebar_control.estimation.trips import ESTIMATE_AMBIGUOUS, ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.model.geometry import direct_geometry
@@ -238,6 +239,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
             x, y, lag = float(inputs[SEEN_X]), float(inputs[SEEN_Y]), float(inputs[SEEN_LAG])
             belief = seen_at(belief, x, y, lag, float(inputs[SEEN_VARIANCE]), model.camera_gate).belief
         keep_belief(history, entry, belief)
+    pattern = after_estimate(model, pattern, belief.estimate)
     changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow), pattern, memory.gyro)
     return Update(changed, expected, Misfit(by_encoders, mean_of(by_gyro), mean_of(by_elbow)))
 
@@ -282,6 +284,6 @@ def is_consistent(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> bo
     """Return whether the innovations are within all limits; NaN is not."""
     return (
         max(misfit.encoders, misfit.gyro, misfit.elbow) <= model.misfit_limit
-        and largest_offset(pattern) <= model.offset_limit
+        and strain(model, pattern) <= 1.0
         and pattern.jump <= model.jump_limit
     )

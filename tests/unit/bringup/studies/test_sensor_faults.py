@@ -18,7 +18,7 @@ from fivebar_bringup.studies.sensor_faults.sensor_faults import confusion_table,
 
 
 def row(fault: str, verdict: str, named: str = "") -> SensorFaultRow:
-    return SensorFaultRow(0, fault, 0, 1.0, 0.1, verdict, named, None, None, 1e-3, 1.0, 0.1, 1.0, 0.3)
+    return SensorFaultRow(0, fault, 0, 1.0, 0.1, verdict, named, None, None, 1e-3, 1.0, 0.1, 1.0, 0.5, 0.3)
 
 
 ROWS = [

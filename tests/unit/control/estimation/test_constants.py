@@ -10,11 +10,20 @@ from estimator_at_rest import RATE_HZ, ROBOT, TIGHT, model_of
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import draw
 from fivebar_control.estimation.constants import Drives, history_samples
-from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.readings import after_encoders, after_gyro, largest_offset, no_pattern
+from fivebar_control.estimation.covariance import ERRORS, L12, ZERO2
+from fivebar_control.estimation.ekf import NO_ERRORS, EkfSettings, Estimate, error_deviations
+from fivebar_control.estimation.readings import (
+    after_encoders,
+    after_estimate,
+    after_gyro,
+    largest_offset,
+    no_pattern,
+    strain,
+)
 from fivebar_control.estimation.watch_limits import largest_bending, watch_limits
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.tolerances import Tolerances
 
 
 def test_constants_follow_from_the_settings() -> None:
@@ -129,3 +138,25 @@ def test_what_swings_averages_out_of_the_signed_mean_and_a_bias_does_not() -> No
     assert largest_offset(swinging) < 0.3 * model.offset_limit
     assert largest_offset(biased) == pytest.approx(1.5, rel=1e-3)
     assert largest_offset(biased) > model.offset_limit
+
+
+def test_an_estimated_error_counts_in_units_of_its_tolerance_if_it_has_one() -> None:
+    model = model_of(RIGID)
+    known = model._replace(filter=model.filter._replace(errors=error_deviations(Tolerances(length=2e-4))))
+    errors = [0.0] * len(NO_ERRORS)
+    errors[L12 - ERRORS], errors[ZERO2 - ERRORS] = -3.6e-4, 1.0
+    estimate = Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0, errors=NO_ERRORS._make(errors))
+    found = after_estimate(known, after_encoders(known, no_pattern(), 2.0, 0.0), estimate)
+    assert found.error == pytest.approx(1.8, rel=1e-9)
+    assert found.jump == 2.0
+    # innovations leave it as it is
+    assert after_gyro(known, after_encoders(known, found, 0.0, 0.0), 0.0).error == found.error
+
+
+def test_offset_and_error_count_together_where_an_error_has_a_limit() -> None:
+    without, model = model_of(RIGID), model_of(RIGID._replace(error_limit=2.0))
+    biased = no_pattern()._replace(error=1.2)
+    for _ in range(RATE_HZ):
+        biased = after_gyro(model, biased, 0.8 * model.offset_limit)
+    assert strain(without, biased) == pytest.approx(0.8, rel=1e-3)
+    assert strain(model, biased) == pytest.approx(1.0, rel=1e-3)

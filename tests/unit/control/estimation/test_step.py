@@ -173,9 +173,11 @@ def trend(sign: float, size: float) -> Trend:
     return Trend(sign * size, size)
 
 
-def pattern_of(encoders: float = 0.0, gyro: float = 0.0, size: float = 6.0, jump: float = 0.0) -> Pattern:
+def pattern_of(
+    encoders: float = 0.0, gyro: float = 0.0, size: float = 6.0, jump: float = 0.0, error: float = 0.0
+) -> Pattern:
     """Return a pattern whose innovations have one sign so far (-1 to 1)."""
-    return Pattern(trend(encoders, size), trend(encoders, 0.5 * size), trend(gyro, size), jump, 2)
+    return Pattern(trend(encoders, size), trend(encoders, 0.5 * size), trend(gyro, size), jump, 2, error)
 
 
 def test_the_reason_names_every_sensor_that_is_far_off_the_furthest_first() -> None:
@@ -212,12 +214,19 @@ def test_how_the_innovations_came_tells_the_likeliest_cause(misfit: Misfit, patt
     [
         ({"jump_limit": 9.0}, "the encoder of q21 jumped by 10.0 standard deviations from its prediction, limit 9.0;"),
         ({"offset_limit": 2.0}, "the gyroscope differs from its predictions to one side by 3.0 standard deviations"),
-        ({"jump_limit": 11.0, "offset_limit": 4.0}, ""),
+        ({"error_limit": 1.5}, "a length, a zero or the gyroscope's sensitivity comes out at 1.8 times its tolerance"),
+        # each is at three quarters of its limit
+        (
+            {"offset_limit": 4.0, "error_limit": 2.4},
+            "the gyroscope differs from its predictions to one side by 3.0 standard deviations on average, limit 4.0"
+            " and a length, a zero or the gyroscope's sensitivity comes out at 1.8 times its tolerance, limit 2.4;",
+        ),
+        ({"jump_limit": 11.0, "offset_limit": 6.0, "error_limit": 2.4}, ""),
     ],
 )
-def test_a_jump_and_an_offset_have_limits_of_their_own(limits: dict[str, float], words: str) -> None:
+def test_a_jump_an_offset_and_an_error_have_limits_of_their_own(limits: dict[str, float], words: str) -> None:
     model = model_of(TIGHT._replace(**limits))
-    memory = started(model)._replace(pattern=pattern_of(0.1, 1.0, 3.0, 10.0))
+    memory = started(model)._replace(pattern=pattern_of(0.1, 1.0, 3.0, 10.0, 1.8))
     assert (prediction(model, memory, [], 0).trip == ESTIMATE_INCONSISTENT) is (words != "")
     if words:
         assert inconsistency_reason(model, memory.misfit, memory.pattern).startswith(words)

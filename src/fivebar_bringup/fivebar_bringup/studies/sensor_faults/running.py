@@ -47,8 +47,8 @@ class SensorFaultSettings(StudySettings):
     seed: int = 1
     cases: int = 120
     rig: str = "good"
-    robots: int = 28
-    faulty: int = 3
+    robots: int = 24
+    faulty: int = 6
 
 
 class SensorFaultRow(NamedTuple):
@@ -65,7 +65,7 @@ class SensorFaultRow(NamedTuple):
         left_time: when the platform left 5 mm (s), empty where it never did.
         fault_time: when the run was stopped (s), empty where it was not.
         error_peak: largest distance from the reference (m).
-        misfit, offset, jump: largest of what the estimator's watch limits.
+        misfit, offset, jump, error: largest of what the estimator's watch limits.
         use: largest share of such a limit.
     """
 
@@ -82,6 +82,7 @@ class SensorFaultRow(NamedTuple):
     misfit: float
     offset: float
     jump: float
+    error: float
     use: float
 
 
@@ -93,7 +94,7 @@ def run_numbered(settings: SensorFaultSettings, number: int) -> list[SensorFault
     except InputError:
         refused = True
     if refused:
-        return [SensorFaultRow(number, "", 0, 0.0, 0.0, REFUSED, "", None, None, 0.0, 0.0, 0.0, 0.0, 0.0)]
+        return [SensorFaultRow(number, "", 0, 0.0, 0.0, REFUSED, "", None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
     case, plan = found.case, planned(found.case)
     own, errors, times = case.scenario(PLANNED_FOR), find_rig(settings.rig).errors, [one.time for one in plan.crossings]
     rows = []
@@ -135,9 +136,10 @@ def _run(case: Draw, scenario: Scenario, fault: str, robot: int, size: float, ti
         outcome.misfit,
         outcome.misfit_offset,
         outcome.misfit_jump,
+        outcome.misfit_error,
         max(
             outcome.misfit / limits.misfit_limit,
-            outcome.misfit_offset / limits.offset_limit,
             outcome.misfit_jump / limits.jump_limit,
+            outcome.misfit_strain,
         ),
     )
