@@ -53,8 +53,9 @@ def is_odds(value: Any) -> bool:
     better = value.get("better")
     if better is not None and not (isinstance(better, dict) and is_number(better.get("duration_s"))):
         return False
-    counted = [one for one in (value, better) if one is not None and "unknown" not in one]
-    return is_text(value.get("unknown", "")) and all(map(_counts_robots, counted))
+    told = [one for one in (value, better) if one is not None]
+    worded = all(is_text(one.get(name, "")) for one in told for name in ("unknown", "chosen", "how"))
+    return worded and all(_counts_robots(one) for one in told if "unknown" not in one)
 
 
 def _counts_robots(value: dict[str, Any]) -> bool:

@@ -4,16 +4,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from fivebar_bringup.motions.request import Request, asked_scenario, plan_request, refuse_malformed, scenario_of
+from fivebar_bringup.motions.request import (
+    Request,
+    asked_scenario,
+    plan_request,
+    refuse_malformed,
+    scenario_of,
+    task_of_request,
+)
 from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds, kept_odds
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.places import TimedCourse, courses_elsewhere
 from fivebar_control.planning.timing import Speed
-from fivebar_control.planning.transfer import Transfer
+from fivebar_control.planning.transfer import Transfer, transfer_along
 from fivebar_description.strict_yaml import InputError
 
 if TYPE_CHECKING:
-    from fivebar_bringup.odds.likely import Better, Candidate
+    from fivebar_bringup.odds.likely import Better
 
 
 class LikelyTransfer(NamedTuple):
@@ -23,22 +31,24 @@ class LikelyTransfer(NamedTuple):
         transfer: the motion.
         scenario: by which it is run.
         odds: how many of the drawn robots make it; None where the robot's file declares nothing to draw from.
-        better: which duration (s) would have better odds, and these, where the duration was given; else None.
+        better: what would have better odds, where the duration was given; else None.
+        chosen: in what it differs from the planner's first choice, in words; "" for nothing.
     """
 
     transfer: Transfer
     scenario: Scenario
     odds: Odds | None = None
     better: Better | None = None
+    chosen: str = ""
 
     @property
     def known_odds(self) -> dict[str, Any] | None:
         """The odds as plain numbers, to be kept with a run."""
-        return kept_odds(self.odds)
+        return kept_odds(self.odds, self.chosen)
 
 
 def plan_likely(request: Request) -> LikelyTransfer:
-    """Plan a request, and where tolerances or loads are declared, choose its duration by the odds.
+    """Plan a request, and where tolerances or loads are declared, choose duration, time law and way by the odds.
 
     A duration that is given is kept.
 
@@ -52,15 +62,22 @@ def plan_likely(request: Request) -> LikelyTransfer:
     if not drawn:
         return LikelyTransfer(transfer, first)
     # here, because the compiled engine takes long to load
-    from fivebar_bringup.odds.likely import Candidate, likely_motion
+    from fivebar_bringup.odds.alternatives import Alternatives, Candidate
+    from fivebar_bringup.odds.likely import likely_motion
 
-    def in_duration(duration: float) -> Candidate[Transfer] | None:
-        other = request._replace(duration=duration)
+    task = task_of_request(request, judge_loads=False)
+
+    def planned(timed: TimedCourse) -> Candidate[Transfer] | None:
         try:
-            found = plan_request(other, judge_loads=False)
+            found = transfer_along(task, timed)
+            return Candidate(found, scenario_of(request, found))
         except InputError:
             return None
-        return Candidate(found, scenario_of(other, found))
 
+    def elsewhere() -> list[TimedCourse]:
+        ends = transfer.waypoints[0], transfer.waypoints[-1]
+        return [] if request.via else courses_elsewhere(task, *ends, transfer.plan)
+
+    alternatives = Alternatives(planned, lambda course: course.by_other_laws(task.robot), elsewhere, task.rate_hz)
     given = not isinstance(request.duration, Speed)
-    return LikelyTransfer(*likely_motion(Candidate(transfer, first), in_duration, given))
+    return LikelyTransfer(*likely_motion(Candidate(transfer, first), alternatives, given))

@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import Conditions, Order, Planned, plan_once
+from fivebar_control.planning.places import TimedCourse, courses_elsewhere
+from fivebar_control.planning.planning_process import Conditions, Order, Planned, plan_once, plan_timed, task_of
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_description.strict_yaml import InputError
-
-if TYPE_CHECKING:
-    from fivebar_bringup.odds.likely import Candidate
 
 
 def planner_of(conditions: Conditions) -> Callable[[Order], Planned]:
@@ -79,24 +77,33 @@ class LikelyOrders:
 
     def _planned(self, order: PlanningRequest) -> Planned:
         # here, because the compiled engine takes long to load
-        from fivebar_bringup.odds.likely import Candidate, likely_motion
+        from fivebar_bringup.odds.alternatives import Alternatives, Candidate
+        from fivebar_bringup.odds.likely import likely_motion
 
-        first = plan_once(self._without_loads, order)
+        conditions = self._without_loads
+        first = plan_once(conditions, order)
         if first.refused:
             return first
+        task = task_of(conditions, order)
 
-        def in_duration(duration: float) -> Candidate[Planned] | None:
-            found = plan_once(self._without_loads, order._replace(duration=duration))
+        def planned(timed: TimedCourse) -> Candidate[Planned] | None:
+            found = plan_timed(conditions, order, timed)
             return None if found.refused else Candidate(found, self._scenario_of(order, found))
 
         candidate = Candidate(first, self._scenario_of(order, first))
+
+        def elsewhere() -> list[TimedCourse]:
+            return [] if order.via else courses_elsewhere(task, order.start, order.goal, candidate.scenario.plan())
+
+        alternatives = Alternatives(planned, lambda course: course.by_other_laws(task.robot), elsewhere, task.rate_hz)
         try:
-            found = likely_motion(candidate, in_duration, order.duration > 0.0, time.monotonic() + self._odds_time)
+            found = likely_motion(candidate, alternatives, order.duration > 0.0, time.monotonic() + self._odds_time)
         except InputError as refusal:
             return Planned(str(refusal))
-        odds: dict[str, Any] = found.odds.as_dict() if found.odds.robots else {}
+        odds: dict[str, Any] = {**found.odds.as_dict(), "chosen": found.chosen} if found.odds.robots else {}
         if found.better is not None:
-            odds["better"] = {"duration_s": found.better.duration, **found.better.odds.as_dict()}
+            duration, better, how = found.better
+            odds["better"] = {"duration_s": duration, "how": how, **better.as_dict()}
         if found.decided:
             return found.motion._replace(odds=odds)
         unknown = f"{found.odds.robots} robots could be tried within {self._odds_time:g} s (risk.odds_time)"

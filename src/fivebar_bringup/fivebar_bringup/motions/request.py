@@ -11,6 +11,7 @@ from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.sight import Point
 from fivebar_control.planning.timing import Speed
@@ -87,8 +88,6 @@ def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
         HomingContradicted: the estimator could not tell the assembly mode at the start.
     """
     refuse_malformed(request)
-    follower = _follower(request)
-    before = _before(request)
     start = request.start
     if request.working_mode is not None and request.working_mode != start.working_mode:
         raise InputError(
@@ -96,25 +95,38 @@ def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
             f" {mode_name(start.working_mode)}, and another one is reached only through a Type 1 singularity:"
             " see working_modes in a scenario"
         )
-    robot, asked = load_robot(request.robot), asked_scenario(request)
-    limits = chosen_limits(asked, follower, request.torque_limit, request.motor_speed)
+    task = task_of_request(request, judge_loads)
     transfer = plan_transfer(
-        robot,
+        task.robot,
         start.working_mode,
         (start.x, start.y),
         (request.x, request.y),
         None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
         request.rate_hz,
-        follower,
-        limits if judge_loads else limits.without_loads(),
+        task.follower,
+        task.limits,
         duration=request.duration,
-        sensing=asked.sensing(),
+        sensing=task.sensing,
         via=request.via,
         blend_radius=request.blend_radius,
     )
-    if before.estimated:
-        check_declared(robot, homing_at(robot, *start.working_mode, start.x, start.y))
+    if _before(request).estimated:
+        check_declared(task.robot, homing_at(task.robot, *start.working_mode, start.x, start.y))
     return transfer
+
+
+def task_of_request(request: Request, judge_loads: bool = True) -> Task:
+    """Return what a request is planned for; arguments as for `plan_request`."""
+    follower, asked = _follower(request), asked_scenario(request)
+    limits = chosen_limits(asked, follower, request.torque_limit, request.motor_speed)
+    return Task(
+        load_robot(request.robot),
+        request.start.working_mode,
+        request.rate_hz,
+        follower,
+        limits if judge_loads else limits.without_loads(),
+        asked.sensing(),
+    )
 
 
 def scenario_of(request: Request, transfer: Transfer) -> Scenario:

@@ -88,9 +88,11 @@ def as_text(request: Request, likely: LikelyTransfer, planning_s: float) -> Rend
         ]
     if likely.odds is not None:
         lines.append(f"odds: {likely.odds}")
+    if likely.chosen:
+        lines.append(f"chosen for its odds: {likely.chosen}")
     if likely.better is not None:
-        duration, odds = likely.better
-        lines.append(f"better: in {duration:.3g} s {odds}")
+        duration, odds, how = likely.better
+        lines.append(f"better: in {duration:.3g} s{how} {odds}")
     figures = Table("figure", "value", "limit", "at time", box=None)
     for figure in transfer.feasibility.figures:
         unit = f" {figure.unit}" if figure.unit else ""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
-from typing import Generic, NamedTuple, TypeVar
+from collections.abc import Iterator
+from typing import Generic, NamedTuple
 
-from fivebar_bringup.odds.choice import likeliest
+from fivebar_bringup.odds.alternatives import Alternatives, Candidate, M, best_of_all
 from fivebar_bringup.odds.declared import SEED
 from fivebar_bringup.odds.drawn_robots import declared_errors
 from fivebar_bringup.odds.odds import Odds
@@ -20,26 +20,19 @@ from fivebar_description.strict_yaml import InputError
 OTHER_DURATIONS = (1.4, 0.7, 0.5, 0.35, 0.25)
 """Relative to the planner's first choice."""
 
-M = TypeVar("M")
-
-
-class Candidate(NamedTuple, Generic[M]):
-    """A planned motion, and the scenario by which it is run."""
-
-    motion: M
-    scenario: Scenario
-
-    @property
-    def duration(self) -> float:
-        """How long it takes (s)."""
-        return sum(self.scenario.durations())
-
 
 class Better(NamedTuple):
-    """A duration (s) with better odds, and these."""
+    """A motion with better odds than one whose duration is given.
+
+    Attributes:
+        duration: s.
+        odds: its own.
+        how: in what else it differs, in words; "" for nothing.
+    """
 
     duration: float
     odds: Odds
+    how: str = ""
 
 
 class LikelyMotion(NamedTuple, Generic[M]):
@@ -48,13 +41,15 @@ class LikelyMotion(NamedTuple, Generic[M]):
     Attributes:
         motion, scenario: as in `Candidate`.
         odds: how many of the drawn robots make it; fewer robots than `ROBOTS` where the time was short.
-        better: which other duration is likelier, where the duration was given.
+        better: what is likelier, where the duration was given.
+        chosen: in what it differs from the planner's first choice, in words; "" for nothing.
     """
 
     motion: M
     scenario: Scenario
     odds: Odds
     better: Better | None = None
+    chosen: str = ""
 
     @property
     def decided(self) -> bool:
@@ -63,21 +58,18 @@ class LikelyMotion(NamedTuple, Generic[M]):
 
 
 def likely_motion(
-    first: Candidate[M],
-    in_duration: Callable[[float], Candidate[M] | None],
-    given: bool,
-    until: float = math.inf,
+    first: Candidate[M], alternatives: Alternatives[M], given: bool, until: float = math.inf
 ) -> LikelyMotion[M]:
-    """Return a motion with its odds: the first one where it is likely enough, else in the duration with the best odds.
+    """Return a motion with its odds: the first one where it is likely enough, else the one with the best odds.
 
     Args:
         first: as the planner chooses it, or as it was asked for.
-        in_duration: returns the motion in another duration (s), None where there is none.
-        given: keep the duration of the first one, and say which one would be better.
+        alternatives: what else it might be.
+        given: keep the duration of the first one, and say what would be better.
         until: when no further robot is tried (s on the steady clock).
 
     Raises:
-        InputError: no duration is likely enough.
+        InputError: none is likely enough.
     """
     errors, required = declared_errors(first.scenario), first.scenario.risk.success
     with stage("trying drawn robots"):
@@ -86,34 +78,36 @@ def likely_motion(
     if odds.successes + ROBOTS - odds.robots >= required * ROBOTS:
         # likely enough, or not known to be unlikely when the time was over
         return found
-    with stage("trying other durations"):
-        motions = [first, *_others(in_duration, first.duration, until)]
-        choice = likeliest(motions, lambda motion: motion.scenario, errors, SEED, until)
+    with stage("trying other durations, time laws and ways"):
+        motions = [first, *_in_other_durations(first, alternatives, until)]
+        choice = best_of_all(motions, alternatives, errors, SEED, required, until)
     if given:
         better = choice is not None and choice.odds.share > odds.share and choice.motion is not first
-        return found._replace(better=Better(choice.motion.duration, choice.odds)) if choice and better else found
+        if not (choice and better):
+            return found
+        other = choice.motion
+        return found._replace(better=Better(other.duration, choice.odds, other.how_other_than(first)))
     if choice is None:
         raise InputError(
             f"the motion is not likely enough to succeed: in {first.duration:.3g} s {odds}; expected at least"
-            f" {required:.0%} (risk.success), and no time was left to try other durations"
+            f" {required:.0%} (risk.success), and no time was left to try others"
         )
     chosen = choice.motion
+    how = chosen.how_other_than(first)
     if choice.odds.share < required:
         relief = most_relieved(chosen.scenario, errors, SEED, choice.odds) if until == math.inf else ""
         raise InputError(
-            f"the motion is not likely enough to succeed: at best, in {chosen.duration:.3g} s, {choice.odds}; expected"
-            f" at least {required:.0%} (risk.success){f'; {relief}' if relief else ''}"
+            f"the motion is not likely enough to succeed: at best, in {chosen.duration:.3g} s{how}, {choice.odds};"
+            f" expected at least {required:.0%} (risk.success){f'; {relief}' if relief else ''}"
         )
-    return LikelyMotion(*chosen, choice.odds)
+    return LikelyMotion(*chosen, choice.odds, chosen=f"{chosen.duration:.3g} s{how}, not {first.duration:.3g} s")
 
 
-def _others(
-    in_duration: Callable[[float], Candidate[M] | None], duration: float, until: float
-) -> Iterator[Candidate[M]]:
-    """Yield the motion in other durations than the first one (s), as far as it is feasible and there is time."""
+def _in_other_durations(first: Candidate[M], alternatives: Alternatives[M], until: float) -> Iterator[Candidate[M]]:
+    """Yield the motion in other durations than the first one, as far as it is feasible and there is time."""
     for factor in OTHER_DURATIONS:
         if time.monotonic() >= until:
             return
-        found = in_duration(factor * duration)
+        found = alternatives.in_duration(first, factor * first.duration)
         if found is not None:
             yield found

@@ -55,9 +55,11 @@ def told_odds(content: Mapping[str, Any], short: bool = False) -> str:
     made, robots = content["successes"], content["robots"]
     words = f"{made} of {robots}" if short else odds_words(made, robots, *content["interval_95"])
     better = content.get("better")
-    return words if better is None else f"{words}; better in {better['duration_s']:.3g} s: {told_odds(better, True)}"
+    if better is None:
+        return words
+    return f"{words}; better in {better['duration_s']:.3g} s{better.get('how', '')}: {told_odds(better, True)}"
 
 
-def kept_odds(odds: Odds | None) -> dict[str, Any] | None:
-    """Return odds as they are kept with a run, None where they are not known."""
-    return None if odds is None else odds.as_dict()
+def kept_odds(odds: Odds | None, chosen: str = "") -> dict[str, Any] | None:
+    """Return odds as they are kept with a run, with what was chosen for them; None where they are not known."""
+    return None if odds is None else {**odds.as_dict(), "chosen": chosen}

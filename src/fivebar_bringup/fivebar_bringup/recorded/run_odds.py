@@ -23,12 +23,14 @@ class RunOdds(StrictModel):
         successes, robots: how many of the drawn robots have made the motion in simulation.
         share: of these robots.
         interval_95: of the success probability, with 95 % confidence.
+        chosen: in what the motion differs from the planner's first choice, in words; "" for nothing.
     """
 
     successes: Annotated[int, Field(ge=0)]
     robots: Annotated[int, Field(ge=1)]
     share: Share
     interval_95: Annotated[tuple[Share, Share], Field(strict=False)]
+    chosen: str = ""
 
 
 def read_odds(path: Path) -> dict[str, Any] | None:

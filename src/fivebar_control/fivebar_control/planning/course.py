@@ -8,11 +8,14 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from fivebar_control.planning.sight import Point
-from fivebar_control.trajectory.planner import CRITERION, OPTIMAL, QUINTIC
+from fivebar_control.trajectory.planner import CRITERION, OPTIMAL, OPTIMAL_WITH_FRICTION, QUINTIC, SEPTIC
 from fivebar_description.parameters import FiveBar, has_external_force
 
 STRAIGHT_LAWS = (QUINTIC, OPTIMAL)
 """The time laws that the planner knows for straight parts between rests, the smoother one first."""
+
+OTHER_LAWS = (SEPTIC, CRITERION, QUINTIC, OPTIMAL, OPTIMAL_WITH_FRICTION)
+"""All time laws of straight parts, as they are tried for better odds."""
 
 
 class Course(NamedTuple):
@@ -64,6 +67,12 @@ class Course(NamedTuple):
         if self.rounded or self.time_law not in STRAIGHT_LAWS:
             return [self]
         return [self._replace(time_law=law) for law in STRAIGHT_LAWS]
+
+    def by_other_laws(self, robot: FiveBar) -> list[Course]:
+        """Return it by each further time law that a robot can make it by: none where corners or forces ask for one."""
+        if self.rounded or has_external_force(robot):
+            return []
+        return [self._replace(time_law=law) for law in OTHER_LAWS if law != self.time_law]
 
     def shared(self, duration: float) -> tuple[float, ...]:
         """Return the parts of a duration (s) that its legs have by their lengths."""

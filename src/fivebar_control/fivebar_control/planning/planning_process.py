@@ -19,12 +19,14 @@ from fivebar_control.laws.registry import TunedController, default_tuning, find_
 from fivebar_control.planning.course import NO_COURSE, Course
 from fivebar_control.planning.limits import MotionLimits, Risk, motion_limits_of, speed_step_of
 from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.pacing import Task
+from fivebar_control.planning.places import TimedCourse
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
 from fivebar_control.planning.stopping import Stop, StopRequest, plan_stop
 from fivebar_control.planning.timed_points import TrajectoryRequest, plan_points
 from fivebar_control.planning.timing import Speed
-from fivebar_control.planning.transfer import plan_transfer
+from fivebar_control.planning.transfer import plan_transfer, transfer_along
 from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import Plan, PlanRefused
@@ -240,6 +242,29 @@ def planner_of(conditions: Conditions) -> Callable[[Order], Planned]:
 def plan_once(conditions: Conditions, order: Order) -> Planned:
     """Plan a request as `plan_order` does; one that has been planned before, as in a loop, is not planned again."""
     return plan_order(conditions, order)
+
+
+def task_of(conditions: Conditions, order: PlanningRequest) -> Task:
+    """Return what the motion of a request is planned for.
+
+    Raises:
+        PlanRefused: no motion can keep the limits.
+    """
+    file = read_robot(conditions.robot)
+    robot, follower = laden(file.five_bar(), order.payload), conditions.follower(file)
+    limits = _limits(conditions, file, follower, order.torque_share, order.speed_share)
+    return Task(robot, order.working_mode, conditions.rate_hz, follower, limits, conditions.sensing)
+
+
+def plan_timed(conditions: Conditions, order: PlanningRequest, timed: TimedCourse) -> Planned:
+    """Plan and screen the motion of a request along a course in given durations, as `plan_order` would."""
+    try:
+        task = task_of(conditions, order)
+        transfer = transfer_along(task, timed)
+        _check_held(conditions, task.robot, transfer.plan, task.follower)
+    except (PlanRefused, InputError) as refusal:
+        return Planned(str(refusal))
+    return Planned("", timed.course, timed.durations, transfer.plan.path.segments)
 
 
 def plan_order(conditions: Conditions, order: Order) -> Planned:

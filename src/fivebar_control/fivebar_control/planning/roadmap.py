@@ -108,6 +108,11 @@ class Roadmap:
                 for other in self._neighbours(point):
                     self._join(point, other)
         self._across = {frozenset(gate): gate for gate in self.gates}
+        self._folded = frozenset(gate for gate, folded in found.items() if folded)
+
+    def folded(self, gate: Gate) -> bool:
+        """Return whether the elbows pass each other at a gate."""
+        return gate in self._folded
 
     def reaches(self, point: Point) -> bool:
         """Return whether a rest is joined to the grid."""

@@ -18,6 +18,7 @@ from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import NoPace, Task, slowest_pace
+from fivebar_control.planning.places import TimedCourse
 from fivebar_control.planning.postures import assembly_problem, mode_name, place_at, rest_problem
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way, roadmap
@@ -137,6 +138,21 @@ def plan_transfer(
         search = _Search(task, start, goal, duration)
         found = search.found(needed=0 if signs[0] == signs[1] else 1)
     return Transfer(found.plan, found.feasibility, found.course, found.durations, signs[0], signs[1])
+
+
+def transfer_along(task: Task, timed: TimedCourse) -> Transfer:
+    """Return the motion along a course in the given durations of its legs, by its own time law.
+
+    Raises:
+        TransferRefused: it is not feasible.
+    """
+    course, durations = timed
+    signs = [place_at(task.robot, task.working_mode, *course.waypoints[end]).assembly for end in (0, -1)]
+    plan = task.plan(course, durations)
+    feasibility = task.judge_run(plan)
+    if not feasibility.feasible:
+        raise TransferRefused("; ".join(feasibility.reasons))
+    return Transfer(plan, feasibility, course, durations, signs[0], signs[1])
 
 
 def _given(task: Task, course: Course, duration: float | Speed) -> Timed:

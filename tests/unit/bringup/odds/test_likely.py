@@ -8,10 +8,12 @@ import time
 import pytest
 
 from fivebar_bringup.odds import likely
+from fivebar_bringup.odds.alternatives import Alternatives, Candidate
 from fivebar_bringup.odds.choice import Choice
-from fivebar_bringup.odds.likely import Candidate, LikelyMotion, likely_motion
+from fivebar_bringup.odds.likely import LikelyMotion, likely_motion
 from fivebar_bringup.odds.odds import Odds, told_odds
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.places import TimedCourse
 from fivebar_description.strict_yaml import InputError
 
 
@@ -26,19 +28,41 @@ def in_seconds(duration: float) -> Candidate[str]:
     return Candidate(f"{duration:g} s", Scenario.model_validate(content))
 
 
+def planned(timed: TimedCourse) -> Candidate[str]:
+    motion = in_seconds(timed.duration)
+    return motion._replace(scenario=motion.scenario.model_copy(update={"time_law": timed.course.time_law}))
+
+
+OTHERS = Alternatives(planned, lambda course: [course._replace(time_law="septic")], list, 500)
+
+
 def found_with(
-    monkeypatch: pytest.MonkeyPatch, first: Odds, best: Odds | None, given: bool = False, until: float = math.inf
+    monkeypatch: pytest.MonkeyPatch,
+    first: Odds,
+    best: Odds | None,
+    given: bool = False,
+    until: float = math.inf,
+    law: bool = False,
 ) -> LikelyMotion[str]:
-    """Return what becomes of a motion of 2 s with such odds, and with these in the best other duration, 1 s."""
+    """Return what becomes of a motion of 2 s with such odds, and with these in the best other duration, 1 s.
+
+    With `law` it is another time law that is best in that duration.
+    """
     monkeypatch.setattr(likely, "odds_of", lambda *arguments: first)
     monkeypatch.setattr(likely, "most_relieved", lambda *arguments: "with a level base 24 of 24 would")
 
-    def choose(motions: list[Candidate[str]], *more: object) -> Choice[Candidate[str]] | None:
+    def choose(
+        motions: list[Candidate[str]], others: Alternatives[str], *more: object
+    ) -> Choice[Candidate[str]] | None:
         chosen = next((one for one in motions if one.motion == "1 s"), None)
-        return None if best is None or chosen is None else Choice(chosen, best)
+        if best is None or chosen is None:
+            return None
+        if not law:
+            return Choice(chosen, best)
+        return Choice(next(others.beside(chosen, until)), best)
 
-    monkeypatch.setattr(likely, "likeliest", choose)
-    return likely_motion(in_seconds(2.0), in_seconds, given, until)
+    monkeypatch.setattr(likely, "best_of_all", choose)
+    return likely_motion(in_seconds(2.0), OTHERS, given, until)
 
 
 def test_a_likely_motion_is_made_and_an_unlikely_one_in_the_duration_with_the_best_odds(
@@ -54,8 +78,18 @@ def test_a_likely_motion_is_made_and_an_unlikely_one_in_the_duration_with_the_be
 
 def test_a_duration_that_is_given_is_kept_and_a_better_one_named(monkeypatch: pytest.MonkeyPatch) -> None:
     found = found_with(monkeypatch, Odds(8, 24), Odds(23, 24), given=True)
-    assert (found.motion, found.odds, found.better) == ("2 s", Odds(8, 24), (1.0, Odds(23, 24)))
+    assert (found.motion, found.odds, found.better) == ("2 s", Odds(8, 24), (1.0, Odds(23, 24), ""))
     assert found_with(monkeypatch, Odds(8, 24), Odds(8, 24), given=True).better is None
+
+
+def test_what_was_chosen_in_place_of_the_first_motion_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert found_with(monkeypatch, Odds(22, 24), None).chosen == ""
+    assert found_with(monkeypatch, Odds(8, 24), Odds(23, 24)).chosen == "1 s, not 2 s"
+    assert found_with(monkeypatch, Odds(8, 24), Odds(23, 24), law=True).chosen == "1 s by time law septic, not 2 s"
+    better = found_with(monkeypatch, Odds(8, 24), Odds(23, 24), given=True, law=True).better
+    assert better == (1.0, Odds(23, 24), " by time law septic")
+    with pytest.raises(InputError, match=r"at best, in 1 s by time law septic, 20 of 24"):
+        found_with(monkeypatch, Odds(8, 24), Odds(20, 24), law=True)
 
 
 def test_with_too_little_time_nothing_is_decided_but_what_cannot_become_likely(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,7 +102,7 @@ def test_with_too_little_time_nothing_is_decided_but_what_cannot_become_likely(m
 
 
 def test_no_robot_is_tried_when_the_time_is_over() -> None:
-    found = likely_motion(in_seconds(2.0), in_seconds, given=False, until=time.monotonic())
+    found = likely_motion(in_seconds(2.0), OTHERS, given=False, until=time.monotonic())
     assert (found.odds, found.decided) == (Odds(), False)
 
 

@@ -214,7 +214,7 @@ def test_a_case_in_another_time_is_what_is_checked_anew_and_keeps_what_its_rig_s
         scenario = case.scenario("multi_cartesian")
         assert scenario == case.with_effects("multi_cartesian", effects)
         assert (scenario.plant.seed, scenario.plant.push.heading) == (7, 1.0)
-        assert (scenario.segment_duration, scenario.time_law) == (duration, time_law)
+        assert (scenario.durations(), scenario.time_law) == ((duration,), time_law)
 
 
 @pytest.mark.extra

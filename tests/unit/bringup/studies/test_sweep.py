@@ -42,9 +42,12 @@ from fivebar_bringup.studies.sweep.sweep import DECIDING, SWEEP, SweepSettings
 from fivebar_control.estimation.trips import ESTIMATE_AMBIGUOUS
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Figure
+from fivebar_control.planning.places import TimedCourse
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.safety.stages import TRACKING_LOST
+from fivebar_control.trajectory.planner import OPTIMAL
 from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
@@ -106,6 +109,20 @@ def test_a_case_depends_on_its_seed_and_number_alone() -> None:
     assert backwards[::-1] == [draw(SEED, number) for number in range(20)]
     assert draw(SEED, 5) != draw(SEED + 1, 5)
     assert len({case[3:] for case in backwards}) == 20
+
+
+def test_a_case_that_is_led_through_another_place_can_be_repeated_from_its_row() -> None:
+    case = draw(1, 0, "middling")
+    start, goal = (case.start_x, case.start_y), (case.end_x, case.end_y)
+    assert case.legs() == ((start, goal), (case.duration,))
+    between = (0.1 + 0.2, 1.0 / 3.0)
+    led = case.along(TimedCourse(Course((start, between, goal), (0.0,), OPTIMAL), (0.3, 0.4)))
+    assert led.legs() == ((start, between, goal), (0.3, 0.4))
+    assert (led.duration, led.drawn_duration, led.time_law) == (0.7, case.duration, OPTIMAL)
+    row = SweepRow(0, "unified", FEASIBLE, "", True, "", *led[1:])
+    assert ROWS.read(ROWS.lines([row]))[0].draw == led
+    straight = led.along(TimedCourse(Course((start, goal)), (case.duration,)))
+    assert straight == case
 
 
 def test_a_case_is_run_with_its_own_robot_and_the_gains_of_its_rig() -> None:

@@ -25,6 +25,7 @@ from fivebar_bringup.studies.rigs.proportion import in_proportion
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
+from fivebar_control.planning.places import TimedCourse
 from fivebar_control.planning.postures import WORKING_MODES, place_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan
 from fivebar_description.parameters import FiveBar
@@ -129,6 +130,8 @@ class Draw(NamedTuple):
         drawn_duration: what was drawn, where the planner has taken another for the rig's loads (s).
         time_law: how the reference passes along the segment.
         robot: whose crossing it is, by the name of its file; "" for the robot of the rig.
+        way: of a motion that the planner leads through another place of the locus: x, y (m) and duration (s) of each
+            leg's end, legs parted by semicolons; "" for the straight segment.
     """
 
     number: int
@@ -149,6 +152,26 @@ class Draw(NamedTuple):
     drawn_duration: float | None = None
     time_law: str = QUINTIC
     robot: str = ""
+    way: str = ""
+
+    def along(self, timed: TimedCourse) -> Draw:
+        """Return the case by a course with the same ends, in the given durations of its legs."""
+        legs = zip(timed.course.waypoints[1:], timed.durations, strict=True)
+        drawn = self.duration if self.drawn_duration is None else self.drawn_duration
+        return self._replace(
+            duration=timed.duration,
+            drawn_duration=None if timed.duration == drawn else drawn,
+            time_law=timed.course.time_law,
+            way=";".join(f"{x!r} {y!r} {s!r}" for (x, y), s in legs) if len(timed.durations) > 1 else "",
+        )
+
+    def legs(self) -> tuple[tuple[XY, ...], tuple[float, ...]]:
+        """Return the points (m) through which it goes, and the durations (s) between them."""
+        start, end = (self.start_x, self.start_y), (self.end_x, self.end_y)
+        if not self.way:
+            return (start, end), (self.duration,)
+        read = [tuple(float(word) for word in leg.split()) for leg in self.way.split(";")]
+        return (start, *((x, y) for x, y, _ in read)), tuple(duration for *_, duration in read)
 
     @property
     def robot_name(self) -> str:
@@ -183,14 +206,14 @@ class Draw(NamedTuple):
             "name": f"case-{self.number}-{controller.replace(':', '.')}",
             "controller": controller,
             "working_mode": (self.mode1, self.mode2),
-            "waypoints": ((self.start_x, self.start_y), (self.end_x, self.end_y)),
             **self.timing(),
         }
         return validate(content, DrawnScenario, f"case {self.number}")
 
     def timing(self) -> dict[str, Any]:
         """Return the keys of a scenario in which the timings of a case differ."""
-        return {"segment_duration": self.duration, "time_law": self.time_law}
+        waypoints, durations = self.legs()
+        return {"waypoints": waypoints, "segment_duration": durations, "time_law": self.time_law}
 
     def _varied(self, controller: str) -> dict[str, Any]:
         """Return the content of a scenario with a robot whose encoders and delay vary."""
@@ -297,7 +320,7 @@ def _scenario_of(case: Draw, controller: str) -> DrawnScenario:
 
 def _timed(case: Draw, controller: str) -> DrawnScenario:
     """Return the scenario of a case, with the effects of its robot as if it crossed at once."""
-    untimed = case._replace(duration=1.0, drawn_duration=None, time_law=QUINTIC)
+    untimed = case._replace(duration=1.0, drawn_duration=None, time_law=QUINTIC, way="")
     return _as_drawn(untimed, controller).model_copy(update=case.timing())
 
 

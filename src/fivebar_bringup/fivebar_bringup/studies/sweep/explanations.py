@@ -67,12 +67,16 @@ def _twice_the_torque(content: Content) -> None:
     content["plant"]["torque_limit"] *= 2.0
 
 
+def _stretched(content: Content, factor: float) -> list[float]:
+    return [factor * duration for duration in content["segment_duration"]]
+
+
 def _slower(content: Content) -> None:
-    content["segment_duration"] *= 1.25
+    content["segment_duration"] = _stretched(content, 1.25)
 
 
 def _quicker(content: Content) -> None:
-    content["segment_duration"] *= 0.8
+    content["segment_duration"] = _stretched(content, 0.8)
 
 
 CHANGES: Mapping[str, Callable[[Content], None]] = {

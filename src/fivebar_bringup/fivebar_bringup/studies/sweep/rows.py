@@ -32,7 +32,7 @@ class SweepRow(NamedTuple):
         reason: why it was refused or screened out.
         success: of the run, by the rule of `success`.
         why_not: how it falls short of a success.
-        mode1 ... robot: as in `Draw`, lengths in m.
+        mode1 ... way: as in `Draw`, lengths in m.
         crossings: planned changes of assembly mode.
         authority: least |n.v1| at the planned crossings.
         crossing_x, crossing_y: of the first one (m).
@@ -78,6 +78,7 @@ class SweepRow(NamedTuple):
     drawn_duration: float | None = None
     time_law: str = QUINTIC
     robot: str = ""
+    way: str = ""
     crossings: int | None = None
     authority: float | None = None
     crossing_x: float | None = None

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.choice import likeliest
+from fivebar_bringup.odds.alternatives import Alternatives, Candidate, best_of_all
 from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import UNIFORM
@@ -18,6 +18,7 @@ from fivebar_bringup.studies.sweep.screening import limits_for, planned, screene
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.figures import Feasibility, nearest
 from fivebar_control.planning.pacing import Task, feasible_in, longest_bearing, pace_of
+from fivebar_control.planning.places import TimedCourse, courses_elsewhere
 from fivebar_control.planning.timing import SLOWER, UNHURRIED, first_feasible
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
@@ -51,7 +52,7 @@ def timed(case: Draw) -> TimedCase:
     """Return a case as the planner times it for `PLANNED_FOR`.
 
     First it is timed for the declared loads. Where not enough of the robots make it that are drawn as the rig's are,
-    other than the case's own, other durations and time laws are tried on them.
+    other than the case's own, other durations, time laws and places of crossing are tried on them.
 
     Raises:
         InputError: the planner refuses the motion.
@@ -62,32 +63,42 @@ def timed(case: Draw) -> TimedCase:
         return TimedCase(first)
     # what is declared of a robot are bounds, however its errors are distributed
     errors, seed = find_rig(case.rig).errors._replace(distribution=UNIFORM), odds_seed(case)
-    by_loads = TimedCase(first, Odds())
-    if screened(first, PLANNED_FOR, judge_loads=False).feasible:
-        by_loads = TimedCase(first, odds_of(first.scenario(PLANNED_FOR), errors, seed, range(ROBOTS)))
-        if by_loads.likely:
-            return by_loads
-    choice = likeliest(list(_others(case)), lambda one: one.scenario(PLANNED_FOR), errors, seed)
-    return by_loads if choice is None else TimedCase(*choice)
+    scenario = first.scenario(PLANNED_FOR)
+    feasible = screened(first, PLANNED_FOR, judge_loads=False).feasible
+    by_loads = TimedCase(first, odds_of(scenario, errors, seed, range(ROBOTS)) if feasible else Odds())
+    if feasible and by_loads.likely:
+        return by_loads
+
+    def tried(course: TimedCourse) -> Candidate[Draw] | None:
+        return _feasible(case.along(course))
+
+    def elsewhere() -> list[TimedCourse]:
+        limits = limits_for(case, scenario).without_loads()
+        task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
+        start, goal = scenario.waypoints
+        return courses_elsewhere(task, start, goal, plan_of(first))
+
+    robot = scenario.five_bar()
+    alternatives = Alternatives(tried, lambda course: course.by_other_laws(robot), elsewhere, RATE_HZ)
+    durations = (alternatives.in_duration(Candidate(first, scenario), one * case.duration) for one in DURATIONS)
+    motions = [one for one in durations if one is not None]
+    choice = best_of_all(motions, alternatives, errors, seed, by_loads.required)
+    return by_loads if choice is None else TimedCase(choice.motion.motion, choice.odds)
+
+
+def _feasible(case: Draw) -> Candidate[Draw] | None:
+    """Return a case with its scenario, None where planner or screen refuse it, apart from its loads."""
+    try:
+        planned(case)
+    except InputError:
+        return None
+    accepted = screened(case, PLANNED_FOR, judge_loads=False).feasible
+    return Candidate(case, case.scenario(PLANNED_FOR)) if accepted else None
 
 
 def odds_seed(case: Draw) -> int:
     """Return the seed of the robots on which a case is tried."""
     return int(np.random.default_rng((case.seed, case.number, ODDS)).integers(2**62))
-
-
-def _others(case: Draw) -> Iterator[Draw]:
-    """Yield a case in other durations and by each time law, as far as the screen accepts it apart from its loads."""
-    for factor in DURATIONS:
-        duration = max(1.0, round(factor * case.duration * RATE_HZ)) / RATE_HZ
-        for time_law in STRAIGHT_LAWS:
-            one = case._replace(duration=duration, drawn_duration=case.duration, time_law=time_law)
-            try:
-                planned(one)
-            except InputError:
-                continue
-            if screened(one, PLANNED_FOR, judge_loads=False).feasible:
-                yield one
 
 
 def timed_for_loads(case: Draw) -> Draw:

@@ -1,0 +1,91 @@
+"""Other time laws and places are tried where no duration is likely enough, and only there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+
+from fivebar_bringup.odds import choice
+from fivebar_bringup.odds.alternatives import Alternatives, Candidate, best_of_all
+from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
+from fivebar_bringup.odds.trials import ROBOTS, Trials
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.course import Course
+from fivebar_control.planning.places import TimedCourse
+from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, SEPTIC
+
+START, GOAL = (0.0, 0.15), (0.0, 0.02)
+ROUND = Course((START, (0.03, 0.1), (0.03, 0.05), GOAL), (0.0, 0.0), QUINTIC)
+
+
+def motion(timed: TimedCourse) -> Candidate[str]:
+    course, durations = timed
+    content = {
+        "name": "motion",
+        "controller": "unified",
+        "waypoints": course.waypoints,
+        "segment_duration": durations,
+        "time_law": course.time_law,
+    }
+    return Candidate(course.time_law, Scenario.model_validate(content))
+
+
+def straight(duration: float, time_law: str = QUINTIC) -> Candidate[str]:
+    return motion(TimedCourse(Course((START, GOAL), (), time_law), (duration,)))
+
+
+def others(refused: str = "") -> Alternatives[str]:
+    return Alternatives(
+        lambda timed: None if timed.course.time_law == refused else motion(timed),
+        lambda course: [course._replace(time_law=SEPTIC)],
+        lambda: [TimedCourse(ROUND, (0.3, 0.4, 0.3))],
+        500,
+    )
+
+
+@pytest.fixture
+def made_by(monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str, int], float]:
+    """Return what share of the robots makes a motion, by its law and its number of legs, to be filled in."""
+    shares: dict[tuple[str, int], float] = {}
+
+    def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float) -> Trials:
+        numbers = list(robots)
+        share = shares.get((scenario.time_law, len(scenario.durations())), 0.0)
+        made = sum(number % ROBOTS < share * ROBOTS for number in numbers)
+        return Trials(Odds(made, len(numbers)), share * len(numbers))
+
+    monkeypatch.setattr(choice, "trials_of", trials_of)
+    monkeypatch.setattr(choice, "odds_of", lambda *given: trials_of(*given).odds)
+    return shares
+
+
+def test_laws_and_places_are_tried_where_no_duration_is_likely_enough(made_by: dict[tuple[str, int], float]) -> None:
+    made_by |= {(QUINTIC, 1): 0.5, (SEPTIC, 1): 0.75, (QUINTIC, 3): 1.0}
+    first = straight(1.0)
+    found = best_of_all([first], others(), NO_ERRORS, 1, 0.9)
+    assert found is not None
+    assert found.odds == Odds(24, 24)
+    assert found.motion.how_other_than(first) == " by way of (0.0300, 0.1000) m and (0.0300, 0.0500) m"
+    made_by[QUINTIC, 3] = 0.6
+    found = best_of_all([first], others(), NO_ERRORS, 1, 0.9)
+    assert found is not None
+    assert (found.motion.motion, found.odds) == (SEPTIC, Odds(18, 24))
+    assert found.motion.how_other_than(first) == " by time law septic"
+    # nothing else is tried where that is enough
+    made_by[QUINTIC, 3] = 1.0
+    found = best_of_all([first], others(), NO_ERRORS, 1, 0.5)
+    assert found is not None
+    assert (found.motion, found.odds) == (first, Odds(12, 24))
+    assert best_of_all([], others(), NO_ERRORS, 1, 0.9) is None
+
+
+def test_another_duration_keeps_the_law_where_that_is_feasible() -> None:
+    scaled = others().in_duration(motion(TimedCourse(ROUND, (0.3, 0.4, 0.3))), 0.5)
+    assert scaled is not None
+    assert scaled.scenario.durations() == (0.15, 0.2, 0.15)
+    assert scaled.motion == QUINTIC
+    quicker = others(refused=QUINTIC).in_duration(straight(1.0), 0.5)
+    assert quicker is not None
+    assert (quicker.motion, quicker.duration) == (OPTIMAL, 0.5)
