@@ -165,10 +165,14 @@ def rigs_table(rows: Sequence[RigRow]) -> TextTable:
 
 
 def _answer(rows: Sequence[RigRow]) -> str:
-    made = [f"{share_of(row.within_2_mm, row.accepted).text} of {row.accepted} on `{row.rig}`" for row in rows]
+    made = [
+        f"On `{row.rig}` {share_of(row.within_2_mm, row.accepted).text} of {row.accepted} accepted crossings stay"
+        " within 2 mm with `unified`."
+        for row in rows
+    ]
     lost = sum(row.silent for row in rows)
     return (
-        f"Accepted crossings that `unified` makes within 2 mm: {', '.join(made)}."
+        f"{' '.join(made)}"
         f" {lost or 'None'} of {sum(row.accepted for row in rows)} {'is' if lost == 1 else 'are'} lost silently."
     )
 
