@@ -307,6 +307,7 @@ def test_malformed_commands_move_nothing(rig: Rig) -> None:
     assert rig.faults() == []
 
 
+@pytest.mark.extra
 def test_lost_drives_are_a_named_fault_and_found_again_by_configuring(rig: Rig, bench: Bench, tmp_path: Path) -> None:
     activated(rig)
     rig.drives.close()

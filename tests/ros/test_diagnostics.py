@@ -28,6 +28,7 @@ def feed_one(probe: Probe, motion: MiddleMotion, sample: int) -> None:
     probe.answer(SUPERVISOR_STATE, sample)
 
 
+@pytest.mark.extra
 def test_a_node_tells_its_rate_jitter_late_and_dropped_messages(bench: Bench, motion: MiddleMotion) -> None:
     bench.start("supervisor")
     probe = bench.probe()
@@ -49,6 +50,7 @@ def test_a_node_tells_its_rate_jitter_late_and_dropped_messages(bench: Bench, mo
     probe.report("/supervisor", lambda values: values["answered"] == str(sample))
 
 
+@pytest.mark.extra
 def test_thresholds_are_parameters(bench: Bench, motion: MiddleMotion) -> None:
     bench.start("supervisor", late_after_ms=0.01, warn_dropped=1)
     probe = bench.probe()

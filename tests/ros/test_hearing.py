@@ -84,6 +84,7 @@ def test_a_latched_message_from_before_the_node_is_heard(bench: Bench) -> None:
     probe.wait_for_dropped(NODE, 1)
 
 
+@pytest.mark.extra
 def test_in_lockstep_a_sensor_that_may_lose_readings_is_not_used_but_named(bench: Bench) -> None:
     process = bench.start("state_estimator", **GYRO)
     probe = bench.probe()

@@ -139,6 +139,7 @@ def test_where_the_profile_does_not_count_ros_restricts_discovery(changed: dict[
     assert changed.items() <= environment.items()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("started_first", ["node", "tool"])
 def test_tools_without_the_profile_see_and_call_the_node(
     bench: Bench, motion: MiddleMotion, started_first: str
@@ -196,6 +197,7 @@ def test_a_message_wakes_no_other_thread_of_its_writer(bench: Bench, motion: Mid
     assert min(wakeups) < 1.5 * EXCHANGES, wakeups
 
 
+@pytest.mark.extra
 def test_a_run_whose_nodes_cannot_hear_each_other_says_so(bench: Bench, tmp_path: Path) -> None:
     out = tmp_path / "out"
     words = ["run", "middle", "--domain", str(bench.domain), "--no-page", "--json", "--out", str(out)]

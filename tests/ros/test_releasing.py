@@ -101,6 +101,7 @@ class Stopped:
         return tau1, tau2
 
 
+@pytest.mark.extra
 def test_it_moves_a_stopped_robot_off_the_locus_and_says_where_it_is(bench: Bench) -> None:
     stopped = Stopped(bench)
     answer = stopped.release()

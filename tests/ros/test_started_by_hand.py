@@ -66,6 +66,7 @@ def test_a_controller_says_what_it_waits_for_and_answers_with_the_runs_gain(
     assert len(lines_of(process)) == 2
 
 
+@pytest.mark.extra
 def test_a_recorder_leaves_the_bag_of_the_run_and_makes_another(
     bench: Bench, motion: MiddleMotion, left: dict[str, Path]
 ) -> None:

@@ -66,6 +66,7 @@ def test_it_shows_one_robot_and_commands_no_torque(bench: Bench, motion: MiddleM
         page.close()
 
 
+@pytest.mark.extra
 def test_it_says_where_no_graph_is_seen(bench: Bench) -> None:
     hint = "view: no node of a graph is seen in"
     probe = bench.probe("/left")

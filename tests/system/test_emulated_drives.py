@@ -158,6 +158,7 @@ def test_a_second_of_torque(bus: DriveBus, drives: Drives) -> None:
     assert drives.process.wait(DEADLINE) == 0
 
 
+@pytest.mark.extra
 def test_a_drive_fault_and_its_recovery(bus: DriveBus, drives: Drives) -> None:
     bus.enable(DEADLINE)
     drives.tell("fault 2")
@@ -169,6 +170,7 @@ def test_a_drive_fault_and_its_recovery(bus: DriveBus, drives: Drives) -> None:
     assert bus.states == ON
 
 
+@pytest.mark.extra
 def test_a_drive_that_loses_its_power(bus: DriveBus, drives: Drives) -> None:
     """The heartbeats end with the process: the last state that it told was operational."""
     bus.enable(DEADLINE)

@@ -29,6 +29,8 @@ from fivebar_description.interface import (
 )
 from fivebar_sim.readings import lost_readings
 
+pytestmark = pytest.mark.extra
+
 ENCODERS = """
 waypoints: [[0.0, 0.15], [0.0, 0.02]]
 segment_duration: 0.5
@@ -64,9 +66,7 @@ class Bags(NamedTuple):
     scenario: str
 
 
-@pytest.fixture(
-    scope="module", params=[pytest.param(ENCODERS, marks=pytest.mark.extra), GYROSCOPE], ids=["encoders", "gyroscope"]
-)
+@pytest.fixture(scope="module", params=[ENCODERS, GYROSCOPE], ids=["encoders", "gyroscope"])
 def bags(
     request: pytest.FixtureRequest,
     fivebar: Callable[..., FivebarCommand],
@@ -90,7 +90,6 @@ def test_the_estimators_topics_are_among_them() -> None:
     assert {JOINT_STATES, GROUND_TRUTH, *ESTIMATION_TOPICS} < set(STAMPED)
 
 
-@pytest.mark.extra
 @pytest.mark.parametrize("topic", STAMPED, ids=lambda topic: topic.name)
 def test_every_stamped_message_is_equal(bags: Bags, topic: Topic) -> None:
     assert contents(bags.ros, topic) == contents(bags.offline, topic)

@@ -148,6 +148,7 @@ def test_a_run_whose_directory_is_deleted_ends_in_one_line(graph_run: Callable[.
     run.command.expect_no_process(0.0)
 
 
+@pytest.mark.extra
 def test_a_run_that_never_gets_going_ends_too(folder: Path) -> None:
     """The interrupt comes while the nodes still start."""
     call = InstalledCommand(folder / "interrupted", "run", "middle", "--json", "--out", "out")

@@ -51,6 +51,7 @@ def bags(fivebar: Callable[..., FivebarCommand], folder: Path, scenario: Path) -
     return bags
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("topic", [TOY_TORQUE, TORQUE_COMMAND, JOINT_STATES], ids=lambda topic: topic.name)
 def test_the_graph_and_the_offline_runner_agree_bit_for_bit(bags: dict[str, Recording], topic: Topic) -> None:
     ros, offline = (contents(bags[command], topic) for command in ("run", "simulate"))
@@ -74,6 +75,7 @@ def test_the_compiled_engine_runs_the_law_with_its_settings_and_its_memory(
     assert abs(without.error_final - outcome.error_final) > 1e-5
 
 
+@pytest.mark.extra
 def test_it_is_compared_with_the_laws_of_the_tree(
     fivebar: Callable[..., FivebarCommand], folder: Path, scenario: Path
 ) -> None:
@@ -88,6 +90,7 @@ def test_it_is_compared_with_the_laws_of_the_tree(
     assert "toy_law:LAW" in (out / "compare.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("controller", "words"),
     [

@@ -22,6 +22,7 @@ def drives(folder: Path) -> Iterator[str]:
         yield str(folder / "my_drives.yaml")
 
 
+@pytest.mark.extra
 @pytest.mark.clock
 def test_a_crossing(fivebar: Callable[..., FivebarCommand], folder: Path, drives: str) -> None:
     call = fivebar(*REHEARSED, "--drives", drives, "--out", str(folder / "own"))

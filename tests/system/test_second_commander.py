@@ -61,7 +61,7 @@ def first_fault(run: GraphRun) -> str:
 @pytest.mark.parametrize(
     ("mode", "topic"),
     [
-        ("lockstep", CTC_TORQUE),
+        pytest.param("lockstep", CTC_TORQUE, marks=pytest.mark.extra),
         ("lockstep", TORQUE_COMMAND),
         pytest.param("realtime", CTC_TORQUE, marks=[pytest.mark.clock, pytest.mark.extra]),
         pytest.param("realtime", TORQUE_COMMAND, marks=[pytest.mark.clock, pytest.mark.extra]),

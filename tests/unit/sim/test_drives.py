@@ -423,6 +423,7 @@ def test_a_drive_that_is_not_the_one_expected(bench: Bench, change: dict[str, ob
         bus.set_up()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("spoil", "text"),
     [

@@ -151,6 +151,7 @@ def test_the_frame_carries_the_inner_loop_and_none_once_the_motors_are_stopped(
     opened.close()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("cause", sorted(CAUSES))
 def test_each_fault_is_named_and_cleared_as_it_says(served: Served, board: MotorBoard, cause: int) -> None:
     board.enable(DEADLINE)
@@ -189,6 +190,7 @@ def test_a_motor_that_is_not_calibrated_gets_no_current(served: Served, tmp_path
     assert [motor.state.target for motor in served.board.motors] == [0.0, 0.0]
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("order", "name"),
     [("silent", "feedback_missing"), ("ignore 1000000", "feedback_missing"), ("unready 2", "motors_not_ready")],

@@ -125,6 +125,7 @@ def test_a_process_without_memory_ends_with_its_line(tmp_path: Path) -> None:
     assert len(done.stderr.splitlines()) == 1
 
 
+@pytest.mark.extra
 def test_an_output_that_is_full_is_one_line() -> None:
     with open("/dev/full", "wb") as full:
         done = subprocess.run(

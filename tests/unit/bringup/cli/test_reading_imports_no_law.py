@@ -82,6 +82,7 @@ def test_a_command_that_reads_works_without_the_law(foreign: Path, tmp_path: Pat
     assert not (tmp_path / MARK).exists()
 
 
+@pytest.mark.extra
 def test_a_run_is_shown_with_the_torque_that_its_bag_has_of_the_law(foreign: Path, tmp_path: Path) -> None:
     run = load_run(foreign)
     assert run.summary.not_judged == []

@@ -64,6 +64,7 @@ def test_robots_are_drawn_within_their_bounds_and_again_by_the_same_number() -> 
     assert np.degrees(np.abs([one.placing for one in drawn]).max()) <= 0.3
 
 
+@pytest.mark.extra
 def test_a_hand_turns_a_link_and_puts_the_platform_on_its_mark(tmp_path: Path) -> None:
     bench, drives = rigid_bench(tmp_path, 3)
     person, file = SimulatedPerson(bench.robot), read_practice_of(bench)

@@ -193,6 +193,7 @@ def test_a_motor_that_is_held_gets_half_of_the_allowed_torque_and_no_more(tmp_pa
     assert bench.motors.largest == pytest.approx(0.5 * STATE.torque_nm, rel=0.01)
 
 
+@pytest.mark.extra
 def test_an_interrupt_leaves_no_torque_and_no_record_and_the_rest_is_resumed(tmp_path: Path) -> None:
     folder = tmp_path / "new"
     whole = commissioned(tmp_path / "whole", reversed_motor)[2].cycles

@@ -58,6 +58,7 @@ def test_all_moves_succeed_on_no_more_robots_than_the_least_likely_one(orders: L
     assert slow.successes < quick.successes
 
 
+@pytest.mark.extra
 def test_a_payload_rides_on_the_robots(orders: LikelyOrders) -> None:
     robot = scenario().carrying(0.3).five_bar()
     assert robot.mass == scenario().five_bar().mass + 0.3

@@ -35,6 +35,7 @@ def frictionless(folder: Path) -> str:
     return str(path)
 
 
+@pytest.mark.extra
 def test_mujoco_crosses_with_the_file_alone_as_the_plant_does(tmp_path: Path) -> None:
     """The torques of a crossing and back, held for a sample each, from the posture that the file has."""
     scenario = changed("middle", {}, controller="unified", robot=frictionless(tmp_path))

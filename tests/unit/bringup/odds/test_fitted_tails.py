@@ -18,6 +18,7 @@ from fivebar_control.estimation.watch_limits import WatchLimits
 ALARMS = 1000.0
 
 
+@pytest.mark.extra
 def test_a_limit_is_exceeded_as_seldom_as_it_promises() -> None:
     """Over many samples of maxima with an exponential tail: the limit's own rate of alarms."""
     random, rates = np.random.default_rng(39), []

@@ -108,6 +108,7 @@ def test_bounds_are_those_that_the_scenario_declares() -> None:
     assert not has_odds(slow(plant={"engine": "mujoco"}))
 
 
+@pytest.mark.extra
 def test_a_sound_robot_that_bears_the_heavy_loads_of_its_file_keeps_the_limits_of_the_watch(tmp_path: Path) -> None:
     """The estimator expects the force that they come to; without it the innovations are beyond the limit of 50."""
     loads = {"tilt": 0.07, "push": 2.0, "passive": 0.01}

@@ -616,6 +616,7 @@ def test_a_broken_timing_file_is_refused_in_one_line(tmp_path: Path, content: st
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.extra
 def test_the_middle_crossing_offline(tmp_path: Path) -> None:
     """The motion of figure 4.5: two crossings, completed, with torques that the drives can give."""
     scenario = load_scenario("middle")

@@ -129,6 +129,7 @@ def test_the_policy_allows_the_scripts_of_the_page_and_no_others() -> None:
     assert json.loads(data) == {"text": FAULT}
 
 
+@pytest.mark.extra
 def test_two_runs_get_one_page(directory: RunDirectory, tmp_path: Path) -> None:
     other = RunDirectory(Path(shutil.copytree(directory.path, tmp_path / "a&b")))
     page, summaries = write_overlay(directory, other)

@@ -291,6 +291,7 @@ def test_undefined_joints_do_not_stop_the_report(tmp_path: Path) -> None:
     assert write_report(run).outcome == RunOutcome.STOPPED
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(("torque", "scale"), [(0.5, "linear"), (99.0, "linear"), (101.0, "symlog"), (3e6, "symlog")])
 def test_large_torques_get_a_logarithmic_axis(
     reported: tuple[RunDirectory, Summary], torque: float, scale: str

@@ -147,6 +147,7 @@ def test_there_must_be_such_a_scenario() -> None:
         load_admitted("no_such_scenario")
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("controller", long_if_seldom_compiled(CONTROLLERS))
 def test_the_prediction_is_the_run_on_the_other_plant(controller: str) -> None:
     """The prediction integrates the controllers' equations in the plane, the engine's plant both chains of joints."""
@@ -208,6 +209,7 @@ def tolerant(**changes: Any) -> Scenario:
     return Scenario.model_validate(content | changes)
 
 
+@pytest.mark.extra
 def test_a_crossing_that_the_tolerances_do_not_allow_is_refused_with_what_would() -> None:
     with pytest.raises(PlanRefused) as refusal:
         refuse_unfit(tolerant())

@@ -58,6 +58,7 @@ def test_they_have_the_controller_of_the_run(controller: str, changed: dict[str,
     assert conditions.follower(read_robot(scenario.robot)) == scenario.tuned()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("name", shipped_scenarios())
 def test_whoever_asks_the_node_for_its_parameters_judges_as_it_does(name: str) -> None:
     """As the live page does, which shows what would become of a request."""

@@ -45,6 +45,7 @@ def test_the_nodes_are_those_of_a_run(scenario: str) -> None:
     assert set(started(scenario, imu="true")) == alone | {"imu_listener"}
 
 
+@pytest.mark.extra
 def test_nobody_waits_for_a_node_that_is_not_started(tmp_path: Path) -> None:
     without = started(hardware="simulated", imu="false")
     awaited = without["plant"]["wait_for_nodes"]
@@ -57,6 +58,7 @@ def test_nobody_waits_for_a_node_that_is_not_started(tmp_path: Path) -> None:
     assert recorded["bag_recorder"]["directory"] == str(tmp_path / "run" / "bag")
 
 
+@pytest.mark.extra
 def test_parameters_of_all_nodes_decide_which_these_are() -> None:
     nodes = started(parameters={"controller": "unified", "unified.kp": 1100.0, "use_sim_time": True})
     assert set(nodes) == set(started("middle", parameters={"controller": "unified"}))
@@ -68,6 +70,7 @@ def test_parameters_of_all_nodes_decide_which_these_are() -> None:
     assert "safety.stop_cycles" in started(mode="realtime")["blender"]
 
 
+@pytest.mark.extra
 def test_a_chain_in_one_process() -> None:
     def names(**request: Any) -> list[str]:
         return [process.name for process in launched_processes(ControlRequest("middle", **request))]
@@ -77,6 +80,7 @@ def test_a_chain_in_one_process() -> None:
     assert names(mode="realtime") == names(composed="true") == ["controllers"]
 
 
+@pytest.mark.extra
 def test_a_bridge_has_a_lifecycle_of_its_own(tmp_path: Path) -> None:
     def bridge(**request: Any) -> LaunchedProcess:
         path = tmp_path / f"run{len(list(tmp_path.iterdir()))}"
@@ -90,6 +94,7 @@ def test_a_bridge_has_a_lifecycle_of_its_own(tmp_path: Path) -> None:
         assert yaml.safe_load(one.parameter_file)["/**"]["ros__parameters"]["autostart"] is activate
 
 
+@pytest.mark.extra
 def test_a_watchdog_runs_beside_the_bridge_to_a_controller(tmp_path: Path) -> None:
     nodes = started("middle_ros2_control", hardware="emulated", record=str(tmp_path / "run"))
     assert nodes["command_watchdog"]["drives"] == nodes["drive_bridge"]["drives"]
@@ -98,6 +103,7 @@ def test_a_watchdog_runs_beside_the_bridge_to_a_controller(tmp_path: Path) -> No
     assert "command_watchdog" not in started("middle_robot", hardware="emulated", record=str(tmp_path / "other"))
 
 
+@pytest.mark.extra
 def test_a_robot_that_stays_goes_on_after_its_motion() -> None:
     assert started("unified_middle", hardware="simulated", stay=True)["plant"]["samples"] == LONGEST
     with pytest.raises(InputError, match="accepts no goals"):
@@ -135,6 +141,7 @@ def test_the_command_lists_the_processes_to_the_launch_file(monkeypatch: pytest.
         described_processes(ControlRequest("nowhere"))
 
 
+@pytest.mark.extra
 def test_robots_of_a_cell_share_clock_and_recorder(tmp_path: Path) -> None:
     recorders = {}
     for robot in ("left", "right"):

@@ -128,6 +128,7 @@ def wait(process: NodeProcess) -> int | None:
     return process.status
 
 
+@pytest.mark.extra
 def test_a_process_has_what_its_own_command_would_have_given_it(
     run: RunDirectory, processes: dict[str, NodeProcess]
 ) -> None:

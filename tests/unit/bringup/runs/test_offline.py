@@ -20,6 +20,7 @@ LAST = 50
 """Sample after which the signal comes."""
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("number", STOP_SIGNALS)
 def test_an_interrupted_run_leaves_its_samples(number: signal.Signals, tmp_path: Path) -> None:
     def progress(done: int, total: int) -> None:

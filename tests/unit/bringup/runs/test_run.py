@@ -29,6 +29,7 @@ def rest(scenario: Scenario, out: Path) -> tuple[RunDirectory, Summary]:
     return stand(scenario, None, Mode.LOCKSTEP, out, None, lambda sample, last: None)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("start", [run_once, rest])
 @pytest.mark.parametrize("number", STOP_SIGNALS)
 def test_a_run_that_is_interrupted_while_it_is_compiled_has_a_summary(

@@ -75,6 +75,7 @@ def ideal() -> Crossing:
     return crossing(short(PINOCCHIO, {}))
 
 
+@pytest.mark.extra
 def test_the_middle_crossing_is_that_of_pinocchio() -> None:
     ours, other = (crossing(changed("middle", {"engine": engine})) for engine in (PINOCCHIO, MUJOCO))
     assert 0.0 < apart(ours.path, other.path) < 1.3e-6

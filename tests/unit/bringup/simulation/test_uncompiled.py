@@ -48,6 +48,7 @@ def expect_interpreted_twice() -> None:
         assert (outcome.samples, run.faults) == (251, [])
 
 
+@pytest.mark.extra
 def test_a_law_from_elsewhere_that_the_compiler_refuses_is_tried_once_and_interpreted(
     refusals: list[Exception], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -89,6 +89,7 @@ def test_only_an_estimator_has_a_speed() -> None:
         estimator_us(load_scenario("middle"))
 
 
+@pytest.mark.extra
 def test_the_speed_of_the_estimator_is_in_microseconds_per_sample(monkeypatch: pytest.MonkeyPatch) -> None:
     short = load_scenario("gyro_middle").model_copy(update={"segment_duration": 0.5})
     calls = itertools.count()

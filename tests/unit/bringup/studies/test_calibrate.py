@@ -70,6 +70,7 @@ def command(arguments: Sequence[str | Path]) -> tuple[int, str, str]:
     return done.exit_code, done.stdout, done.stderr
 
 
+@pytest.mark.extra
 def test_a_bag_becomes_a_robot_file_drives_and_a_page(bag: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     code, text, _ = command([bag, "--robot", "dextar", "--drives", "dextar_emulated", "--out", out])

@@ -257,6 +257,7 @@ def test_a_verdict_that_is_missed_is_called_so() -> None:
     assert "<setting>" not in page
 
 
+@pytest.mark.extra
 def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
     given = {"scenarios": ("middle",), "controllers": ("ctc", "unified"), "durations": (0.5,), "rigs": ("ideal",)}
     seen: list[tuple[int, int]] = []
@@ -370,6 +371,7 @@ def test_another_robot_makes_the_motion_in_proportion_and_is_judged_by_its_own_l
     assert command_of(ComparisonSettings(scenarios=("middle",), robot=belt)).endswith(f"--robot {belt}")
 
 
+@pytest.mark.extra
 def test_a_law_from_elsewhere_is_compared() -> None:
     settings = ComparisonSettings(
         scenarios=("middle",), controllers=("toy_law:LAW",), durations=(1.0,), rigs=("ideal",)

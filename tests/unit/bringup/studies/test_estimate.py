@@ -87,6 +87,7 @@ def test_recorded_settings_give_the_recorded_estimate(run: RunDirectory) -> None
     assert figures["innovations_gyro"] is not None
 
 
+@pytest.mark.extra
 def test_positions_by_the_camera_are_replayed(tmp_path: Path) -> None:
     run = recorded_with_camera(tmp_path / "run")
     estimation = estimate_bag(run.path, None, ("ekf.camera=false",))

@@ -181,6 +181,7 @@ def run(*arguments: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
+@pytest.mark.extra
 def test_the_command_leaves_file_page_figures_and_json(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, counted: RunDirectory
 ) -> None:
@@ -203,6 +204,7 @@ def test_the_command_leaves_file_page_figures_and_json(
     assert load_robot(str(out / "identified.yaml")).mass == pytest.approx(0.431, rel=0.005)
 
 
+@pytest.mark.extra
 def test_the_command_prints_a_table(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, counted: RunDirectory) -> None:
     monkeypatch.setattr(style, "DPI", 30)
     status, printed, _ = run(str(counted.path), "--robot", "dextar", "--out", str(tmp_path / "out"))
@@ -223,6 +225,7 @@ def test_a_name_cannot_leave_the_comment_or_the_page(folder: Path, counted: RunD
     assert "<script>" not in directory.page.read_text(encoding="utf-8")
 
 
+@pytest.mark.extra
 def test_a_full_directory_is_refused(counted: RunDirectory, tmp_path: Path) -> None:
     (tmp_path / "kept").write_text("mine", encoding="utf-8")
     status, printed, complaint = run(str(counted.path), "--out", str(tmp_path))
@@ -248,6 +251,7 @@ def test_the_shipped_motion_stays_in_one_mode_away_from_the_locus(name: str) -> 
     assert np.max(np.abs(speeds)) < 10.0
 
 
+@pytest.mark.extra
 def test_a_motion_that_does_not_excite_is_refused(folder: Path) -> None:
     """Straight up the axis of symmetry and back, slowly."""
     scenario = believing(folder, "excitation_encoders", "assumed.yaml").model_copy(
@@ -261,6 +265,7 @@ def test_a_motion_that_does_not_excite_is_refused(folder: Path) -> None:
     assert not (folder / "unused").exists()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("factor", [1e3, 1e-3])
 def test_torques_in_another_unit_are_noticed(factor: float, counted: RunDirectory) -> None:
     def scaled(source: Source, start: RobotFile) -> Record:

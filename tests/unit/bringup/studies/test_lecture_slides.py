@@ -13,6 +13,7 @@ from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.studies.single.lecture_slides import SLIDES, draw_slides, run_with
 
 
+@pytest.mark.extra
 def test_computed_torque_gets_lost_and_unified_gets_across() -> None:
     assert run_with("ctc").summary.outcome == RunOutcome.STOPPED
     assert run_with("unified").summary.outcome == RunOutcome.SUCCEEDED

@@ -348,6 +348,7 @@ def refuse(constant: str) -> float:
     raise AssertionError(f"{constant} is not JSON")
 
 
+@pytest.mark.extra
 def test_a_quick_reproduction_leaves_a_page_and_strict_json(tmp_path: Path) -> None:
     """Three rows, their runs in this process."""
     seen: list[tuple[int, int]] = []

@@ -404,6 +404,7 @@ def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pyt
         opened(made, None, None)
 
 
+@pytest.mark.extra
 def test_the_digest_covers_every_module_that_a_run_of_a_case_loads(tmp_path: Path) -> None:
     code = (
         "import sys, fivebar_bringup.studies.sweep.running\n"

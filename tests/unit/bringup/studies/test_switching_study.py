@@ -13,6 +13,7 @@ from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import state_from_platform
 
 
+@pytest.mark.extra
 def test_errors_fall_over_a_zone_and_the_time_after_it() -> None:
     """Two runs are nearer to each other, in the motors' norm, a dwell time after the zone than before it."""
     scenario = middle(1.0, CONDITION)

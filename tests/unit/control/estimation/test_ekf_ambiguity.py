@@ -171,6 +171,7 @@ def test_slow_crossings_are_ambiguous_and_ballistic_ones_are_not(
         assert commands[outcome.fault_sample - 1].all()
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(("way", "duration", "faults"), [(0.13, 2.0, []), (0.03, 2.8, ["estimate_ambiguous"])])
 def test_the_whole_estimator_finds_nothing_else(way: float, duration: float, faults: list[str]) -> None:
     """With all its checks, fast and slow; the slow one moves through the middle as if it took 12 s from end to end."""

@@ -111,6 +111,7 @@ def with_gaps(record: Record, places: Sequence[int], length: int) -> Record:
     return record._replace(angles=angles, torques=torques)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize(
     ("frequencies", "gaps", "length"),
     [

@@ -85,6 +85,7 @@ def test_the_closed_form_is_the_solution_of_its_equation() -> None:
     assert exposure(2.0 * rate, gain, torque, load) == pytest.approx(x / 4.0, rel=1e-3)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("time_law", [QUINTIC, OPTIMAL])
 @pytest.mark.parametrize(
     ("duration", "push", "within"), [(0.3, 0.6, 0.1), (0.5, 0.6, 0.03), (1.0, 1.0, 0.03), (2.0, 0.6, 0.1)]

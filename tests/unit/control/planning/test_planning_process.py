@@ -176,6 +176,7 @@ def test_a_request_is_planned_for_the_gains_and_the_weight_of_the_robot() -> Non
     assert planned.refused == "" and sum(planned.durations) == pytest.approx(0.372, abs=0.05)
 
 
+@pytest.mark.extra
 def test_a_request_keeps_to_the_workspace_and_to_the_forbidden_postures() -> None:
     """Beyond both, the last node would stop the robot on its way."""
     across = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.03), -1, 0.0)
@@ -215,6 +216,7 @@ def test_a_request_has_to_bear_the_time_for_which_the_torque_is_held(monkeypatch
     assert plan_order(CONDITIONS, NEAR).refused == ""
 
 
+@pytest.mark.extra
 def test_a_planner_that_dies_refuses_the_request_and_is_replaced(planning: PlanningProcess) -> None:
     process = loaded(planning)
     os.kill(process, signal.SIGSTOP)
@@ -259,6 +261,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.extra
 def test_it_outlives_no_parent() -> None:
     parent = subprocess.Popen([sys.executable, "-c", PARENT], stdout=subprocess.PIPE, text=True)
     assert parent.stdout is not None

@@ -22,6 +22,7 @@ def found() -> CameraCalibration:
     return calibrated(BOARD, board_views(BOARD.picture(48), BOARD.square, 48, SMALL, 12, seed=0))
 
 
+@pytest.mark.extra
 def test_the_calibrated_camera_is_the_true_one(found: CameraCalibration) -> None:
     """Over the whole picture, and with pixels counted from the centre of the first one."""
     true, columns, rows = SMALL.optics(), np.linspace(40, 600, 9), np.linspace(30, 450, 9)
