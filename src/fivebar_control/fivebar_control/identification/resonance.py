@@ -107,7 +107,7 @@ class OnlyBounded(NotIdentifiable):
     """Play may have softened the transmissions by so much that their resonance is not told, only a bound of it.
 
     Attributes:
-        at_least: frequency (Hz) at which the softer one swings under the larger amplitude.
+        at_least: lower end (Hz) of the interval in which the softer one swings under the larger amplitude.
         likely: frequency (Hz) of the softer one without play, of those whose fit looks like a spring's; infinite where
             none does, or where play explains it all.
     """
@@ -218,18 +218,18 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
             f"no resonance is visible up to {highest:.0f} Hz, so no transmission is softer than some"
             f" {highest / ASSEMBLED:.0f} Hz: the robot is rigid as far as this chirp can tell"
         )
-    if len(parts) > 1:
-        weak = frequency_response(parts[1])
-        softer = _resonance(inertia, given, weak, period, _elastic_fit(inertia, given, weak, period, friction), highest)
-        return _without_play(result, softer, strong, weak, np.clip(found.values, *LIMITS)[[COULOMB, 5 + COULOMB]])
-    result = _with_model_error(result)
-    for number, leg in enumerate(result.legs, start=1):
+    widened = _with_model_error(result)
+    for number, leg in enumerate(widened.legs, start=1):
         if not leg.frequency.half_width < WIDEST * leg.frequency.value:
             raise NotIdentifiable(
                 f"the resonance of leg {number} is not determined: {leg.frequency.value:.3g} ±"
                 f" {leg.frequency.half_width:.2g} Hz: expected a stronger or longer chirp"
             )
-    return result
+    if len(parts) > 1:
+        weak = frequency_response(parts[1])
+        softer = _resonance(inertia, given, weak, period, _elastic_fit(inertia, given, weak, period, friction), highest)
+        return _without_play(result, softer, strong, weak, np.clip(found.values, *LIMITS)[[COULOMB, 5 + COULOMB]])
+    return widened
 
 
 def by_amplitude(record: Record) -> list[Record]:
@@ -238,6 +238,8 @@ def by_amplitude(record: Record) -> list[Record]:
     What is not in a part is missing in it.
     """
     length = round(WINDOW * record.rate_hz)
+    if len(record.torques) < length:
+        return [record]
     known = np.isfinite(record.torques).all(axis=1)
     power = np.where(known, np.mean(np.square(np.nan_to_num(record.torques)), axis=1), 0.0)
     window = np.ones(length)
@@ -272,6 +274,9 @@ def _without_play(
     legs, lows, likely, plays = list[LegResonance](), list[float](), list[float](), False
     for leg, softer, coulomb in zip(strong.legs, weak.legs, friction.tolist(), strict=True):
         (f, half), (g, wide) = leg.frequency, softer.frequency
+        if g > f and not (g <= strong.highest and _like_a_spring(softer)):
+            # rigid as far as the smaller amplitude tells: that shows nothing, and at a limit of the fit has no width
+            wide = math.inf
         loss = 4.0 / math.pi * coulomb
         large = max(by_strong.amplitude - loss, PASSED_ON * by_strong.amplitude)
         small = max(by_weak.amplitude - loss, PASSED_ON * by_weak.amplitude)
@@ -285,8 +290,8 @@ def _without_play(
 
         central, high = stiffer(-seen), stiffer(PLAY_ERROR * (uncertain - seen))
         plays = plays or -seen > uncertain
-        lows.append(f)
-        if leg.rotor_share.value > LEAST_SHARE and leg.damping.value < MOST_DAMPING:
+        lows.append(f - math.hypot(half, FREQUENCY_ERROR * f))
+        if _like_a_spring(leg):
             likely.append(central)
         widened = max(central - f, high - central) if math.isfinite(high) else math.inf
         legs.append(leg._replace(frequency=MotorValue(central, math.hypot(widened, leg.frequency.half_width))))
@@ -294,6 +299,10 @@ def _without_play(
     if not all(leg.frequency.half_width < WIDEST * leg.frequency.value for leg in found.legs):
         raise OnlyBounded(plays, min(lows), min(likely, default=math.inf))
     return found
+
+
+def _like_a_spring(leg: LegResonance) -> bool:
+    return leg.rotor_share.value > LEAST_SHARE and leg.damping.value < MOST_DAMPING
 
 
 def _with_model_error(found: Resonance) -> Resonance:

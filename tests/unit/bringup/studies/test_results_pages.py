@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import re
 import shutil
 from collections.abc import Sequence
@@ -261,7 +262,13 @@ def toy_page() -> ResultPage[ToyRow]:
     )
 
 
-def made(folder: Path, value: float, quick: bool = False, runs: Sequence[str] = ("one", "two")) -> list[str]:
+def made(
+    folder: Path,
+    value: float,
+    quick: bool = False,
+    runs: Sequence[str] = ("one", "two"),
+    processes: LocalProcesses | None = None,
+) -> list[str]:
     """Make the toy page, and return what is told."""
     told: list[str] = []
     files = ResultFiles(folder / "pages", (toy_page(),))
@@ -271,7 +278,7 @@ def made(folder: Path, value: float, quick: bool = False, runs: Sequence[str] = 
         chosen,
         folder / f"studies-{value}",
         quick,
-        LocalProcesses(1),
+        processes or LocalProcesses(1),
         lambda name: nullcontext(silent),
         told.append,
     )
@@ -287,6 +294,16 @@ def test_a_run_replaces_its_rows_and_no_others(tmp_path: Path) -> None:
     assert "5 rows.\n" in page
     assert "| run\\|s | value |" in page
     assert re.search(r"^\| one \| 3 \| `toy --cases 3 --value 2` \| \d{4}-\d\d-\d\d \| \d", page, re.MULTILINE)
+
+
+def test_processes_go_from_one_study_to_the_next(tmp_path: Path) -> None:
+    before = set(multiprocessing.active_children())
+    with LocalProcesses(2) as processes:
+        made(tmp_path, 1.0, processes=processes)
+        kept = set(multiprocessing.active_children()) - before
+        made(tmp_path, 2.0, processes=processes)
+        assert len(kept) == 2
+        assert set(multiprocessing.active_children()) - before == kept
 
 
 def test_a_quick_run_leaves_larger_samples_as_they_are(tmp_path: Path) -> None:

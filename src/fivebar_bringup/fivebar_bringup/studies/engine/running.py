@@ -123,10 +123,12 @@ class Tally(Generic[Settings, Row]):
         return range(first, min(first + self._study.chunk, self._cases))
 
     def missing(self) -> Iterator[Chunk]:
-        """Yield the missing chunks."""
+        """Yield the missing chunks, until there are rows enough."""
         text, there = self._settings.model_dump_json(), frozenset(self._chunks)
         last = -(-self._cases // self._study.chunk)
         for number in range(last):
+            if self.enough:
+                return
             if number not in there:
                 cases = self.cases_of(number)
                 yield Chunk(self._study.place, text, cases.start, cases.stop)
@@ -149,11 +151,12 @@ def _all_rows(
         files.replace_rows(kept)
         with closing(executor.stream(tally.missing())) as coming:
             for text in coming:
+                if tally.enough:
+                    # what was under way is left to finish, so that the processes are there for the next study
+                    continue
                 rows = study.table.read(text)
                 files.append_rows(rows)
                 tally.add(rows)
                 progress(tally.there, tally.wanted)
-                if tally.enough:
-                    break
     files.replace_rows(tally.rows)
     return tally.rows
