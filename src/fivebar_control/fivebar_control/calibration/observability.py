@@ -51,6 +51,7 @@ def unseen(found: Calibration) -> list[Unseen]:
     information = found.information[np.ix_(kept, kept)] - mixed @ np.linalg.solve(own, mixed.T)
     scale = found.before[kept]
     scaled = information * np.outer(scale, scale)
+    after = np.linalg.inv(np.eye(len(kept)) + scaled)
     result, known = list[Unseen](), np.zeros((len(kept), 0))
     for whole, words in _named(found):
         direction = whole[kept] / scale
@@ -59,7 +60,7 @@ def unseen(found: Calibration) -> list[Unseen]:
         direction /= np.linalg.norm(direction)
         strength = float(direction @ scaled @ direction)
         if strength < 1.0:
-            result.append(Unseen(words, 1.0 / (1.0 + max(strength, 0.0))))
+            result.append(Unseen(words, float(direction @ after @ direction)))
             known = np.column_stack((known, direction))
     # directions of equal strength are no more than a plane: the named ones are left out of it
     outside = np.eye(len(kept)) - known @ known.T
@@ -68,7 +69,7 @@ def unseen(found: Calibration) -> list[Unseen]:
         if strength < 1.0:
             whole = np.zeros(count)
             whole[kept] = direction * scale
-            result.append(Unseen(_words(whole, found), 1.0 / (1.0 + max(strength, 0.0))))
+            result.append(Unseen(_words(whole, found), float(direction @ after @ direction)))
     return sorted(result, key=lambda one: -one.share)
 
 

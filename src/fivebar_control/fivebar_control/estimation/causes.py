@@ -57,7 +57,8 @@ def causes_of(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> list[C
         ),
         Cause(
             "lengths or zeros beyond `tolerances` (`fivebar calibrate` tells)",
-            (1.0 - sudden) * one_sided * part,
+            # an error that is estimated beyond its limit says more than any innovation
+            (1.0 - sudden) * one_sided * part + UNDECLARED * min(1.0, pattern.error / model.error_limit),
         ),
         Cause(f"the encoder of q{max(1, pattern.jumped)}1, which slips or lost counts", sudden * part),
     ]

@@ -222,7 +222,7 @@ def _plugin(name: str) -> Law:
     """Return a law outside this package.
 
     Raises:
-        InputError: it cannot be loaded; the caller adds the name to the message.
+        InputError: it cannot be loaded; where the message has not the name, the caller adds it.
     """
     law = load_part(name)
     if not isinstance(law, Law):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from threading import Timer
 from typing import Any
 
@@ -66,9 +66,7 @@ FAILED = 1
 PATIENCE = 2.0
 """Time (s) after which a start says why it takes long."""
 
-COMPILES = (
-    "compiles the filter to machine code, which takes a minute or more on a busy machine, and only the first time"
-)
+COMPILES = "loads the filter's machine code, or makes it, which takes a minute or more the first time"
 
 Reading = tuple[str, float]
 """The sensor of a reading, and the moment of its stamp in samples."""
@@ -159,7 +157,7 @@ class StateEstimatorNode(SamplingNode):
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
         self._estimator = StateEstimator(*self._arguments)
-        with said_if_long(self.get_logger().info, COMPILES):
+        with said_if_long(self.get_logger().info, COMPILES) if compiled else nullcontext():
             self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
         self._late: dict[Reading, Any] = {}

@@ -232,6 +232,13 @@ def test_a_jump_an_offset_and_an_error_have_limits_of_their_own(limits: dict[str
         assert inconsistency_reason(model, memory.misfit, memory.pattern).startswith(words)
 
 
+def test_an_error_beyond_its_limit_is_explained_by_lengths_or_zeros_first() -> None:
+    model, pattern = model_of(TIGHT._replace(error_limit=1.5)), pattern_of(0.1, 0.0, 0.0, 0.0, 1.8)
+    assert causes_of(model, Misfit(0.5, 0.5, 0.5), pattern)[0].words.startswith("lengths or zeros beyond")
+    swinging = causes_of(model, Misfit(0.5, 0.5, 0.5), pattern._replace(error=0.0))
+    assert swinging[0].words.startswith("elasticity or play")
+
+
 def test_a_jump_does_not_hide_that_another_sensor_is_far_off() -> None:
     """Such as a gyroscope with a wrong clock, which takes the estimate away from what the encoders read."""
     model = model_of(TIGHT._replace(jump_limit=9.0, misfit_limit=36.0))

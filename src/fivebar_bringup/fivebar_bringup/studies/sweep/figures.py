@@ -154,8 +154,8 @@ def _maps(rows: Sequence[SweepRow]) -> Picture:
                 axes.scatter(points[:, 0], points[:, 1], s=size, color=colour, marker=marker, linewidths=0.0, zorder=3)
                 if (status, success) == (FEASIBLE, False):
                     for row in kind:
-                        ways = [1e3 * row.start_x, 1e3 * row.end_x], [1e3 * row.start_y, 1e3 * row.end_y]
-                        axes.plot(*ways, color=VERMILION, linewidth=0.7, alpha=0.7, zorder=2.5)
+                        way = 1e3 * np.array(row.draw.legs()[0]).T
+                        axes.plot(*way, color=VERMILION, linewidth=0.7, alpha=0.7, zorder=2.5)
             axes.set_aspect("equal")
             axes.grid(False)
             if line == 0:
