@@ -89,6 +89,15 @@ def laden(robot: FiveBar, payload: float) -> FiveBar:
     return robot._replace(mass=robot.mass + payload)
 
 
+def geometry_only(robot: FiveBar) -> FiveBar:
+    """Return a robot with the same base and lengths, without mass, inertia, friction, cogging and external force."""
+    leg1, leg2 = (
+        LegParameters(leg.base_x, leg.proximal, leg.distal, inertia=0.0, coulomb=0.0, offset=0.0, width=1.0)
+        for leg in (robot.leg1, robot.leg2)
+    )
+    return FiveBar(leg1, leg2, mass=0.0)
+
+
 def without_cogging(robot: FiveBar) -> FiveBar:
     """Return a robot of which no cogging is known."""
     leg1, leg2 = (leg._replace(**dict.fromkeys(HARMONICS, 0.0)) for leg in (robot.leg1, robot.leg2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fivebar_bringup.motions.request import (
@@ -74,9 +75,9 @@ def plan_likely(request: Request) -> LikelyTransfer:
         except InputError:
             return None
 
-    def elsewhere() -> list[TimedCourse]:
+    def elsewhere() -> Iterable[TimedCourse]:
         ends = transfer.waypoints[0], transfer.waypoints[-1]
-        return [] if request.via else courses_elsewhere(task, *ends, transfer.plan)
+        return () if request.via else courses_elsewhere(task, *ends, transfer.plan)
 
     alternatives = Alternatives(planned, lambda course: course.by_other_laws(task.robot), elsewhere, task.rate_hz)
     given = not isinstance(request.duration, Speed)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from typing import Any
 
 from fivebar_bringup.odds.drawn_robots import has_odds
@@ -12,7 +13,7 @@ from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.places import TimedCourse, courses_elsewhere
+from fivebar_control.planning.places import TimedCourse, chart_for, courses_elsewhere
 from fivebar_control.planning.planning_process import Conditions, Order, Planned, plan_once, plan_timed, task_of
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_description.strict_yaml import InputError
@@ -59,10 +60,15 @@ class LikelyOrders:
         self._known: dict[PlanningRequest, Planned] = {}
 
     def warm_up(self) -> None:
-        """Load what the first odds need."""
+        """Load what the first odds need, and by the clock draw the map, which would take some of their time."""
         from fivebar_bringup.odds.declared import declared_odds
 
         declared_odds(self._scenario, 1)
+        if math.isfinite(self._odds_time):
+            home = self._scenario.waypoints[0]
+            # what speaks against any motion, each request is told
+            with suppress(InputError):
+                chart_for(task_of(self._conditions, PlanningRequest(home, self._scenario.working_mode, home, 0, 0.0)))
 
     def plan(self, order: Order) -> Planned:
         """Plan a request; a motion is likely enough, or its odds are not known for want of time, which is then said."""
@@ -91,13 +97,16 @@ class LikelyOrders:
             return None if found.refused else Candidate(found, self._scenario_of(order, found))
 
         candidate = Candidate(first, self._scenario_of(order, first))
+        until = time.monotonic() + self._odds_time
 
-        def elsewhere() -> list[TimedCourse]:
-            return [] if order.via else courses_elsewhere(task, order.start, order.goal, candidate.scenario.plan())
+        def elsewhere() -> Iterable[TimedCourse]:
+            if order.via:
+                return ()
+            return courses_elsewhere(task, order.start, order.goal, candidate.scenario.plan(), until)
 
         alternatives = Alternatives(planned, lambda course: course.by_other_laws(task.robot), elsewhere, task.rate_hz)
         try:
-            found = likely_motion(candidate, alternatives, order.duration > 0.0, time.monotonic() + self._odds_time)
+            found = likely_motion(candidate, alternatives, order.duration > 0.0, until)
         except InputError as refusal:
             return Planned(str(refusal))
         odds: dict[str, Any] = {**found.odds.as_dict(), "chosen": found.chosen} if found.odds.robots else {}
@@ -116,14 +125,14 @@ class LikelyOrders:
         """Return how many robots make the motions of all these requests, on robots that had no part in a choice."""
         from fivebar_bringup.odds.declared import SEED
         from fivebar_bringup.odds.drawn_robots import declared_errors
-        from fivebar_bringup.odds.trials import OTHER_ROBOTS, trials_of
+        from fivebar_bringup.odds.trials import LAST_ROBOTS, trials_of
 
         errors = declared_errors(self._scenario)
         failed: set[int] = set()
         for order in dict.fromkeys(orders):
             scenario = self._scenario_of(order, self.plan(order))
-            failed |= trials_of(scenario, errors, SEED, OTHER_ROBOTS).failed
-        return Odds(len(OTHER_ROBOTS) - len(failed), len(OTHER_ROBOTS))
+            failed |= trials_of(scenario, errors, SEED, LAST_ROBOTS).failed
+        return Odds(len(LAST_ROBOTS) - len(failed), len(LAST_ROBOTS))
 
     def _scenario_of(self, order: PlanningRequest, planned: Planned) -> Scenario:
         """Return the scenario that makes a planned motion alone, by a robot that carries what the request says."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
 from fivebar_bringup.odds.choice import Choice, likeliest
 from fivebar_bringup.odds.robot_errors import RobotErrors
+from fivebar_bringup.odds.trials import LAST_ROBOTS
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.places import TimedCourse
@@ -42,7 +43,7 @@ class Candidate(NamedTuple, Generic[M]):
         law = f" by time law {ours.time_law}" if ours.time_law != theirs.time_law else ""
         if ours.waypoints == theirs.waypoints:
             return law
-        return f"{law} by way of {' and '.join(place(*point) for point in ours.waypoints[1:-1]) or 'no point'}"
+        return f"{law} by way of {' and '.join(place(*point) for point in ours.waypoints[1:-1])}"
 
 
 class Alternatives(NamedTuple, Generic[M]):
@@ -51,13 +52,13 @@ class Alternatives(NamedTuple, Generic[M]):
     Attributes:
         planned: returns the motion along a course in given durations, None where it is not feasible.
         other_laws: returns a course by each further time law.
-        elsewhere: returns courses through other places of the locus, where the goal leaves them open.
+        elsewhere: yields courses through other places of the locus, where the goal leaves them open and time allows.
         rate_hz: of the controllers.
     """
 
     planned: Callable[[TimedCourse], Candidate[M] | None]
     other_laws: Callable[[Course], Sequence[Course]]
-    elsewhere: Callable[[], Sequence[TimedCourse]]
+    elsewhere: Callable[[], Iterable[TimedCourse]]
     rate_hz: int
 
     def in_duration(self, of: Candidate[M], duration: float) -> Candidate[M] | None:
@@ -72,13 +73,18 @@ class Alternatives(NamedTuple, Generic[M]):
 
     def beside(self, motion: Candidate[M], until: float) -> Iterator[Candidate[M]]:
         """Yield a motion by other time laws, and those through other places, as far as feasible and in time."""
-        course, durations = motion.timed
-        for one in [TimedCourse(law, durations) for law in self.other_laws(course)]:
-            if time.monotonic() < until and (found := self.planned(one)) is not None:
+        for one in self._courses_beside(motion.timed):
+            if time.monotonic() >= until:
+                return
+            found = self.planned(one)
+            if found is not None:
                 yield found
-        for one in self.elsewhere() if time.monotonic() < until else ():
-            if time.monotonic() < until and (found := self.planned(one)) is not None:
-                yield found
+
+    def _courses_beside(self, timed: TimedCourse) -> Iterator[TimedCourse]:
+        """Yield a course by other time laws, then others through other places, each when it is asked for."""
+        for law in self.other_laws(timed.course):
+            yield TimedCourse(law, timed.durations)
+        yield from self.elsewhere()
 
 
 def best_of_all(
@@ -91,7 +97,8 @@ def best_of_all(
 ) -> Choice[Candidate[M]] | None:
     """Return the likeliest of some motions, and where it is not likely enough, of what it might be instead.
 
-    None of no motions, or for want of time; arguments as for `likeliest`.
+    None of no motions, or for want of time. Another law or place that is chosen is tried on `LAST_ROBOTS`: those before
+    have decided that others are tried at all.
 
     Args:
         motions: in several durations.
@@ -104,5 +111,8 @@ def best_of_all(
     if choice is None or choice.odds.share >= required:
         return choice
     others = list(alternatives.beside(choice.motion, until))
-    found = likeliest([choice.motion, *others], lambda one: one.scenario, errors, seed, until) if others else None
-    return choice if found is None or found.odds.share < choice.odds.share else found
+    if not others:
+        return choice
+    found = likeliest([choice.motion, *others], lambda one: one.scenario, errors, seed, until, LAST_ROBOTS)
+    # the same motion does not get a second chance
+    return choice if found is None or found.motion is choice.motion else found

@@ -18,10 +18,17 @@ M = TypeVar("M")
 
 
 class Choice(NamedTuple, Generic[M]):
-    """A motion and its odds, on other robots than those by which it was chosen."""
+    """A motion and its odds, on other robots than those by which it was chosen.
+
+    Attributes:
+        motion: that was chosen.
+        odds: how many of the robots make it.
+        robots: their numbers.
+    """
 
     motion: M
     odds: Odds
+    robots: range = OTHER_ROBOTS
 
 
 def likeliest(
@@ -30,12 +37,20 @@ def likeliest(
     errors: RobotErrors,
     seed: int,
     until: float = math.inf,
+    judges: range = OTHER_ROBOTS,
 ) -> Choice[M] | None:
     """Return the motion with the best odds, each by the scenario that runs it; None of no motions, or for want of time.
 
     All motions are tried on the same few robots, the more promising half of them on twice as many, and so on. The one
     that is left is tried on robots that had no part in the choice: the best of many looks better than it is on those
     that did.
+
+    Args:
+        motions: to choose from.
+        scenario_of: returns the scenario that runs a motion.
+        errors, seed: of the drawn robots.
+        until: when no further robot is tried (s on the steady clock).
+        judges: numbers of the robots on which the chosen motion is tried; those below `ROBOTS` choose.
     """
     left = [(motion, Trials()) for motion in motions]
     robots = FIRST_ROBOTS
@@ -53,5 +68,5 @@ def likeliest(
     if not left:
         return None
     motion = left[0][0]
-    odds = odds_of(scenario_of(motion), errors, seed, OTHER_ROBOTS, until)
-    return Choice(motion, odds) if odds.robots == len(OTHER_ROBOTS) else None
+    odds = odds_of(scenario_of(motion), errors, seed, judges, until)
+    return Choice(motion, odds, judges) if odds.robots == len(judges) else None

@@ -81,6 +81,7 @@ def likely_motion(
     with stage("trying other durations, time laws and ways"):
         motions = [first, *_in_other_durations(first, alternatives, until)]
         choice = best_of_all(motions, alternatives, errors, SEED, required, until)
+    cut_short = time.monotonic() >= until
     if given:
         better = choice is not None and choice.odds.share > odds.share and choice.motion is not first
         if not (choice and better):
@@ -90,17 +91,26 @@ def likely_motion(
     if choice is None:
         raise InputError(
             f"the motion is not likely enough to succeed: in {first.duration:.3g} s {odds}; expected at least"
-            f" {required:.0%} (risk.success), and no time was left to try others"
+            f" {required:.0%} (risk.success), and no time was left to try others (risk.odds_time)"
         )
     chosen = choice.motion
     how = chosen.how_other_than(first)
     if choice.odds.share < required:
-        relief = most_relieved(chosen.scenario, errors, SEED, choice.odds) if until == math.inf else ""
+        more = ", and no time was left to try more (risk.odds_time)" if cut_short else ""
+        if until == math.inf:
+            relief = most_relieved(chosen.scenario, errors, SEED, choice.odds, choice.robots)
+            more = f"; {relief}" if relief else ""
         raise InputError(
             f"the motion is not likely enough to succeed: at best, in {chosen.duration:.3g} s{how}, {choice.odds};"
-            f" expected at least {required:.0%} (risk.success){f'; {relief}' if relief else ''}"
+            f" expected at least {required:.0%} (risk.success){more}"
         )
-    return LikelyMotion(*chosen, choice.odds, chosen=f"{chosen.duration:.3g} s{how}, not {first.duration:.3g} s")
+    return LikelyMotion(*chosen, choice.odds, chosen="" if chosen is first else _in_place_of(first, chosen))
+
+
+def _in_place_of(first: Candidate[M], chosen: Candidate[M]) -> str:
+    """Return what was chosen in place of the first motion, in words."""
+    before, after = (f"{one.duration:.3g} s" for one in (first, chosen))
+    return f"{after}{chosen.how_other_than(first)}{f', not {before}' if before != after else ''}"
 
 
 def _in_other_durations(first: Candidate[M], alternatives: Alternatives[M], until: float) -> Iterator[Candidate[M]]:

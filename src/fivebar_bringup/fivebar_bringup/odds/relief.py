@@ -50,9 +50,9 @@ def reliefs(scenario: Scenario, errors: RobotErrors, seed: int, robots: Sequence
     return sorted(found, key=lambda one: -one.odds.successes)
 
 
-def most_relieved(scenario: Scenario, errors: RobotErrors, seed: int, odds: Odds) -> str:
-    """Return in words what would raise the odds most; "" where nothing does."""
-    best = next(iter(reliefs(scenario, errors, seed, OTHER_ROBOTS)), None)
+def most_relieved(scenario: Scenario, errors: RobotErrors, seed: int, odds: Odds, robots: range = OTHER_ROBOTS) -> str:
+    """Return in words what would raise the odds most that these robots have; "" where nothing does."""
+    best = next(iter(reliefs(scenario, errors, seed, robots)), None)
     if best is None or best.odds.successes < odds.successes + LEAST_GAIN:
         return ""
     return f"with {best.words} {best.odds.successes} of {best.odds.robots} would"

@@ -23,6 +23,11 @@ ROBOTS = 24
 OTHER_ROBOTS = range(ROBOTS, 2 * ROBOTS)
 """Robots that have no part in a choice by the first ones."""
 
+LAST_ROBOTS = range(2 * ROBOTS, 3 * ROBOTS)
+"""Robots that have no part in a choice by all others."""
+
+FRESH_ROBOTS = LAST_ROBOTS.stop
+"""Number of the first robot that has no part in a motion's odds."""
 
 SOFTNESS = 0.15
 """How far beyond the tolerance, as a share of it, a run still says something for its motion."""

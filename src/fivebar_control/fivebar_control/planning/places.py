@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import time
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import SPEED, TORQUE
 from fivebar_control.planning.pacing import COMFORT, Task
 from fivebar_control.planning.postures import place_at
-from fivebar_control.planning.roadmap import PASSING_COST, Gate, roadmap
+from fivebar_control.planning.roadmap import PASSING_COST, Gate, Roadmap, roadmap
 from fivebar_control.planning.sight import Point, look_along
 from fivebar_control.trajectory.planner import OPTIMAL, Plan, PlanRefused
 from fivebar_description.robot_file import UNKNOWN
@@ -39,69 +41,83 @@ class TimedCourse(NamedTuple):
         return sum(self.durations)
 
 
-def courses_elsewhere(task: Task, start: Point, goal: Point, known: Plan) -> list[TimedCourse]:
-    """Return courses from a rest to another one (m), across the locus through other places than a known motion.
+def chart_for(task: Task) -> Roadmap:
+    """Return the map by which a task's motions are planned, drawn once."""
+    limits = task.limits
+    return roadmap(task.robot, task.working_mode, limits.serial_margin, limits.rest, limits.elbows_pass)
+
+
+def courses_elsewhere(
+    task: Task, start: Point, goal: Point, known: Plan, until: float = math.inf
+) -> Iterator[TimedCourse]:
+    """Yield courses from a rest to another one (m), across the locus through other places than a known motion.
 
     There are `PLACES` at most, and none where the known motion does not cross once.
 
     Each goes straight to a gate, through it, and straight to the goal, with rests at both ends of the gate. Short ones
-    come first, and those at which the elbows do not pass each other. Their durations are estimates: who takes one has
-    to judge it.
+    come first, and those at which the elbows do not pass each other. Their durations are estimates; in these they keep
+    all limits, but for the reference's torque, which the predicted run has to judge, and what it predicts besides.
 
     Args:
         task: for which they are planned.
         start, goal: rests, in different assembly modes where the known motion crosses once.
         known: the motion that others are sought beside.
+        until: when no further gate is tried (s on the steady clock).
     """
-    if len(known.crossings) != 1:
-        return []
+    if len(known.crossings) != 1 or time.monotonic() >= until:
+        return
     chosen: list[Point] = [(known.crossings[0].x, known.crossings[0].y)]
-    found: list[TimedCourse] = []
-    for gate in _gates_seen(task, start, goal):
-        if len(found) == PLACES:
-            break
+    for gate in _gates_by_cost(task, start, goal):
+        if len(chosen) > PLACES or time.monotonic() >= until:
+            return
         middle = (0.5 * (gate.start[0] + gate.end[0]), 0.5 * (gate.start[1] + gate.end[1]))
         if any(math.dist(middle, other) < APART for other in chosen):
+            continue
+        if not (_sees(task, start, gate.start) and _sees(task, gate.end, goal)):
             continue
         timed = _timed(task, Course((start, *gate, goal), (0.0, 0.0), OPTIMAL).for_robot(task.robot))
         if timed is not None:
             chosen.append(middle)
-            found.append(timed)
-    return found
+            yield timed
 
 
-def _gates_seen(task: Task, start: Point, goal: Point) -> list[Gate]:
-    """Return the gates that both rests see, as they are passed from start to goal, the shortest way first."""
-    limits = task.limits
-    chart = roadmap(task.robot, task.working_mode, limits.serial_margin, limits.rest, limits.elbows_pass)
+def _gates_by_cost(task: Task, start: Point, goal: Point) -> list[Gate]:
+    """Return all gates as they are passed from start to goal, the shortest way first."""
+    chart = chart_for(task)
     side = place_at(task.robot, task.working_mode, *start).assembly
 
-    def sees(one: Point, other: Point) -> bool:
-        sight = look_along(task.robot, task.working_mode, one, other, limits.serial_margin, limits.rest)
-        return sight.clear and sight.crossings == 0
+    def passed(gate: Gate) -> Gate:
+        same = place_at(task.robot, task.working_mode, *gate.start).assembly == side
+        return gate if same else Gate(gate.end, gate.start)
 
     def cost(gate: Gate) -> float:
-        passing = PASSING_COST if limits.elbows_pass == UNKNOWN and chart.folded(gate) else 0.0
+        passing = PASSING_COST if task.limits.elbows_pass == UNKNOWN and chart.folded(gate) else 0.0
         return math.dist(start, gate.start) + math.dist(*gate) + math.dist(gate.end, goal) + passing
 
-    seen = []
-    for gate in chart.gates:
-        same = place_at(task.robot, task.working_mode, *gate.start).assembly == side
-        passed = gate if same else Gate(gate.end, gate.start)
-        if sees(start, passed.start) and sees(passed.end, goal):
-            seen.append(passed)
-    return sorted(seen, key=cost)
+    return sorted((passed(gate) for gate in chart.gates), key=cost)
+
+
+def _sees(task: Task, one: Point, other: Point) -> bool:
+    """Return whether a straight line leads from one rest to another without a crossing."""
+    limits = task.limits
+    sight = look_along(task.robot, task.working_mode, one, other, limits.serial_margin, limits.rest)
+    return sight.clear and sight.crossings == 0
 
 
 def _timed(task: Task, course: Course) -> TimedCourse | None:
-    """Return a course with durations of its legs (s), None where the planner refuses it."""
+    """Return a course with durations of its legs (s), None where planner or screen refuse it in these."""
     durations = []
     for part in course.between_rests():
         estimate = _estimate(task, part)
         if estimate is None:
             return None
         durations.append(math.ceil(estimate * task.rate_hz) / task.rate_hz)
-    return TimedCourse(course, tuple(durations))
+    try:
+        verdict = task.judge(task.plan(course, durations))
+    except PlanRefused:
+        return None
+    kept = all(figure.kept for figure in verdict.figures if figure.name != TORQUE)
+    return TimedCourse(course, tuple(durations)) if kept else None
 
 
 def _estimate(task: Task, part: Course) -> float | None:

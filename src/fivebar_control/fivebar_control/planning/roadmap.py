@@ -22,7 +22,7 @@ from fivebar_control.model.state import State
 from fivebar_control.planning.postures import Place, place_at
 from fivebar_control.planning.sight import Point, look_along
 from fivebar_control.root_search import zero_between
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, geometry_only
 from fivebar_description.robot_file import UNKNOWN, ElbowsPass
 
 SPACING = 0.006
@@ -108,11 +108,11 @@ class Roadmap:
                 for other in self._neighbours(point):
                     self._join(point, other)
         self._across = {frozenset(gate): gate for gate in self.gates}
-        self._folded = frozenset(gate for gate, folded in found.items() if folded)
+        self._folded = frozenset(frozenset(gate) for gate, folded in found.items() if folded)
 
     def folded(self, gate: Gate) -> bool:
-        """Return whether the elbows pass each other at a gate."""
-        return gate in self._folded
+        """Return whether the elbows pass each other at a gate, in whichever direction it is passed."""
+        return frozenset(gate) in self._folded
 
     def reaches(self, point: Point) -> bool:
         """Return whether a rest is joined to the grid."""
@@ -224,7 +224,6 @@ class Roadmap:
         return None
 
 
-@lru_cache(maxsize=8)
 def roadmap(
     robot: FiveBar,
     working_mode: tuple[int, int],
@@ -232,8 +231,12 @@ def roadmap(
     rest: float,
     elbows_pass: ElbowsPass = UNKNOWN,
 ) -> Roadmap:
-    """Return the map of a robot in a working mode, drawn once."""
-    return Roadmap(robot, working_mode, serial_margin, rest, elbows_pass)
+    """Return the map of a robot in a working mode, drawn once for all robots of its geometry, laden ones too."""
+    return roadmap_of_geometry(geometry_only(robot), working_mode, serial_margin, rest, elbows_pass)
+
+
+roadmap_of_geometry = lru_cache(maxsize=8)(Roadmap)
+"""The map for a geometry: lengths alone decide where the robot can go."""
 
 
 def _grid(robot: FiveBar, working_mode: tuple[int, int], serial_margin: float) -> dict[tuple[int, int], Place]:

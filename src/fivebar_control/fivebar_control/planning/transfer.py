@@ -18,10 +18,10 @@ from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import NoPace, Task, slowest_pace
-from fivebar_control.planning.places import TimedCourse
+from fivebar_control.planning.places import TimedCourse, chart_for
 from fivebar_control.planning.postures import assembly_problem, mode_name, place_at, rest_problem
 from fivebar_control.planning.predicted_estimate import Sensing
-from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way, roadmap
+from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way
 from fivebar_control.planning.sight import Point, look_along
 from fivebar_control.planning.timing import DurationSearch, Speed, Timed, courses_for, quickest
 from fivebar_control.planning.via_points import along
@@ -196,9 +196,7 @@ class _Search:
 
     def _by_map(self) -> Timed | str:
         """Try the ways on the map, the shortest first, until one is feasible."""
-        limits = self._task.limits
-        robot, mode = self._task.robot, self._task.working_mode
-        chart = roadmap(robot, mode, limits.serial_margin, limits.rest, limits.elbows_pass)
+        chart = chart_for(self._task)
         for name, point in (("start", self._start), ("goal", self._goal)):
             if not chart.reaches(point):
                 return f"the {name} cannot be left by a line of {JOIN_REACH * 1e3:.0f} mm that keeps the limits"

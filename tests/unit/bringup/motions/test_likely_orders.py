@@ -10,7 +10,9 @@ from fivebar_bringup.motions.likely_orders import LikelyOrders, planner_of
 from fivebar_bringup.odds.trials import ROBOTS
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import Conditions
+from fivebar_control.planning.places import chart_for
+from fivebar_control.planning.planning_process import Conditions, task_of
+from fivebar_control.planning.roadmap import roadmap_of_geometry
 from fivebar_control.scenario.goal_conditions import conditions_of
 
 HOME, BEYOND = (0.0, 0.15), (0.0, 0.02)
@@ -75,6 +77,16 @@ def test_without_the_time_the_screen_decides_and_the_odds_are_not_known() -> Non
     refused = LikelyOrders(scenario(), conditions_of(scenario()), odds_time=0.0).plan(crossing(2.0)).refused
     assert "declared loads" in refused
     assert refused.endswith("the odds are not known: 0 robots could be tried within 0 s (risk.odds_time)")
+
+
+def test_by_the_clock_the_map_is_drawn_before_the_first_request() -> None:
+    by_the_clock = LikelyOrders(scenario(), conditions_of(scenario()), odds_time=60.0)
+    roadmap_of_geometry.cache_clear()
+    by_the_clock.warm_up()
+    assert roadmap_of_geometry.cache_info().misses == 1
+    laden = PlanningRequest(HOME, (1, -1), BEYOND, -1, 0.0, payload=1.0)
+    chart_for(task_of(conditions_of(scenario()), laden))
+    assert roadmap_of_geometry.cache_info().misses == 1
 
 
 def test_the_planner_of_a_process_takes_the_run_s_file(tmp_path: Path) -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from types import SimpleNamespace
 
 import pytest
 
-from fivebar_bringup.odds import choice
+from fivebar_bringup.odds import alternatives, choice
 from fivebar_bringup.odds.alternatives import Alternatives, Candidate, best_of_all
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
-from fivebar_bringup.odds.trials import ROBOTS, Trials
+from fivebar_bringup.odds.trials import LAST_ROBOTS, OTHER_ROBOTS, ROBOTS, Trials
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.places import TimedCourse
@@ -46,13 +47,17 @@ def others(refused: str = "") -> Alternatives[str]:
 
 
 @pytest.fixture
-def made_by(monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str, int], float]:
-    """Return what share of the robots makes a motion, by its law and its number of legs, to be filled in."""
-    shares: dict[tuple[str, int], float] = {}
+def made_by(monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str | int, ...], float]:
+    """Return what share of the robots makes a motion, by its law and its number of legs, to be filled in.
+
+    With the number of its first robot behind these it is the share of that range of robots.
+    """
+    shares: dict[tuple[str | int, ...], float] = {}
 
     def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float) -> Trials:
         numbers = list(robots)
-        share = shares.get((scenario.time_law, len(scenario.durations())), 0.0)
+        motion = scenario.time_law, len(scenario.durations())
+        share = shares.get((*motion, min(numbers, default=0)), shares.get(motion, 0.0))
         made = sum(number % ROBOTS < share * ROBOTS for number in numbers)
         return Trials(Odds(made, len(numbers)), share * len(numbers))
 
@@ -61,7 +66,9 @@ def made_by(monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str, int], float]:
     return shares
 
 
-def test_laws_and_places_are_tried_where_no_duration_is_likely_enough(made_by: dict[tuple[str, int], float]) -> None:
+def test_laws_and_places_are_tried_where_no_duration_is_likely_enough(
+    made_by: dict[tuple[str | int, ...], float],
+) -> None:
     made_by |= {(QUINTIC, 1): 0.5, (SEPTIC, 1): 0.75, (QUINTIC, 3): 1.0}
     first = straight(1.0)
     found = best_of_all([first], others(), NO_ERRORS, 1, 0.9)
@@ -79,6 +86,40 @@ def test_laws_and_places_are_tried_where_no_duration_is_likely_enough(made_by: d
     assert found is not None
     assert (found.motion, found.odds) == (first, Odds(12, 24))
     assert best_of_all([], others(), NO_ERRORS, 1, 0.9) is None
+
+
+def test_the_odds_of_what_is_chosen_last_are_those_on_robots_that_decided_nothing(
+    made_by: dict[tuple[str | int, ...], float],
+) -> None:
+    first, last = straight(1.0), LAST_ROBOTS.start
+    made_by |= {(QUINTIC, 1): 0.5, (QUINTIC, 3): 1.0, (QUINTIC, 3, last): 0.75}
+    found = best_of_all([first], others(), NO_ERRORS, 1, 0.9)
+    assert found is not None
+    assert (found.motion.duration, found.odds, found.robots) == (1.0, Odds(18, 24), LAST_ROBOTS)
+    # not the larger of two shares, of which one is that of a motion that looked worse
+    made_by[QUINTIC, 3, last] = 0.25
+    found = best_of_all([first], others(), NO_ERRORS, 1, 0.9)
+    assert found is not None
+    assert (len(found.motion.scenario.durations()), found.odds) == (3, Odds(6, 24))
+    # what is not likely enough is not tried until it is
+    made_by |= {(QUINTIC, 1): 0.75, (QUINTIC, 3): 0.5, (QUINTIC, 1, last): 1.0}
+    found = best_of_all([first], others(), NO_ERRORS, 1, 0.9)
+    assert found is not None
+    assert (found.motion, found.odds, found.robots) == (first, Odds(18, 24), OTHER_ROBOTS)
+
+
+def test_no_place_is_sought_when_the_time_is_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = SimpleNamespace(now=0.0)
+    monkeypatch.setattr(alternatives, "time", SimpleNamespace(monotonic=lambda: clock.now))
+
+    def elsewhere() -> Iterator[TimedCourse]:
+        for _ in range(4):
+            clock.now += 1.0
+            yield TimedCourse(ROUND, (0.3, 0.4, 0.3))
+
+    places = others()._replace(elsewhere=elsewhere, other_laws=lambda course: [])
+    assert len(list(places.beside(straight(1.0), until=2.5))) == 2
+    assert clock.now == 3.0
 
 
 def test_another_duration_keeps_the_law_where_that_is_feasible() -> None:

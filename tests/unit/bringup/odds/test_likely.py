@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 
 import pytest
 
@@ -90,6 +91,26 @@ def test_what_was_chosen_in_place_of_the_first_motion_is_said(monkeypatch: pytes
     assert better == (1.0, Odds(23, 24), " by time law septic")
     with pytest.raises(InputError, match=r"at best, in 1 s by time law septic, 20 of 24"):
         found_with(monkeypatch, Odds(8, 24), Odds(20, 24), law=True)
+
+
+def test_the_first_motion_is_not_said_to_be_chosen_in_place_of_itself(monkeypatch: pytest.MonkeyPatch) -> None:
+    def chosen_of(best: Callable[[list[Candidate[str]]], Candidate[str]]) -> str:
+        monkeypatch.setattr(likely, "odds_of", lambda *arguments: Odds(21, 24))
+        monkeypatch.setattr(likely, "best_of_all", lambda motions, *more: Choice(best(motions), Odds(23, 24)))
+        return likely_motion(in_seconds(2.0), OTHERS, given=False).chosen
+
+    assert chosen_of(lambda motions: motions[0]) == ""
+    assert chosen_of(lambda motions: next(OTHERS.beside(motions[0], math.inf))) == "2 s by time law septic"
+
+
+def test_a_search_that_the_clock_cuts_short_does_not_name_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(likely, "odds_of", lambda *arguments: Odds(8, 24))
+    monkeypatch.setattr(likely, "best_of_all", lambda motions, *more: Choice(motions[0], Odds(20, 24)))
+    cut_short = r"20 of 24 .* \(risk.success\), and no time was left to try more \(risk.odds_time\)$"
+    with pytest.raises(InputError, match=cut_short):
+        likely_motion(in_seconds(2.0), OTHERS, given=False, until=time.monotonic())
+    with pytest.raises(InputError, match=r"20 of 24 .* \(risk.success\)$"):
+        likely_motion(in_seconds(2.0), OTHERS, given=False, until=time.monotonic() + 1e6)
 
 
 def test_with_too_little_time_nothing_is_decided_but_what_cannot_become_likely(monkeypatch: pytest.MonkeyPatch) -> None:

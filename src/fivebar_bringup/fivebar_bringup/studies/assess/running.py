@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from fivebar_bringup.motions.likely import plan_likely
 from fivebar_bringup.odds.robot_errors import RobotErrors
-from fivebar_bringup.odds.trials import OTHER_ROBOTS, tries_of
+from fivebar_bringup.odds.trials import FRESH_ROBOTS, tries_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.studies.assess.rows import ACCEPTED, OUT_OF_REACH, RANDOM, REFUSED, UNLIKELY, AssessRow
@@ -30,9 +30,6 @@ from fivebar_bringup.studies.sweep.timing import TimedCase, odds_seed, timed, ti
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.errors import InputError
-
-FRESH_ROBOTS = OTHER_ROBOTS.stop
-"""Number of the first robot that has no part in the choice of a motion by its odds."""
 
 TYPICAL_ROBOTS = 24
 """Robots that make a typical motion."""

@@ -86,7 +86,8 @@ def typical_table(found: dict[str, tuple[Success | None, float, str]]) -> Table:
     return table(
         "typical",
         "Typical motions from where it rests",
-        "Planned as `fivebar goto` does: in the duration with the best odds; refused where these are too low.",
+        "Planned as `fivebar goto` does: where the first choice is not likely enough, in the duration, by the time law"
+        " and across the locus where the odds are best; refused where these are too low.",
         ("motion", "success", "duration", "why not"),
         rows,
     )

@@ -127,8 +127,8 @@ ODDS = ResultPage(
     caption="Observed over predicted success, with 95 % intervals and the number of crossings. Dashed: both agree.",
     words="The planner tries each crossing on 24 robots drawn from the rig `middling`, none of them the one that then"
     " moves ([odds](../motions.md#odds)). `risk.success` is the share of them that a motion needs. Refused crossings"
-    " are run all the same. Other durations are tried only where fewer than the default make the first one, whatever"
-    " the line of the table.",
+    " are run all the same. Other durations, time laws and places of crossing are tried only where fewer than the"
+    " default make the first motion, whatever the line of the table.",
     limits=(
         "Errors that are distributed otherwise: the robots are drawn as those of the rig are, evenly within the"
         " bounds.",

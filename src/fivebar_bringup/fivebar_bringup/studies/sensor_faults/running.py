@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.drawn_robots import with_drawn_robot
-from fivebar_bringup.odds.trials import OTHER_ROBOTS
+from fivebar_bringup.odds.trials import FRESH_ROBOTS
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
@@ -103,7 +103,7 @@ def run_numbered(settings: SensorFaultSettings, number: int) -> list[SensorFault
         if robot > 0:
             # a push meets one of the crossings
             met = times[robot % len(times)]
-            scenario = with_drawn_robot(own, errors, odds_seed(case), OTHER_ROBOTS.stop + robot, met)
+            scenario = with_drawn_robot(own, errors, odds_seed(case), FRESH_ROBOTS + robot, met)
         rows.append(_run(case, scenario, "", robot, 0.0, 0.0))
         if robot < settings.faulty:
             random = np.random.default_rng((settings.seed, number, STREAM, robot))

@@ -1,8 +1,8 @@
-"""The duration and the time law of a case: as drawn, or as loads and odds ask for."""
+"""The duration, the time law and the place of crossing of a case: as drawn, or as loads and odds ask for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -72,7 +72,7 @@ def timed(case: Draw) -> TimedCase:
     def tried(course: TimedCourse) -> Candidate[Draw] | None:
         return _feasible(case.along(course))
 
-    def elsewhere() -> list[TimedCourse]:
+    def elsewhere() -> Iterable[TimedCourse]:
         limits = limits_for(case, scenario).without_loads()
         task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
         start, goal = scenario.waypoints
