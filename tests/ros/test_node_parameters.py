@@ -11,11 +11,11 @@ import pytest
 from bound_laws import bound_law
 from console_scripts import console_scripts
 from forked_node import ForkedNode
-from graph_probe import DROPPED_RESPONSE, RATE_HZ, Bench, Probe, node_modules
+from graph_probe import RATE_HZ, Bench, Probe, node_modules
 from middle_motion import MiddleMotion
 from rcl_interfaces.msg import ParameterDescriptor, ParameterType
 from rcl_interfaces.srv import GetParameters
-from stopped_nodes import expect_orderly_end
+from stopped_nodes import complaints_of, expect_orderly_end
 
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.drives.choice import write_drive_files
@@ -52,9 +52,7 @@ def descriptors(shared_bench: Bench, started: dict[str, ForkedNode]) -> dict[str
     for node, process in started.items():
         found[node] = {one.name: one for one in probe.describe(f"/{node}/{node}") if one.name not in OF_ROS}
         assert process.status is None
-        # a node that was started early has time to say that it waits for the others
-        said = [line for line in process.complaints if "not ready: " not in line]
-        assert [line for line in said if not DROPPED_RESPONSE.search(line)] == []
+        assert complaints_of(process) == []
     return found
 
 

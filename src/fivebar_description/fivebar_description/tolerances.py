@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, NamedTuple
 
 from fivebar_description.settings import Setting
+
+UNIFORM = math.sqrt(3.0)
+"""A tolerance over the standard deviation of errors that are uniform within it."""
 
 
 class Tolerances(NamedTuple):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.calibration.closure import GEOMETRY, geometry_of
 from fivebar_description.parameters import FiveBar
-from fivebar_description.tolerances import Tolerances
+from fivebar_description.tolerances import UNIFORM, Tolerances
 
 FloatArray = NDArray[np.float64]
 
@@ -60,9 +60,8 @@ def deviations_before(robot: FiveBar, tolerances: Tolerances, camera: bool = Fal
 
     What a transmission yields is in proportion to the torques, and these to the inertia: a compliance is sized by it.
     """
-    third = math.sqrt(3.0)
-    length, base, zero = (max(one / third, HELD) for one in tolerances[:3])
-    scale = max(tolerances.gyro_scale / third, HELD)
+    length, base, zero = (max(one / UNIFORM, HELD) for one in tolerances[:3])
+    scale = max(tolerances.gyro_scale / UNIFORM, HELD)
     compliances = [1.0 / (leg.inertia * (2.0 * math.pi * SOFT) ** 2) for leg in (robot.leg1, robot.leg2)]
     drive = [PLAY_BOUND] * 2 + compliances
     seen = [SHIFT_BOUND, SHIFT_BOUND, TURN_BOUND, STAMP_BOUND] if camera else []

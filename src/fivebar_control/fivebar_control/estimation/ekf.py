@@ -59,7 +59,7 @@ from fivebar_control.estimation.platform_motion import (
 )
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
-from fivebar_description.tolerances import EXACT, Tolerances
+from fivebar_description.tolerances import EXACT, UNIFORM, Tolerances
 
 STIFFNESS_LIMIT = 2.0
 """Largest product of the friction's rate and an integration step; classical Runge-Kutta is stable up to 2.78."""
@@ -362,8 +362,8 @@ class EkfSettings(NamedTuple):
 
 def error_deviations(tolerances: Tolerances) -> ConstantErrors:
     """Return the standard deviations of errors that are uniform within their tolerances."""
-    length, base, zero = (t / math.sqrt(3.0) for t in (tolerances.length, tolerances.base, tolerances.zero))
-    scale = tolerances.gyro_scale / math.sqrt(3.0)
+    length, base, zero = (t / UNIFORM for t in (tolerances.length, tolerances.base, tolerances.zero))
+    scale = tolerances.gyro_scale / UNIFORM
     return ConstantErrors(zero, zero, length, length, length, length, base, base, scale)
 
 
@@ -437,7 +437,7 @@ def filter_model(
         gyro_noise=settings.gyro_noise,
         gyro_bias=settings.gyro_bias,
         gyro_clock=settings.gyro_clock,
-        passive_zero=tolerances.passive_zero / math.sqrt(3.0),
+        passive_zero=tolerances.passive_zero / UNIFORM,
         errors=error_deviations(tolerances),
         estimates_errors=estimates_errors,
     )

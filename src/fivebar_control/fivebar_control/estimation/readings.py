@@ -25,6 +25,7 @@ from fivebar_control.estimation.history import (
     row_of,
 )
 from fivebar_control.estimation.measurements import elbow_speed, turn_rate
+from fivebar_description.tolerances import UNIFORM
 
 Readings = Sequence[Sequence[float]] | NDArray[np.float64]
 """Readings of a late sensor, each with the moment of its stamp in samples and its values."""
@@ -36,10 +37,6 @@ their torque by default. After a longer gap the estimate is lost."""
 
 EARLIEST = 0.02
 """Time (s) by which the stamp of a reading may be ahead of the newest sample: beyond it, its clock is wrong."""
-
-
-UNIFORM = math.sqrt(3.0)
-"""A tolerance over the standard deviation of errors that are drawn evenly within it."""
 
 
 class Misfit(NamedTuple):

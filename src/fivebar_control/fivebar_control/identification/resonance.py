@@ -197,9 +197,8 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
         OnlyBounded: play hides it.
         NotIdentifiable: the record is unsuitable, or determines no resonance.
     """
-    inertia, parts = inertia_at(robot, record), by_amplitude(bridged(record))
+    inertia, (strong, *weaker) = inertia_at(robot, record), by_amplitude(bridged(record))
     given, period = np.array([robot.leg1.inertia, robot.leg2.inertia]), 1.0 / record.rate_hz
-    strong = frequency_response(parts[0])
     noise = np.median(strong.deviations / np.abs(strong.values), axis=(1, 2))
     swing = 2.0 * strong.amplitude * np.median(np.abs(strong.values), axis=(1, 2))
     clear = strong.frequencies[(noise < NOISY) & (swing >= smallest_step(record.angles))]
@@ -225,27 +224,29 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
                 f"the resonance of leg {number} is not determined: {leg.frequency.value:.3g} ±"
                 f" {leg.frequency.half_width:.2g} Hz: expected a stronger or longer chirp"
             )
-    if len(parts) > 1:
-        weak = frequency_response(parts[1])
+    if weaker:
+        (weak,) = weaker
         softer = _resonance(inertia, given, weak, period, _elastic_fit(inertia, given, weak, period, friction), highest)
         return _without_play(result, softer, strong, weak, np.clip(found.values, *LIMITS)[[COULOMB, 5 + COULOMB]])
     return widened
 
 
-def by_amplitude(record: Record) -> list[Record]:
-    """Return the parts of a record with the larger and the smaller amplitude of the torques; all of it if it has one.
+def by_amplitude(record: Record) -> list[Response]:
+    """Return the response to the larger and that to the smaller amplitude of the torques; to all if there is one.
 
-    What is not in a part is missing in it.
+    Raises:
+        NotIdentifiable: the record is unsuitable.
     """
     length = round(WINDOW * record.rate_hz)
     if len(record.torques) < length:
-        return [record]
+        return [frequency_response(record)]
     known = np.isfinite(record.torques).all(axis=1)
     power = np.where(known, np.mean(np.square(np.nan_to_num(record.torques)), axis=1), 0.0)
     window = np.ones(length)
     count = np.convolve(known.astype(float), window, "same")
     size = np.sqrt(np.convolve(power, window, "same") / np.maximum(count, 1.0))
     size = size / max(float(size.max(initial=0.0)), 1e-12)
+    # what is not in a part is missing in it
     parts = [
         record._replace(
             angles=np.where(chosen, record.angles, np.nan), torques=np.where(chosen, record.torques, np.nan)
@@ -253,10 +254,10 @@ def by_amplitude(record: Record) -> list[Record]:
         for chosen in ((size > STRONG)[:, None], ((size > WEAK[0]) & (size < WEAK[1]))[:, None])
     ]
     try:
-        frequency_response(parts[1])
+        weak = frequency_response(parts[1])
     except NotIdentifiable:
-        return [record]
-    return parts
+        return [frequency_response(record)]
+    return [frequency_response(parts[0]), weak]
 
 
 def _without_play(

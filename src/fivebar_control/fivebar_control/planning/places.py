@@ -12,7 +12,7 @@ from fivebar_control.planning.figures import SPEED, TORQUE
 from fivebar_control.planning.pacing import COMFORT, Task
 from fivebar_control.planning.postures import place_at
 from fivebar_control.planning.roadmap import PASSING_COST, Gate, Roadmap, roadmap
-from fivebar_control.planning.sight import Point, look_along
+from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.planner import OPTIMAL, Plan, PlanRefused
 from fivebar_description.robot_file import UNKNOWN
 
@@ -66,14 +66,15 @@ def courses_elsewhere(
     """
     if len(known.crossings) != 1 or time.monotonic() >= until:
         return
+    chart = chart_for(task)
     chosen: list[Point] = [(known.crossings[0].x, known.crossings[0].y)]
-    for gate in _gates_by_cost(task, start, goal):
+    for gate in _gates_by_cost(task, chart, start, goal):
         if len(chosen) > PLACES or time.monotonic() >= until:
             return
         middle = (0.5 * (gate.start[0] + gate.end[0]), 0.5 * (gate.start[1] + gate.end[1]))
         if any(math.dist(middle, other) < APART for other in chosen):
             continue
-        if not (_sees(task, start, gate.start) and _sees(task, gate.end, goal)):
+        if not (chart.sees(start, gate.start) and chart.sees(gate.end, goal)):
             continue
         timed = _timed(task, Course((start, *gate, goal), (0.0, 0.0), OPTIMAL).for_robot(task.robot))
         if timed is not None:
@@ -81,9 +82,8 @@ def courses_elsewhere(
             yield timed
 
 
-def _gates_by_cost(task: Task, start: Point, goal: Point) -> list[Gate]:
+def _gates_by_cost(task: Task, chart: Roadmap, start: Point, goal: Point) -> list[Gate]:
     """Return all gates as they are passed from start to goal, the shortest way first."""
-    chart = chart_for(task)
     side = place_at(task.robot, task.working_mode, *start).assembly
 
     def passed(gate: Gate) -> Gate:
@@ -95,13 +95,6 @@ def _gates_by_cost(task: Task, start: Point, goal: Point) -> list[Gate]:
         return math.dist(start, gate.start) + math.dist(*gate) + math.dist(gate.end, goal) + passing
 
     return sorted((passed(gate) for gate in chart.gates), key=cost)
-
-
-def _sees(task: Task, one: Point, other: Point) -> bool:
-    """Return whether a straight line leads from one rest to another without a crossing."""
-    limits = task.limits
-    sight = look_along(task.robot, task.working_mode, one, other, limits.serial_margin, limits.rest)
-    return sight.clear and sight.crossings == 0
 
 
 def _timed(task: Task, course: Course) -> TimedCourse | None:

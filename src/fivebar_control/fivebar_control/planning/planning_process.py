@@ -244,7 +244,7 @@ def plan_once(conditions: Conditions, order: Order) -> Planned:
     return plan_order(conditions, order)
 
 
-def task_of(conditions: Conditions, order: PlanningRequest) -> Task:
+def task_of(conditions: Conditions, order: Order) -> Task:
     """Return what the motion of a request is planned for.
 
     Raises:
@@ -252,7 +252,8 @@ def task_of(conditions: Conditions, order: PlanningRequest) -> Task:
     """
     file = read_robot(conditions.robot)
     robot, follower = laden(file.five_bar(), order.payload), conditions.follower(file)
-    limits = _limits(conditions, file, follower, order.torque_share, order.speed_share)
+    shares = (order.torque_share, order.speed_share) if isinstance(order, PlanningRequest) else (1.0, 1.0)
+    limits = _limits(conditions, file, follower, *shares)
     return Task(robot, order.working_mode, conditions.rate_hz, follower, limits, conditions.sensing)
 
 
@@ -269,18 +270,14 @@ def plan_timed(conditions: Conditions, order: PlanningRequest, timed: TimedCours
 
 def plan_order(conditions: Conditions, order: Order) -> Planned:
     """Plan what a request asks for, and screen it with the controller that will follow it."""
-    file = read_robot(conditions.robot)
-    robot, follower = laden(file.five_bar(), order.payload), conditions.follower(file)
-    rate_hz, sensing = conditions.rate_hz, conditions.sensing
-    shares = (order.torque_share, order.speed_share) if isinstance(order, PlanningRequest) else (1.0, 1.0)
     try:
-        limits = _limits(conditions, file, follower, *shares)
+        robot, mode, rate_hz, follower, limits, sensing = task_of(conditions, order)
         if isinstance(order, StopRequest):
             return Planned(stop=plan_stop(robot, order, rate_hz, follower, limits, sensing))
         if isinstance(order, PlanningRequest):
             transfer = plan_transfer(
                 robot,
-                order.working_mode,
+                mode,
                 order.start,
                 order.goal,
                 order.assembly or None,

@@ -176,9 +176,13 @@ class Roadmap:
             other = (place.x, place.y)
             if len(found) == JOINS or math.dist(point, other) > JOIN_REACH:
                 break
-            if self._sees(point, other, 0, self._rest):
+            if self.sees(point, other):
                 found.append(other)
         return found
+
+    def sees(self, start: Point, end: Point) -> bool:
+        """Return whether a straight line leads from one rest to another (m) without a crossing."""
+        return self._sees(start, end, 0, self._rest)
 
     def _sees(self, start: Point, end: Point, crossings: int, rest: float) -> bool:
         sight = look_along(self._robot, self._working_mode, start, end, self._serial_margin, rest)

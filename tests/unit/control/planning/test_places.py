@@ -11,7 +11,7 @@ import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import FOLDED, STRETCHED
-from fivebar_control.planning import places
+from fivebar_control.planning import places, roadmap
 from fivebar_control.planning.figures import DWELL, TORQUE
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task
@@ -107,8 +107,8 @@ def test_no_gate_is_tried_when_the_time_is_over(robot: FiveBar, monkeypatch: pyt
         looks.append(line)
         return seen(*line)
 
-    seen = places.look_along
-    monkeypatch.setattr(places, "look_along", look_along)
+    seen = roadmap.look_along
+    monkeypatch.setattr(roadmap, "look_along", look_along)
     monkeypatch.setattr(places, "time", SimpleNamespace(monotonic=lambda: clock.now))
     found = courses_elsewhere(task(robot), START, GOAL, known.plan, until=1.0)
     next(found)

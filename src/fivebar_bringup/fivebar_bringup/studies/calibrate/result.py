@@ -18,7 +18,7 @@ from fivebar_control.calibration.result import CONFIDENCE, QUANTILE, Calibration
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.robot_file import Lengths, RobotFile
 from fivebar_description.strict_yaml import yaml_text
-from fivebar_description.tolerances import EXACT, Tolerances
+from fivebar_description.tolerances import EXACT, UNIFORM, Tolerances
 from fivebar_sim.effects.links import with_another_model
 
 INTERVALS = f"{100.0 * CONFIDENCE:.0f} % intervals"
@@ -118,8 +118,8 @@ class CalibrationResult(NamedTuple):
         rows = locus_rows(found.values[: len(GEOMETRY)])
         sought = np.hypot(found.locus_half_widths() / QUANTILE, found.yielding)
         share = float(np.max(sought / np.sqrt(np.sum((rows * each) ** 2, axis=1))))
-        length, base, zero = (math.sqrt(3.0) / QUANTILE * share * widths).tolist()
-        scale = math.sqrt(3.0) * math.sqrt(found.covariance[GYRO_SCALE, GYRO_SCALE])
+        length, base, zero = (UNIFORM / QUANTILE * share * widths).tolist()
+        scale = UNIFORM * math.sqrt(found.covariance[GYRO_SCALE, GYRO_SCALE])
         return Tolerances(
             length=float(f"{max(length, LEAST_LENGTH):.2g}"),
             base=float(f"{max(base, LEAST_LENGTH):.2g}"),
@@ -132,7 +132,7 @@ class CalibrationResult(NamedTuple):
         """Return the tolerance (rad) of the zero of the passive joint's encoder, where it was found."""
         if self.passive is None:
             return self.start.tolerances.passive_zero
-        return float(f"{max(math.sqrt(3.0) / QUANTILE * self.passive.half_width, LEAST_ZERO):.2g}")
+        return float(f"{max(UNIFORM / QUANTILE * self.passive.half_width, LEAST_ZERO):.2g}")
 
     def robot_file(self) -> RobotFile:
         """Return the calibrated robot: its origin is in the middle between the motor axes."""
