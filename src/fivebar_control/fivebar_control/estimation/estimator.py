@@ -183,8 +183,12 @@ class StateEstimator:
             self._commands.setdefault(sample, (tau1, tau2))
 
     def awaits(self, sample: int) -> bool:
-        """Return whether a command that affects this sample's estimate has not been recorded yet."""
-        return self._model.delay_samples > 0 and sample - 1 not in self._commands
+        """Return whether a command that affects this sample's estimate is still to come.
+
+        None comes in answer to a sample whose readings were lost.
+        """
+        expected = self._model.delay_samples > 0 and self._last == sample - 1
+        return expected and sample - 1 not in self._commands
 
     def take(
         self,

@@ -93,6 +93,7 @@ class DriveSession:
         """Number of the present sample."""
         self.overdue = False
         """Whether a cycle is due that waits for its torque."""
+        self._measured_last = -1
         self._written = self._led = False
         self._brakes: Fault | None = None
         self._brakes_until = 0.0
@@ -151,6 +152,7 @@ class DriveSession:
         self._watch.begin()
         self._brakes = None
         self.sample = 0
+        self._measured_last = -1
         self._written = False
         self._began = self._looked = clock()
         self._repeated = 0.0
@@ -210,10 +212,12 @@ class DriveSession:
     def _waits_for_torque(self, now: float) -> bool:
         """Return whether the cycle is to wait for the torque that answers the present sample, which is on its way.
 
-        After a pause of this process it may have come, and not been taken yet: the cycle waits once more then.
+        After a pause of this process it may have come, and not been taken yet: the cycle waits once more then. Nothing
+        answers a sample that was not measured.
         """
         paused, self._looked = now - self._looked > LATE_PERIODS / self._rate_hz, now
-        expected = 0 <= self._watch.answered < self.sample and self.fault is None and self.drives.enabled
+        due = 0 <= self._watch.answered < self.sample == self._measured_last
+        expected = due and self.fault is None and self.drives.enabled
         if not expected or not self._longest_wait:
             return False
         if now - self._began < self._longest_wait:
@@ -229,6 +233,7 @@ class DriveSession:
             return None
         if cycle.periods == 0 and self._watch.answered >= 0:
             return None
+        self._measured_last = self.sample
         return MeasuredSample(self.sample, (first, second))
 
     def command(self, sample: int | None, torques: Torques, now: float, target: JointTarget | None = None) -> bool:

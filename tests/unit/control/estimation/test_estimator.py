@@ -106,11 +106,16 @@ def test_warming_up_changes_nothing() -> None:
         cold, warm = (estimator(drives=Drives(delay_samples=2)) for _ in range(2))
 
 
-def test_without_a_delay_no_command_is_waited_for() -> None:
+def test_only_a_command_that_is_on_its_way_is_waited_for() -> None:
     direct, late = estimator(), estimator(drives=Drives(delay_samples=3))
-    assert not any(direct.awaits(sample) for sample in range(4))
-    # before sample 0 nothing was commanded, which is known
-    assert [late.awaits(sample) for sample in range(3)] == [False, True, True]
+    for one in (direct, late):
+        # before sample 0 nothing was commanded, which is known
+        assert not one.awaits(0)
+        taken(one, 0)
+    assert not direct.awaits(1)
+    assert late.awaits(1)
+    # where the readings of sample 1 were lost, nothing answers it
+    assert not late.awaits(2)
 
 
 def test_after_samples_without_any_command_none_acts() -> None:

@@ -21,6 +21,7 @@ class Drives:
         self.told: list[Torques] = []
         self._torques = ZERO
         self.target: JointTarget | None = None
+        self.silent = False
 
     def tend(self) -> None:
         """Nothing to do."""
@@ -46,7 +47,8 @@ class Drives:
 
     def exchange(self) -> Exchange:
         self.told.append(self._torques)
-        return Exchange((DriveReading(0.0, 0.0, 0.0), DriveReading(0.0, 0.0, 0.0)), None)
+        reading = DriveReading(0.0, 0.0, 0.0)
+        return Exchange((reading, None if self.silent else reading), None)
 
 
 def running(waits: bool) -> tuple[DriveSession, Drives]:
@@ -129,6 +131,18 @@ def test_an_inner_loop_follows_the_reference_of_the_present_sample_alone() -> No
         session.cycle(2 * PERIOD)
         assert drives.told[-1] == (TORQUES if brakes else ZERO)
         assert drives.target is None
+
+
+def test_no_torque_is_waited_for_where_the_sample_was_not_measured() -> None:
+    session, drives = running(waits=True)
+    assert session.command(1, TORQUES, 1.5 * PERIOD)
+    drives.silent = True
+    assert session.cycle(2 * PERIOD) is None
+    drives.silent = False
+    sample = session.cycle(3 * PERIOD)
+    assert sample is not None
+    assert (sample.number, session.overdue) == (3, False)
+    assert drives.told[-1] == TORQUES
 
 
 def test_drives_that_follow_the_clock_are_not_kept_waiting() -> None:
