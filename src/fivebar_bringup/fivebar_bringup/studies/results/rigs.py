@@ -26,13 +26,14 @@ SWEEP = "fivebar_bringup.studies.sweep.sweep:SWEEP"
 
 def _swept(rig: str, seed: int, cases: int, quick: int) -> StudyRun:
     whole = {"rig": rig, "controllers": (PLANNED_FOR,), "seed": seed, "cases": cases}
-    return StudyRun(rig, SWEEP, whole, {"cases": quick})
+    return StudyRun(rig.replace(":", "_"), SWEEP, whole, {"cases": quick})
 
 
 RUNS = (
-    _swept("calibrated", 747474, 5000, 20),
-    _swept("good", 747474, 5000, 20),
-    _swept("middling", 515253, 1000, 20),
+    _swept("calibrated", 818283, 3000, 20),
+    _swept("good", 818283, 3000, 20),
+    _swept("middling", 818283, 1000, 20),
+    _swept("middling:normal", 848586, 500, 20),
     _swept("printed_calibrated", 929292, 2000, 10),
     _swept("printed", 424242, 500, 6),
 )
