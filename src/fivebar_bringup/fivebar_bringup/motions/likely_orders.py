@@ -12,6 +12,7 @@ from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.places import TimedCourse, chart_for, courses_elsewhere
 from fivebar_control.planning.planning_process import Conditions, Order, Planned, plan_once, plan_timed, task_of
@@ -44,7 +45,7 @@ def _without_odds(conditions: Conditions, reason: str) -> Callable[[Order], Plan
 
 
 class LikelyOrders:
-    """Plans requests by the odds of a scenario's robot, each once."""
+    """Plans requests by the odds of a scenario's robot, each once unless the clock has cut its search short."""
 
     def __init__(self, scenario: Scenario, conditions: Conditions, odds_time: float = math.inf) -> None:
         """Plan for a robot that declares something to draw from.
@@ -60,15 +61,18 @@ class LikelyOrders:
         self._known: dict[PlanningRequest, Planned] = {}
 
     def warm_up(self) -> None:
-        """Load what the first odds need, and by the clock draw the map, which would take some of their time."""
+        """Load what the first odds need, and by the clock what would take some of their time: map and machine code."""
         from fivebar_bringup.odds.declared import declared_odds
 
         declared_odds(self._scenario, 1)
         if math.isfinite(self._odds_time):
-            home = self._scenario.waypoints[0]
+            expect_many_motions()
+            first, second = self._scenario.waypoints[:2]
+            request = PlanningRequest(first, self._scenario.working_mode, second, 0, 0.0)
+            plan_once(self._without_loads, request)
             # what speaks against any motion, each request is told
             with suppress(InputError):
-                chart_for(task_of(self._conditions, PlanningRequest(home, self._scenario.working_mode, home, 0, 0.0)))
+                chart_for(task_of(self._conditions, request))
 
     def plan(self, order: Order) -> Planned:
         """Plan a request; a motion is likely enough, or its odds are not known for want of time, which is then said."""
@@ -76,12 +80,13 @@ class LikelyOrders:
             return plan_once(self._conditions, order)
         known = self._known.get(order)
         if known is None:
-            known = self._planned(order)
-            if known.odds is None or "unknown" not in known.odds:
+            known, lasting = self._planned(order)
+            if lasting:
                 self._known[order] = known
         return known
 
-    def _planned(self, order: PlanningRequest) -> Planned:
+    def _planned(self, order: PlanningRequest) -> tuple[Planned, bool]:
+        """Return the answer to a request, and whether more time would not change it."""
         # here, because the compiled engine takes long to load
         from fivebar_bringup.odds.alternatives import Alternatives, Candidate
         from fivebar_bringup.odds.likely import likely_motion
@@ -89,7 +94,7 @@ class LikelyOrders:
         conditions = self._without_loads
         first = plan_once(conditions, order)
         if first.refused:
-            return first
+            return first, True
         task = task_of(conditions, order)
 
         def planned(timed: TimedCourse) -> Candidate[Planned] | None:
@@ -108,18 +113,19 @@ class LikelyOrders:
         try:
             found = likely_motion(candidate, alternatives, order.duration > 0.0, until)
         except InputError as refusal:
-            return Planned(str(refusal))
+            # a search that the clock has cut short may find more the next time
+            return Planned(str(refusal)), time.monotonic() < until
         odds: dict[str, Any] = {**found.odds.as_dict(), "chosen": found.chosen} if found.odds.robots else {}
         if found.better is not None:
             duration, better, how = found.better
             odds["better"] = {"duration_s": duration, "how": how, **better.as_dict()}
         if found.decided:
-            return found.motion._replace(odds=odds)
+            return found.motion._replace(odds=odds), True
         unknown = f"{found.odds.robots} robots could be tried within {self._odds_time:g} s (risk.odds_time)"
         judged = plan_once(self._conditions, order)
         if judged.refused:
-            return judged._replace(refused=f"{judged.refused}; the odds are not known: {unknown}")
-        return judged._replace(odds={"unknown": unknown})
+            return judged._replace(refused=f"{judged.refused}; the odds are not known: {unknown}"), False
+        return judged._replace(odds={"unknown": unknown}), False
 
     def together(self, orders: Iterable[PlanningRequest]) -> Odds:
         """Return how many robots make the motions of all these requests, on robots that had no part in a choice."""

@@ -14,6 +14,7 @@ from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import most_relieved
 from fivebar_bringup.odds.trials import ROBOTS, odds_of
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.machine_code import expect_many_motions
 from fivebar_description.stages import stage
 from fivebar_description.strict_yaml import InputError
 
@@ -73,11 +74,14 @@ def likely_motion(
     """
     errors, required = declared_errors(first.scenario), first.scenario.risk.success
     with stage("trying drawn robots"):
-        odds = odds_of(first.scenario, errors, SEED, range(ROBOTS), until)
+        # the odds of a given duration are stated; of another one they only have to tell whether others are tried
+        failures = math.inf if given else (1.0 - required) * ROBOTS
+        odds = odds_of(first.scenario, errors, SEED, range(ROBOTS), until, failures)
     found = LikelyMotion(*first, odds)
     if odds.successes + ROBOTS - odds.robots >= required * ROBOTS:
         # likely enough, or not known to be unlikely when the time was over
         return found
+    expect_many_motions()
     with stage("trying other durations, time laws and ways"):
         motions = [first, *_in_other_durations(first, alternatives, until)]
         choice = best_of_all(motions, alternatives, errors, SEED, required, until)

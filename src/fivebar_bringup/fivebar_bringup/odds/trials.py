@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
+from multiprocessing import parent_process
 from typing import NamedTuple
 
 from fivebar_bringup.odds.drawn_robots import with_drawn_robot
@@ -54,13 +58,25 @@ class Trials(NamedTuple):
         return Trials(self.odds + other.odds, self.promise + other.promise, self.failed | other.failed)
 
 
-def odds_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float = math.inf) -> Odds:
+def odds_of(
+    scenario: Scenario,
+    errors: RobotErrors,
+    seed: int,
+    robots: Iterable[int],
+    until: float = math.inf,
+    failures: float = math.inf,
+) -> Odds:
     """Return the odds of a scenario's motion; arguments as for `trials_of`."""
-    return trials_of(scenario, errors, seed, robots, until).odds
+    return trials_of(scenario, errors, seed, robots, until, failures).odds
 
 
 def trials_of(
-    scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float = math.inf
+    scenario: Scenario,
+    errors: RobotErrors,
+    seed: int,
+    robots: Iterable[int],
+    until: float = math.inf,
+    failures: float = math.inf,
 ) -> Trials:
     """Try a scenario's motion on drawn robots.
 
@@ -70,6 +86,7 @@ def trials_of(
         seed: of the draws.
         robots: their numbers; with equal seeds and numbers different motions are tried on the same robots.
         until: when no further robot is begun (s on the steady clock).
+        failures: with more of them no further robot is tried, since the motion is not likely enough whatever follows.
 
     Raises:
         PlanRefused: the motion cannot be made.
@@ -85,6 +102,8 @@ def trials_of(
             beyond = judged_peak(one.outcome, scenario.judge) / scenario.error_tolerance - 1.0
             # the exponent is bounded, as the exponential function overflows
             promise += 1.0 / (1.0 + math.exp(min(beyond / SOFTNESS, 100.0)))
+        if len(failed) > failures:
+            break
     return Trials(Odds(tried - len(failed), tried), promise, frozenset(failed))
 
 
@@ -99,7 +118,9 @@ class Try(NamedTuple):
 def tries_of(
     scenario: Scenario, errors: RobotErrors, seed: int, robots: Iterable[int], until: float = math.inf
 ) -> Iterator[Try]:
-    """Yield the runs of a scenario's motion on drawn robots; arguments as for `trials_of`.
+    """Yield the runs of a scenario's motion on drawn robots, in their order; arguments as for `trials_of`.
+
+    Some run side by side, in threads.
 
     Raises:
         PlanRefused: the motion cannot be made.
@@ -108,11 +129,31 @@ def tries_of(
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
     planned = plan.path.samples(scenario.rate_hz) + 1
     times = [one.time for one in plan.crossings] or [0.5 * plan.path.duration]
-    for number in robots:
+
+    def tried(number: int) -> Try | None:
         if time.monotonic() >= until:
-            return
+            return None
         # a push meets one of the crossings
         drawn = with_drawn_robot(scenario, errors, seed, number, times[number % len(times)])
         outcome = crossing(case_of(drawn, stop_at_fault=True), samples)
         missed = shortcomings(outcome, planned, len(plan.crossings), scenario.error_tolerance, scenario.judge)
-        yield Try(number, outcome, missed)
+        return Try(number, outcome, missed)
+
+    for one in _side_by_side(tried, robots, _threads() if scenario.scheme().compiles else 1):
+        if one is None:
+            return
+        yield one
+
+
+def _threads() -> int:
+    """Return how many robots run side by side: as many as there are processors, one in a worker among others."""
+    return 1 if parent_process() is not None else len(os.sched_getaffinity(0))
+
+
+def _side_by_side(run: Callable[[int], Try | None], robots: Iterable[int], threads: int) -> Iterator[Try | None]:
+    """Yield what comes of each robot, in order; the first is run alone, since it loads machine code."""
+    left = iter(robots)
+    yield from map(run, left if threads == 1 else islice(left, 1))
+    with ThreadPoolExecutor(threads) as pool:
+        while group := list(islice(left, threads)):
+            yield from pool.map(run, group)

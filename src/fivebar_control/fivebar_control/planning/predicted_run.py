@@ -18,6 +18,7 @@ from fivebar_control.loop.closed_loop import Advanced, Known, LoopSettings, run_
 from fivebar_control.loop.cycle import Cycle, CycleSettings
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
 from fivebar_control.loop.setup import cycle_settings_of, first_memory, law_functions
+from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
@@ -26,7 +27,7 @@ from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_fro
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.friction import lost_torque
-from fivebar_description.parameters import FiveBar, without_cogging
+from fivebar_description.parameters import FiveBar, with_floats, without_cogging
 
 LONGEST_STEP = 1e-3
 """Integration step (s) at most, as that of the plant."""
@@ -151,10 +152,11 @@ class _Stretch:
         before: PredictedRun,
     ) -> None:
         """Begin with what was predicted of the stretches before."""
-        self._robot, self._plan, self._mode, self._follower = robot, plan, stretch.mode, follower
+        self._robot, self._plan, self._mode, self._follower = with_floats(robot), plan, stretch.mode, follower
         self._rate_hz = round(1.0 / settings.period)
         self._steps = math.ceil(settings.period / LONGEST_STEP - 1e-9)
         self._step = settings.period / self._steps
+        self._advanced = as_machine_code(advanced)
         start = plan.path.at(stretch.first / self._rate_hz)
         self._state = state_from_platform(robot, *stretch.mode, start.x, start.y, 0.0, 0.0)
         self._error, self._torque, self._changes, self._moments = *before[:3], list(before.moments)
@@ -188,7 +190,7 @@ class _Stretch:
         return fault != NO_FAULT
 
     def advance(self, number: int, command: Torque) -> Advanced:
-        self._state = advanced(self._robot, *self._mode, self._state, command, self._step, self._steps)
+        self._state = self._advanced(self._robot, *self._mode, self._state, command, self._step, self._steps)
         return Advanced(False)
 
     def conclude(self) -> PredictedRun:
@@ -214,30 +216,29 @@ def _predict_stretch(
 
 def advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torque, step: float, steps: int) -> State:
     """Return the state after some Runge-Kutta steps (s) under a torque (Nm)."""
-
-    def motion(x: float, y: float, vx: float, vy: float) -> tuple[float, float, float, float]:
-        here = state_from_platform(robot, mode1, mode2, x, y, vx, vy)
-        f1 = lost_torque(robot, robot.leg1, here.leg1.q1, here.leg1.dq1)
-        f2 = lost_torque(robot, robot.leg2, here.leg2.q1, here.leg2.dq1)
-        response = direct_dynamics(robot, here, torque.tau1, torque.tau2, f1, f2)
-        return vx, vy, response.ax, response.ay
-
-    now = (state.x, state.y, state.vx, state.vy)
+    x, y, vx, vy = state.x, state.y, state.vx, state.vy
     for _ in range(steps):
-        k1 = motion(*now)
-        k2 = motion(*_moved(now, k1, 0.5 * step))
-        k3 = motion(*_moved(now, k2, 0.5 * step))
-        k4 = motion(*_moved(now, k3, step))
-        x, y, vx, vy = (
-            value + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
-            for value, a, b, c, d in zip(now, k1, k2, k3, k4, strict=True)
-        )
-        now = (x, y, vx, vy)
-    return state_from_platform(robot, mode1, mode2, *now)
+        ax1, ay1 = _acceleration(robot, mode1, mode2, x, y, vx, vy, torque)
+        h = 0.5 * step
+        vx2, vy2 = vx + h * ax1, vy + h * ay1
+        ax2, ay2 = _acceleration(robot, mode1, mode2, x + h * vx, y + h * vy, vx2, vy2, torque)
+        vx3, vy3 = vx + h * ax2, vy + h * ay2
+        ax3, ay3 = _acceleration(robot, mode1, mode2, x + h * vx2, y + h * vy2, vx3, vy3, torque)
+        vx4, vy4 = vx + step * ax3, vy + step * ay3
+        ax4, ay4 = _acceleration(robot, mode1, mode2, x + step * vx3, y + step * vy3, vx4, vy4, torque)
+        x += step / 6.0 * (vx + 2.0 * vx2 + 2.0 * vx3 + vx4)
+        y += step / 6.0 * (vy + 2.0 * vy2 + 2.0 * vy3 + vy4)
+        vx += step / 6.0 * (ax1 + 2.0 * ax2 + 2.0 * ax3 + ax4)
+        vy += step / 6.0 * (ay1 + 2.0 * ay2 + 2.0 * ay3 + ay4)
+    return state_from_platform(robot, mode1, mode2, x, y, vx, vy)
 
 
-def _moved(
-    start: tuple[float, float, float, float], rate: tuple[float, float, float, float], step: float
-) -> tuple[float, float, float, float]:
-    x, y, vx, vy = (value + step * slope for value, slope in zip(start, rate, strict=True))
-    return x, y, vx, vy
+def _acceleration(
+    robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float, torque: Torque
+) -> tuple[float, float]:
+    """Return the platform's acceleration (m/s^2)."""
+    here = state_from_platform(robot, mode1, mode2, x, y, vx, vy)
+    f1 = lost_torque(robot, robot.leg1, here.leg1.q1, here.leg1.dq1)
+    f2 = lost_torque(robot, robot.leg2, here.leg2.q1, here.leg2.dq1)
+    response = direct_dynamics(robot, here, torque.tau1, torque.tau2, f1, f2)
+    return response.ax, response.ay

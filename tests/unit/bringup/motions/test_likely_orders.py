@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import pytest
 
+from fivebar_bringup.motions import likely_orders
 from fivebar_bringup.motions.likely_orders import LikelyOrders, planner_of
-from fivebar_bringup.odds.trials import ROBOTS
+from fivebar_bringup.odds import likely
+from fivebar_bringup.odds.trials import ROBOTS, odds_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.places import chart_for
@@ -77,6 +80,30 @@ def test_without_the_time_the_screen_decides_and_the_odds_are_not_known() -> Non
     refused = LikelyOrders(scenario(), conditions_of(scenario()), odds_time=0.0).plan(crossing(2.0)).refused
     assert "declared loads" in refused
     assert refused.endswith("the odds are not known: 0 robots could be tried within 0 s (risk.odds_time)")
+
+
+def test_a_refusal_for_want_of_time_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock stands until the first robots have been tried, and jumps beyond the allowed time then."""
+    hurried = LikelyOrders(scenario(), conditions_of(scenario()), odds_time=60.0)
+    request, now = crossing(), [0.0]
+    slow = hurried.plan(crossing(2.0))
+    monkeypatch.setattr(likely_orders, "plan_once", lambda *_: slow)
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+
+    def first_tried(*given: object) -> object:
+        found = odds_of(*given)  # type: ignore[arg-type]
+        now[0] = 61.0
+        return found
+
+    with monkeypatch.context() as cut:
+        cut.setattr(likely, "odds_of", first_tried)
+        refused = hurried.plan(request).refused
+    assert refused.endswith("expected at least 90% (risk.success), and no time was left to try others (risk.odds_time)")
+    # the same request, with time
+    found = hurried.plan(request)
+    assert not found.refused
+    assert found.odds is not None and found.odds["share"] >= 0.9
+    assert hurried.plan(request) is found
 
 
 def test_by_the_clock_the_map_is_drawn_before_the_first_request() -> None:
