@@ -54,7 +54,8 @@ def test_rows_that_were_copied_are_named_and_have_no_version(kept: ResultFiles) 
     assert copied == {run for run, one in kept.made.items() if not one.version}
     for page in PAGES:
         text = (RESULTS / f"{page.name}.md").read_text(encoding="utf-8")
-        assert ("**Copied, not made by" in text) == bool(copied.intersection(page.runs)), page.name
+        given = {row[0] for row in kept.rows[page.name]}
+        assert ("**Copied, not made by" in text) == bool(copied & given), page.name
 
 
 def test_a_page_names_what_copied_rows_do_not_have(kept: ResultFiles) -> None:
@@ -160,8 +161,33 @@ def test_a_sweep_is_counted() -> None:
 def test_odds_are_counted_without_what_else_is_refused() -> None:
     rows = odds.odds_rows("middling", finished(SWEPT))
     assert [(row.likely_robots, row.crossings, row.successes) for row in rows] == [(12, 2, 1), (24, 4, 1)]
-    accepted = {line[0]: line[1] for line in odds.odds_table(rows).rows}
-    assert accepted["0.9, the default"] == "4"
+    table = odds.odds_table(rows)
+    assert table.columns == ("accepted from", "middling")
+    accepted = {line[0]: line[1] for line in table.rows}
+    assert accepted["0.9, the default"] == "4 of 6: 25.00 %; 16.66 %"
+
+
+def test_odds_are_compared_in_ten_intervals_for_each_rig_that_there_is() -> None:
+    def of(rig: str, likely: int, crossings: int, successes: int) -> odds.OddsRow:
+        return odds.OddsRow(rig, rig, 20, likely, crossings, successes)
+
+    rows = [of("good", 20, 100, 100), of("middling", 18, 10, 9), of("middling", 19, 10, 8), of("middling", 6, 10, 4)]
+    normal = of("middling:normal", 17, 4, 4)
+    # 6 of 20 begin an interval, 20 of 20 belong to the last one
+    assert odds.binned(rows[1:]) == [(0.3, 4, 10), (pytest.approx(0.925), 17, 20)]
+    assert odds.binned(rows[:1]) == [(1.0, 100, 100)]
+    lines = {line[0]: line[1:] for line in odds.bias_table([*rows, normal]).rows}
+    assert [*lines] == ["good", "middling", "middling, normally distributed"]
+    assert lines["middling"][:2] == ("30", "71.67 %")
+    # of 21 of 30 the exact interval is 50.6 to 85.3 %
+    assert lines["middling"][-1] == "+1.7 (-13.6 to +21.1)"
+    assert len(odds.odds_table(rows).columns) == 3
+    page = odds.ODDS.markdown(rows, [])
+    assert "On `middling` the mean of the predicted shares is 71.7 %, and 70.00 % of 30 crossings succeed." in page
+    assert "`middling:normal`" not in page
+    for some in (rows, [*rows, normal]):
+        labels = odds.ODDS.figure(some).axes[0].get_legend_handles_labels()[1]
+        assert labels == [line[0] for line in odds.bias_table(some).rows]
 
 
 def test_laws_whose_intervals_meet_that_of_the_best_are_named_together() -> None:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.pages.style import BLUE, GREY, VERMILION
+from fivebar_bringup.odds.intervals import Interval, clopper_pearson
+from fivebar_bringup.pages.style import AMBER, BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.results.page import ResultPage, TextTable
-from fivebar_bringup.studies.results.rigs import share_text
+from fivebar_bringup.studies.results.rigs import rig_words, share_text
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.statistics import share_of
 from fivebar_control.planning.limits import Risk
@@ -20,8 +20,14 @@ from fivebar_control.planning.limits import Risk
 ACCEPTED_FROM = (0.95, 0.9, 0.85, 0.8, 0.7)
 """Required shares in the table."""
 
-BINS = ((0.0, 0.7), (0.7, 0.8), (0.8, 0.9), (0.9, 0.95), (0.95, 1.01))
-"""Shares of drawn robots by which predicted and observed are compared."""
+BINS = 10
+"""Equal intervals of the share of drawn robots, in each of which predicted and observed are compared."""
+
+COLOURS = (BLUE, GREEN, VERMILION, PURPLE, AMBER, SKY)
+"""A run each."""
+
+APART = 0.5
+"""Distance (%) in the figure between runs in the same interval."""
 
 
 class OddsRow(NamedTuple):
@@ -62,55 +68,137 @@ def odds_rows(run: str, finished: FinishedStudy) -> list[OddsRow]:
     ]
 
 
+class Agreement(NamedTuple):
+    """How predicted and observed success of some crossings agree.
+
+    Attributes:
+        predicted: mean share of the drawn robots that make a crossing.
+        successes: of the crossings.
+        crossings: how many these are.
+    """
+
+    predicted: float
+    successes: int
+    crossings: int
+
+    @property
+    def observed(self) -> float:
+        """The share of crossings that succeed."""
+        return self.successes / self.crossings
+
+    @property
+    def interval(self) -> Interval:
+        """The interval of the observed share for 95 %."""
+        return clopper_pearson(self.successes, self.crossings)
+
+    @property
+    def bias(self) -> float:
+        """By how much the predicted share exceeds the observed one."""
+        return self.predicted - self.observed
+
+    @property
+    def bias_text(self) -> str:
+        """The bias in points, with the interval that follows from that of the observed share."""
+        low, high = (_points(self.predicted - end) for end in reversed(self.interval))
+        return f"{_points(self.bias)} ({low} to {high})"
+
+
+def _points(share: float) -> str:
+    """Return a signed share in points, without a sign where it rounds to zero."""
+    rounded = round(100.0 * share, 1)
+    return f"{rounded:+.1f}" if rounded else "0.0"
+
+
+def agreement_of(rows: Sequence[OddsRow]) -> Agreement | None:
+    """Return how predicted and observed success agree, None without crossings."""
+    good, count = _total(rows)
+    if not count:
+        return None
+    return Agreement(sum(row.share * row.crossings for row in rows) / count, good, count)
+
+
 def _total(rows: Sequence[OddsRow]) -> tuple[int, int]:
     return sum(row.successes for row in rows), sum(row.crossings for row in rows)
 
 
+def _by_rig(rows: Sequence[OddsRow]) -> dict[str, list[OddsRow]]:
+    """Return the rows of each rig that there is."""
+    found: dict[str, list[OddsRow]] = {}
+    for row in rows:
+        found.setdefault(row.rig, []).append(row)
+    return found
+
+
+def bias_table(rows: Sequence[OddsRow]) -> TextTable:
+    """Return by how much predicted success exceeds the observed one, a rig a line."""
+    lines = []
+    for rig, same in _by_rig(rows).items():
+        found = agreement_of(same)
+        if found is not None:
+            predicted = f"{100.0 * found.predicted:.2f} %"
+            observed = share_text(found.successes, found.crossings)
+            lines.append((rig_words(rig), f"{found.crossings}", predicted, observed, found.bias_text))
+    return TextTable(("robots", "crossings", "predicted, mean", "succeed", "predicted minus observed, points"), lines)
+
+
 def odds_table(rows: Sequence[OddsRow]) -> TextTable:
-    """Return success by the share of robots that a crossing is required to be made by."""
-    everything = _total(rows)[1]
+    """Return success by the share of robots that a crossing is required to be made by, a rig a column."""
+    rigs = _by_rig(rows)
     lines = []
     for required in ACCEPTED_FROM:
-        good, count = _total([row for row in rows if row.share >= required])
         default = ", the default" if required == Risk().success else ""
-        entries = (f"{required:g}{default}", f"{count}", share_text(good, count), share_text(good, everything))
-        lines.append(entries)
-    columns = ("accepted from", "accepted", "of these a success", "success, if the others count as failures")
-    return TextTable(columns, lines)
+        lines.append((f"{required:g}{default}", *(_accepted_from(required, same) for same in rigs.values())))
+    return TextTable(("accepted from", *map(rig_words, rigs)), lines)
 
 
-def _binned(rows: Sequence[OddsRow]) -> Iterator[tuple[float, int, int]]:
-    """Yield predicted share, successes and crossings of each bin that has some."""
-    for low, high in BINS:
-        inside = [row for row in rows if low <= row.share < high]
-        good, count = _total(inside)
-        if count:
-            yield sum(row.share * row.crossings for row in inside) / count, good, count
+def _accepted_from(required: float, rows: Sequence[OddsRow]) -> str:
+    """Return how many crossings are accepted, the share of these that succeed, and of all that do and are accepted."""
+    everything = _total(rows)[1]
+    good, count = _total([row for row in rows if row.share >= required])
+    of_accepted = share_of(good, count).text if count else "–"
+    return f"{count} of {everything}: {of_accepted}; {share_of(good, everything).text}"
+
+
+def binned(rows: Sequence[OddsRow]) -> list[Agreement]:
+    """Return how predicted and observed success agree in each of the intervals that has crossings."""
+    inside: list[list[OddsRow]] = [[] for _ in range(BINS)]
+    for row in rows:
+        # in whole numbers, since a share at an edge is rounded
+        inside[min(BINS * row.likely_robots // row.drawn_robots, BINS - 1)].append(row)
+    return [found for found in map(agreement_of, inside) if found is not None]
 
 
 def _answer(rows: Sequence[OddsRow]) -> str:
-    good, count = _total(rows)
-    predicted = sum(row.share * row.crossings for row in rows) / count
-    return (
-        f"A smaller required share accepts more crossings, and more of these fail. The mean of the predicted shares is"
-        f" {100 * predicted:.1f} %, and {share_of(good, count).text} of the {count} crossings succeed."
-    )
+    told = []
+    for rig, same in _by_rig(rows).items():
+        found = agreement_of(same)
+        if found is not None:
+            told.append(
+                f"On `{rig}` the mean of the predicted shares is {100.0 * found.predicted:.1f} %, and"
+                f" {share_of(found.successes, found.crossings).text} of {found.crossings} crossings succeed."
+            )
+    return " ".join(["A smaller required share accepts more crossings, and more of these fail.", *told])
 
 
 def _figure(rows: Sequence[OddsRow]) -> Figure:
-    figure = Figure(figsize=(5.6, 4.4), layout="constrained")
+    figure = Figure(figsize=(6.4, 5.2), layout="constrained")
     axes = figure.subplots()
     axes.plot((0, 100), (0, 100), color=GREY, linestyle="--", linewidth=1.0)
-    binned = [*_binned(rows)]
-    for predicted, good, count in binned:
-        low, high = clopper_pearson(good, count)
-        axes.plot([100 * predicted] * 2, (100 * low, 100 * high), color=BLUE)
-        axes.plot(100 * predicted, 100 * good / count, "o", color=VERMILION)
-        axes.annotate(f"{count}", (100 * predicted, 100 * low), ha="center", va="top", fontsize=9)
-    axes.set_xlim(min(40.0, *(100 * predicted - 4.0 for predicted, _, _ in binned)), 102)
-    axes.set_ylim(0, 102)
+    rigs = _by_rig(rows)
+    for number, (rig, same) in enumerate(rigs.items()):
+        colour, shift = COLOURS[number % len(COLOURS)], APART * (number - 0.5 * (len(rigs) - 1))
+        places = binned(same)
+        for one in places:
+            low, high = one.interval
+            axes.plot([100 * one.predicted + shift] * 2, (100 * low, 100 * high), color=colour, linewidth=1.2)
+        across = [100 * one.predicted + shift for one in places]
+        axes.plot(across, [100 * one.observed for one in places], "o", color=colour, markersize=4, label=rig_words(rig))
+    axes.set_xlim(-2, 102)
+    axes.set_ylim(-2, 102)
+    axes.set_xticks(range(0, 101, 10))
     axes.set_xlabel("of the drawn robots make it, %")
     axes.set_ylabel("of the crossings succeed, %")
+    axes.legend(loc="upper left")
     return figure
 
 
@@ -122,16 +210,21 @@ ODDS = ResultPage(
     table=RowTable(OddsRow),
     rows=odds_rows,
     answer=_answer,
-    shown=odds_table,
+    shown=bias_table,
+    beside=odds_table,
     figure=_figure,
-    caption="Observed over predicted success, with 95 % intervals and the number of crossings. Dashed: both agree.",
-    words="The planner tries each crossing on 24 robots drawn from the rig `middling`, none of them the one that then"
-    " moves ([odds](../motions.md#odds)). `risk.success` is the share of them that a motion needs. Refused crossings"
-    " are run all the same. Other durations, time laws and places of crossing are tried only where fewer than the"
-    " default make the first motion, whatever the line of the table.",
+    caption="Observed over predicted success in ten intervals of the predicted one, with 95 % intervals. Dashed: both"
+    " agree.",
+    words="The planner tries each crossing on 24 robots drawn evenly within the bounds of its rig, none of them the one"
+    " that then moves ([odds](../motions.md#odds)). Refused crossings are run all the same. Predicted minus observed"
+    " should be at most two points; its interval follows from that of the observed share. In the second table"
+    " `risk.success` is the share of robots that a motion needs; an entry has how many crossings are accepted, the"
+    " share of these that succeed, and the share of all that are accepted and succeed. Other durations, time laws and"
+    " places of crossing are tried only where fewer than the default make the first motion, whatever the line."
+    " *Normally distributed* are the errors of the robots that move, with standard deviations of half the bounds; those"
+    " that the planner draws are not.",
     limits=(
-        "Errors that are distributed otherwise: the robots are drawn as those of the rig are, evenly within the"
-        " bounds.",
+        "Errors that are distributed in another way than evenly or normally.",
         "Robots that are worse than declared.",
         "Other rigs and other laws.",
     ),

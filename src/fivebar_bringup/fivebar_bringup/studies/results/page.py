@@ -1,4 +1,4 @@
-"""A page of results: a question, a figure, one table and limits, all of it made from the rows of a CSV file."""
+"""A page of results: a question, a figure, a table or two and limits, all of it made from the rows of a CSV file."""
 
 from __future__ import annotations
 
@@ -89,11 +89,12 @@ class ResultPage(Generic[Row]):
         table: of its rows, whose first column is the name of their run.
         rows: makes rows of a finished run, given its name.
         answer: sentences with the figures that matter.
-        shown: the one table.
+        shown: the table.
         figure: the one figure.
         caption: below the figure.
         words: on how to read both, as Markdown.
         limits: what the results do not show.
+        beside: a further table, below that one; None for none.
     """
 
     name: str
@@ -108,14 +109,21 @@ class ResultPage(Generic[Row]):
     caption: str
     words: str
     limits: tuple[str, ...]
+    beside: Callable[[Sequence[Row]], TextTable] | None = None
 
     def markdown(self, rows: Sequence[Row], made: Sequence[MadeRun], whole: Mapping[str, int] = NO_RUNS) -> str:
-        """Return the page of rows, of what is known of the runs that they come from, and of their whole samples."""
+        """Return the page of rows, of what is known of the runs that they come from, and of their whole samples.
+
+        Runs of which there are no rows are left out.
+        """
         limits = "\n".join(f"* {limit}" for limit in self.limits)
+        given = {row[0] for row in rows}
+        made = [one for one in made if one.run in given]
         runs = [
             (one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version or "–", one.program or "–")
             for one in made
         ]
+        further = "" if self.beside is None else f"\n{self.beside(rows).markdown()}"
         data = TextTable(("run", "sample", "command", "made", "version", "program"), runs)
         return f"""# {self.title}
 
@@ -127,7 +135,7 @@ class ResultPage(Generic[Row]):
 
 {self.caption}
 
-{self.shown(rows).markdown()}
+{self.shown(rows).markdown()}{further}
 {self.words}
 
 ## What this does not show

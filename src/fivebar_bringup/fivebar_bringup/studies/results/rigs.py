@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.robot_errors import NORMAL
 from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.pages.style import BLUE, GREY, INK, VERMILION
 from fivebar_bringup.simulation.outcome import LEFT
@@ -127,6 +128,11 @@ def _percentiles(values: Sequence[float | None]) -> Percentiles:
     return middle, most, nearly_all
 
 
+def rig_words(rig: str) -> str:
+    """Return a rig's name for a heading, with what follows it in words."""
+    return rig.replace(f":{NORMAL}", ", normally distributed")
+
+
 def share_text(good: int, count: int) -> str:
     """Return how many, their share and its interval."""
     return f"{good}, {share_of(good, count).text} ({interval_of(good, count).text})"
@@ -162,7 +168,7 @@ LINES: tuple[tuple[str, Callable[[RigRow], str]], ...] = (
 def rigs_table(rows: Sequence[RigRow]) -> TextTable:
     """Return the table, a rig a column."""
     lines = [(words, *map(text, rows)) for words, text in LINES]
-    return TextTable(("of the accepted crossings", *(row.rig for row in rows)), lines)
+    return TextTable(("of the accepted crossings", *(rig_words(row.rig) for row in rows)), lines)
 
 
 def _answer(rows: Sequence[RigRow]) -> str:
@@ -191,7 +197,7 @@ def _figure(rows: Sequence[RigRow]) -> Figure:
         errors = [1e3 * one for one in (row.error_50, row.error_95, row.error_99) if one is not None]
         right.plot(errors, [place] * len(errors), "-", color=VERMILION, linewidth=2.5)
         right.plot(errors, [place] * len(errors), "|", color=VERMILION, markersize=12, markeredgewidth=2)
-    left.set_yticks(range(len(rows)), [row.rig for row in rows])
+    left.set_yticks(range(len(rows)), [rig_words(row.rig).replace(", ", ",\n") for row in rows])
     left.invert_yaxis()
     left.set_xlabel("success, %")
     right.axvline(1e3 * PEAK_LIMIT, color=INK, linestyle="--", linewidth=1.0)
@@ -219,7 +225,8 @@ RIGS = ResultPage(
     " Clopper and Pearson for 95 %. `printed` and `printed_calibrated` are robots of the [MOTKIN bench](../motkin.md),"
     " the others DexTARs. Most of the bench's cases are out of reach of its short legs.",
     limits=(
-        "A real robot. Errors are drawn evenly within the rig's bounds; play and bending of the bench are guesses.",
+        "A real robot. Errors are drawn evenly within the rig's bounds, or normally with half of them as standard"
+        " deviations; play and bending of the bench are guesses.",
         "Crossings that planner, screen or odds refuse are not among the successes.",
         "Robots that are worse than their file says.",
         "`printed_encoders`, from whose encoders alone the screen accepts no crossing, and `poor`, whose soft gains do"
