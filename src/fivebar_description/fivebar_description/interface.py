@@ -134,6 +134,12 @@ REFERENCE = _chain_topic("reference")
 REFERENCE_AHEAD = _chain_topic("reference/ahead", reader_reports=True)
 """The references of the samples that follow, for a law that looks ahead; names and fields from `ahead_names`. A bag
 leaves it out, since it holds every reference itself."""
+REFERENCE_MOTION = _chain_topic("reference/motion", reader_reports=True)
+"""The whole motion that begins with the stamp, or is another one from there on, for a law that needs all of it: without
+names, in `position` the six numbers of each of its samples; empty where none begins. A bag leaves it out, too."""
+
+MOTION_FIELDS = 6
+"""Numbers of a sample in `reference/motion`: place (m), velocity and acceleration of the platform."""
 
 
 def torque_topic(name: str) -> Topic:

@@ -23,6 +23,7 @@ from fivebar_description.interface import (
     PAYLOAD,
     REFERENCE,
     REFERENCE_AHEAD,
+    REFERENCE_MOTION,
     RUN_EPOCH,
     RUN_PATH,
     RUN_PLAN,
@@ -84,8 +85,9 @@ def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
 
 
 def _reference_ahead(scenario: Scenario) -> tuple[Topic, ...]:
-    """Return the topic of the references that follow, where a law of the scenario looks ahead."""
-    return (REFERENCE_AHEAD,) if scenario.tuned().samples_ahead else ()
+    """Return the topics of the references that follow, where a law of the scenario looks ahead or needs all of them."""
+    ahead = (REFERENCE_AHEAD,) if scenario.tuned().samples_ahead else ()
+    return (*ahead, REFERENCE_MOTION) if scenario.scheme().follows_motions else ahead
 
 
 def blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:

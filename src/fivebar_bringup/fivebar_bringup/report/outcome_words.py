@@ -45,10 +45,12 @@ def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
     rows = [("motion", made if summary.simulated_s is None else f"{summary.simulated_s:.2f} s, {made}")]
     peak, limit = _judged_peak(summary), f"tolerance {summary.error_tolerance_m * 1e3:g} mm"
     x, y = summary.tracking_error_rms_m
-    rms = f", root mean square {in_millimetres(math.hypot(x, y))}" if x is not None and y is not None else ""
+    timed = summary.judge == TIMED
+    # the root mean square is that of the distance from the timed reference
+    rms = f", root mean square {in_millimetres(math.hypot(x, y))}" if timed and x is not None and y is not None else ""
     rows.append(
         (
-            "error" if summary.judge == TIMED else "error from the path",
+            "error" if timed else "error from the path",
             "not known" if peak is None else f"at most {in_millimetres(peak)}{rms}, {limit}",
         )
     )

@@ -14,6 +14,9 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.line import Line
@@ -118,7 +121,10 @@ class Law(NamedTuple):
         samples_ahead: from its settings, of how many samples that follow it needs the reference.
         compiles: whether numba can compile the step, so that the engine can run it.
         prepare: (robot, mode1, mode2, references of all samples, period, settings as numbers) -> the memory before the
-            first sample, for a law that needs the whole plan; requested motions are then refused.
+            first sample, for a law that needs the whole plan.
+        follow: (memory, float64[n, 6] as in `Platform`) -> the memory to go on with where a motion begins that is
+            planned during a run, or changes, of which these are all references. Without it a law that needs the whole
+            plan is refused requested motions.
         torque_limit: the field of its settings, if they have it, that is the limit of the torque (Nm) which the law
             keeps itself; None in it stands for that of the drives.
         torque_rate_limit: likewise the limit of the torque's change (Nm/s); None in it stands for that of the last
@@ -145,6 +151,7 @@ class Law(NamedTuple):
     samples_ahead: Callable[[Any], int] = present_only
     compiles: bool = True
     prepare: Callable[[FiveBar, int, int, Sequence[Platform], float, Any], Any] | None = None
+    follow: Callable[[Any, NDArray[np.float64]], Any] | None = None
     torque_limit: str = "torque_limit"
     torque_rate_limit: str = "torque_rate_limit"
     feedback: Callable[[Any], Feedback] = feedback_by_name

@@ -11,8 +11,8 @@ leaves. Across the path it is the unified law, with its gains, its weight on the
 is slow the place on the path says nothing of the time: there the clock follows the plan, so that the robot sets out and
 comes to rest at the goal as planned.
 
-The plan has to be known beforehand. For a reference outside of the plan, as one held after a fault, the torque is that
-of `unified`.
+All references of a motion have to be known when it begins. For one outside of them, as one held after a fault, the
+torque is that of `unified`.
 """
 
 from __future__ import annotations
@@ -113,6 +113,21 @@ def path_memory(
 ) -> PathMemory:
     """Return the memory before the first sample of a plan."""
     return PathMemory(np.array(references, dtype=np.float64).reshape(-1, 6), 0, 0.0, NOTHING_OBSERVED)
+
+
+def followed(memory: PathMemory, references: FloatArray) -> PathMemory:
+    """Return the memory with all references of a motion that begins, or that is another one from the next sample on.
+
+    Where the motion under way changes, as to stop, the clock goes on.
+
+    Args:
+        memory: of the sample before.
+        references: float64[n, 6], those of all samples of the motion.
+    """
+    known = memory.sample + 1
+    if np.array_equal(memory.plan[:known], references[:known]):
+        return PathMemory(references, memory.sample, memory.clock, memory.unified)
+    return PathMemory(references, 0, 0.0, memory.unified)
 
 
 def after_gap(memory: PathMemory) -> PathMemory:
@@ -292,6 +307,7 @@ LAW = Law(
     step=path_step,
     after_gap=after_gap,
     prepare=path_memory,
+    follow=followed,
     observes_disturbance=True,
     feedback=across_feedback,
     like_unified=True,

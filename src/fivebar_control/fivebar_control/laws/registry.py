@@ -64,7 +64,12 @@ class Controller(NamedTuple):
     @property
     def takes_goals(self) -> bool:
         """Whether it follows motions that are planned during a run."""
-        return self.needs_no_zones and all(law.prepare is None for law in self.laws)
+        return self.needs_no_zones and all(law.prepare is None or law.follow is not None for law in self.laws)
+
+    @property
+    def follows_motions(self) -> bool:
+        """Whether a law has to be told all references of a motion that begins during a run."""
+        return any(law.follow is not None for law in self.laws)
 
     @property
     def meets_type_1(self) -> bool:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fivebar_control.laws.law import Instant, TunedLaw
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.supervisor import blending_weight
@@ -15,6 +18,8 @@ from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
+
+FloatArray = NDArray[np.float64]
 
 
 class LawRunner:
@@ -46,6 +51,11 @@ class LawRunner:
     def carry(self, robot: FiveBar) -> None:
         """Go on with another mass of the platform."""
         self._robot = robot
+
+    def follow(self, references: FloatArray) -> None:
+        """Go on with a motion that begins, or changes, with the next sample: float64[n, 6], its references."""
+        if self._law.follow is not None:
+            self._memory = self._law.follow(self._memory, references)
 
     def __call__(
         self, sample: int, state: State, reference: Reference, ahead: tuple[Platform, ...] | None = None

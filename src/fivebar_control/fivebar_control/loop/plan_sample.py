@@ -8,6 +8,7 @@ from fivebar_control.laws.reference import Reference
 from fivebar_control.loop.supervisor import time_weight
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 
@@ -42,7 +43,12 @@ def reference_ahead(plan: Plan, sample: int, rate_hz: int, count: int) -> tuple[
 
 def planned_references(plan: Plan, rate_hz: int) -> list[Platform]:
     """Return the references of a plan's samples, for a law that needs them all."""
-    return [plan.path.at(number / rate_hz) for number in range(plan.path.samples(rate_hz) + 1)]
+    return references_along(plan.path, rate_hz)
+
+
+def references_along(path: Path, rate_hz: int) -> list[Platform]:
+    """Return the references of a path's samples, from its beginning to the rest at its end."""
+    return [path.at(number / rate_hz) for number in range(path.samples(rate_hz) + 1)]
 
 
 def plan_sample(robot: FiveBar, plan: Plan, t: float, ahead: tuple[Platform, ...] | None = None) -> PlanSample:

@@ -21,6 +21,7 @@ from fivebar_description.interface import (
     JOINTS,
     REFERENCE,
     REFERENCE_AHEAD,
+    REFERENCE_MOTION,
     REFERENCE_NAMES,
     RUN_PLAN,
     SAFETY_STATE,
@@ -67,6 +68,9 @@ class TrajectoryGenerator(SamplingNode):
         self._samples_ahead = scenario.tuned().samples_ahead
         if self._samples_ahead:
             self._ahead = self.advertise(REFERENCE_AHEAD)
+        self._announces = scenario.scheme().follows_motions
+        if self._announces:
+            self._whole = self.advertise(REFERENCE_MOTION)
         if settings.after_fault == HOLD:
             # not required for readiness: without a blender there is no fault to hold for
             self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
@@ -126,6 +130,9 @@ class TrajectoryGenerator(SamplingNode):
 
     def _publish(self, sample: int, reference: Platform, *ahead: Platform) -> None:
         stamp = self._run.stamp(sample)
+        if self._announces:
+            whole = self._queue.announced(sample + self._motion.lead_samples)
+            self._whole.publish(joint_sample(stamp, (), position=whole))
         if ahead:
             self._ahead.publish(
                 joint_sample(

@@ -164,6 +164,12 @@ class MotionQueue:
         self._requested = False
         self._window: tuple[Platform, ...] = ()
         self._window_first = 0
+        self._announced: tuple[int, tuple[float, ...]] = (0, ())
+
+    def announced(self, sample: int) -> tuple[float, ...]:
+        """Return the references of the motion that begins, or changes, with a sample; nothing where none does."""
+        first, references = self._announced
+        return references if sample == first else ()
 
     def at(self, sample: int) -> Platform:
         """Return the reference of a sample."""
@@ -232,8 +238,8 @@ class MotionQueue:
         """Take no other request until `begin` or `cancel`."""
         self._requested = True
 
-    def begin(self, sample: int, path: Path) -> None:
-        """Follow a path from a sample on.
+    def begin(self, sample: int, path: Path, references: tuple[float, ...] = ()) -> None:
+        """Follow a path, whose references may be given in one row, from a sample on.
 
         Raises:
             GoalRefused: nothing was ordered, the robot is not at rest by then, or the path begins elsewhere.
@@ -246,6 +252,7 @@ class MotionQueue:
             raise GoalRefused("the motion does not begin where the reference rests")
         self._before, self._motion = self._motion, ScheduledPath(path, sample)
         self._window = ()
+        self._announced = (sample, references)
 
     def under_way(self, sample: int) -> ScheduledPath | None:
         """Return the motion of a sample, None where the reference rests."""
@@ -256,10 +263,14 @@ class MotionQueue:
         """The working mode of every motion."""
         return self._working_mode
 
-    def stop(self, path: Path) -> None:
-        """Follow another path in the place of the one under way, which is the same up to samples that are to come."""
+    def stop(self, path: Path, sample: int = 0, references: tuple[float, ...] = ()) -> None:
+        """Follow another path in the place of the one under way, which is the same up to samples that are to come.
+
+        Its references, in one row, may be given to be announced with one of these samples.
+        """
         self._motion = self._motion._replace(path=path)
         self._window = ()
+        self._announced = (sample, references)
 
     def rest_at(self, sample: int, x: float, y: float) -> None:
         """Rest at (x, y) m from a sample on, where a fault has left the robot; a request is withdrawn."""

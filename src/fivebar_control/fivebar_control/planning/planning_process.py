@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, cast
 
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.registry import TunedController, default_tuning, find_controller
+from fivebar_control.loop.plan_sample import references_along
 from fivebar_control.planning.course import NO_COURSE, Course
 from fivebar_control.planning.limits import MotionLimits, Risk, motion_limits_of, speed_step_of
 from fivebar_control.planning.motion_queue import PlanningRequest
@@ -101,6 +102,9 @@ class Planned(NamedTuple):
         segments: between rests, as planned: who follows them needs no planner.
         stop: how the motion under way stops, and goes on where it pauses.
         odds: how likely the motion is to succeed, as `goal/status` tells it; None where no robots are drawn.
+        references: where the law has to know the whole motion, the six numbers of each of its samples; of a stop, of
+            the motion that stops.
+        resumed: likewise of the motion that goes on after a pause.
     """
 
     refused: str = ""
@@ -109,6 +113,8 @@ class Planned(NamedTuple):
     segments: tuple[AnySegment, ...] = ()
     stop: Stop | None = None
     odds: Mapping[str, Any] | None = None
+    references: tuple[float, ...] = ()
+    resumed: tuple[float, ...] = ()
 
     def path(self) -> Path:
         """Return the motion."""
@@ -265,7 +271,9 @@ def plan_timed(conditions: Conditions, order: PlanningRequest, timed: TimedCours
         _check_held(conditions, task.robot, transfer.plan, task.follower)
     except (PlanRefused, InputError) as refusal:
         return Planned(str(refusal))
-    return Planned("", timed.course, timed.durations, transfer.plan.path.segments)
+    path = transfer.plan.path
+    references = _references(task.follower, path, conditions.rate_hz)
+    return Planned("", timed.course, timed.durations, path.segments, references=references)
 
 
 def plan_order(conditions: Conditions, order: Order) -> Planned:
@@ -273,7 +281,7 @@ def plan_order(conditions: Conditions, order: Order) -> Planned:
     try:
         robot, mode, rate_hz, follower, limits, sensing = task_of(conditions, order)
         if isinstance(order, StopRequest):
-            return Planned(stop=plan_stop(robot, order, rate_hz, follower, limits, sensing))
+            return _stopped(plan_stop(robot, order, rate_hz, follower, limits, sensing), follower, rate_hz)
         if isinstance(order, PlanningRequest):
             transfer = plan_transfer(
                 robot,
@@ -297,7 +305,21 @@ def plan_order(conditions: Conditions, order: Order) -> Planned:
         _check_held(conditions, robot, plan, follower)
     except (PlanRefused, InputError) as refusal:
         return Planned(str(refusal))
-    return Planned("", course, durations, plan.path.segments)
+    return Planned("", course, durations, plan.path.segments, references=_references(follower, plan.path, rate_hz))
+
+
+def _stopped(found: Stop, follower: TunedController, rate_hz: int) -> Planned:
+    """Return the answer to a request to stop."""
+    resumed = found.resumed
+    later = () if resumed is None else _references(follower, resumed.as_path(), rate_hz)
+    return Planned(stop=found, references=_references(follower, found.stop.as_path(), rate_hz), resumed=later)
+
+
+def _references(follower: TunedController, path: Path, rate_hz: int) -> tuple[float, ...]:
+    """Return all references of a motion in one row, for a law that has to know them; else nothing."""
+    if not follower.controller.follows_motions:
+        return ()
+    return tuple(value for one in references_along(path, rate_hz) for value in one)
 
 
 def _limits(

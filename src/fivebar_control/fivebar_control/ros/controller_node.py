@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import Reference, against_disturbance
 from fivebar_control.loop.law_runner import LawRunner
@@ -17,18 +20,22 @@ from fivebar_description.interface import (
     ESTIMATE_DISTURBANCE,
     JOINT_STATES,
     JOINTS,
+    MOTION_FIELDS,
     REFERENCE,
     REFERENCE_AHEAD,
+    REFERENCE_MOTION,
     REFERENCE_NAMES,
     ahead_names,
 )
-from fivebar_description.joint_sample import JointSample, joint_sample
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample
 from fivebar_description.parameters import laden
 from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError
+
+FloatArray = NDArray[np.float64]
 
 PLANNED = fields_of(REFERENCE_NAMES, "position", "velocity")
 """Reads a reference."""
@@ -75,6 +82,11 @@ class ControllerNode(SamplingNode):
         self._samples_ahead = self._tuned.samples_ahead
         if self._samples_ahead:
             inputs.append(Input(REFERENCE_AHEAD, fields_of(ahead_names(self._samples_ahead), "position", "velocity")))
+        self._announced: tuple[int, FloatArray] | None = None
+        """The sample with which a motion begins, and its references, until that sample is answered."""
+        self._follows = self._law_entry.follow is not None
+        if self._follows:
+            inputs.append(Input(REFERENCE_MOTION, self._read_motion))
         if scenario.compensates_disturbance:
             inputs.append(Input(ESTIMATE_DISTURBANCE, fields_of(ACTIVE_JOINTS, "effort")))
         self.join(self._motion.rate_hz, inputs)
@@ -98,6 +110,19 @@ class ControllerNode(SamplingNode):
             self._desired(sample, planned)
         return planned
 
+    def _read_motion(self, message: JointMessage) -> None:
+        """Keep the motion that begins with the stamp, if one does, also where that sample gets no answer.
+
+        Raises:
+            MessageError: it is none.
+        """
+        values = tuple(message.position)
+        if len(values) % MOTION_FIELDS or not all(-LARGEST <= value <= LARGEST for value in values):
+            raise MessageError(f"{len(values)} values, expected {MOTION_FIELDS} finite numbers for each sample")
+        sample = self._run.sample(stamp_of(message))
+        if values and sample is not None:
+            self._announced = sample, np.array(values).reshape(-1, MOTION_FIELDS)
+
     def _desired(self, sample: int, planned: Any) -> Reference:
         time = (sample + self._motion.lead_samples) / self.rate_hz
         return shared_desired(time, self._robot, self._motion.plan, *planned)
@@ -116,6 +141,7 @@ class ControllerNode(SamplingNode):
 
     def restart(self) -> None:
         """Reset the law's memory for a new run."""
+        self._announced = None
         self._law = self._make_law()
 
     def answer(self, sample: int, *values: Any) -> None:
@@ -125,6 +151,11 @@ class ControllerNode(SamplingNode):
         target = sample + self._motion.lead_samples
         reference = self._desired(sample, planned)
         ahead = _platforms(*rest.pop(0)) if self._samples_ahead else None
+        if self._follows:
+            rest.pop(0)
+            if self._announced is not None and self._announced[0] <= sample:
+                self._law.follow(self._announced[1])
+                self._announced = None
         if rest:
             ((disturbance,),) = rest
             reference = against_disturbance(reference, *disturbance)

@@ -115,6 +115,8 @@ class GoalServer:
         self._cancelled = self._pauses = self._paused = False
         self._rest: ResumedSegment | None = None
         """What is left of the motion that pauses, or is to."""
+        self._rest_references: tuple[float, ...] = ()
+        """Of what is left, where the law has to know them."""
         self._payload = self._planned_payload = 0.0
         self._status = node.advertise(GOAL_STATUS)
         self._shown = ShownMotions(node)
@@ -219,7 +221,7 @@ class GoalServer:
             return False, "the motion is still slowing down" if slows else "no motion has paused"
         left, first = self._rest, self._sample + NOTICE
         self._queue.reserve()
-        self._queue.begin(first, left.as_path())
+        self._queue.begin(first, left.as_path(), self._rest_references)
         self._arrival = self._queue.resting_from()
         self._settle()
         target = (self._target[0], self._target[1])
@@ -282,7 +284,8 @@ class GoalServer:
             self._pauses = False
             self._report("moving", self._target, self._id, last_sample=self._arrival, reason=reason)
             return
-        self._queue.stop(found.stop.as_path())
+        self._queue.stop(found.stop.as_path(), self._sample + NOTICE, planned.references)
+        self._rest_references = planned.resumed
         self._arrival = self._queue.resting_from()
         self._rest, self._cancelled = (found.resumed, False) if self._pauses else (None, True)
         first = motion.first + round(found.stop.begin * self._rate_hz)
@@ -385,7 +388,7 @@ class GoalServer:
             self._end("refused", planned.refused)
             return
         first = self._sample + NOTICE
-        self._queue.begin(first, planned.path())
+        self._queue.begin(first, planned.path(), planned.references)
         self._arrival = self._queue.resting_from()
         self._shown.show_goal(planned.path(), self._rate_hz, self._stamp(first), (goal.x, goal.y))
         self._report(

@@ -14,6 +14,7 @@ from fivebar_control.laws.path import (
     NO_PLAN,
     PathMemory,
     PathSettings,
+    followed,
     nearest_clock,
     pace_change,
     path_memory,
@@ -110,6 +111,20 @@ def test_the_clock_is_that_of_the_nearest_place_and_follows_the_plan_where_that_
         assert plan_at(plan, moment, PERIOD)[:2] == pytest.approx((x, y), abs=1e-9)
     still = on_plan(dextar, 0)
     assert nearest_clock(plan, 2.0, still, PERIOD, 0.03) == pytest.approx(2.0, abs=0.1)
+
+
+def test_the_clock_begins_with_a_motion_and_goes_on_where_the_motion_changes() -> None:
+    plan, observed = np.array(REFERENCES), NOTHING_OBSERVED._replace(d1=0.1)
+    under_way = PathMemory(plan, 200, 190.5, observed)
+    stopping = plan.copy()
+    stopping[210:] = plan[210]
+    changed = followed(under_way, stopping)
+    assert changed.plan is stopping
+    assert changed[1:] == (200, 190.5, observed)
+    elsewhere = np.array([Path.through([(0.015, 0.03), (0.0, 0.15)], [1.0]).at(n / RATE) for n in range(SAMPLES + 1)])
+    begun = followed(PathMemory(plan, SAMPLES, float(SAMPLES), observed), elsewhere)
+    assert begun.plan is elsewhere
+    assert begun[1:] == (0, 0.0, observed)
 
 
 def test_the_change_of_the_pace_is_what_the_torque_limit_leaves(dextar: FiveBar) -> None:

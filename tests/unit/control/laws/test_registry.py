@@ -49,7 +49,8 @@ def test_what_a_controller_can_do_follows_from_its_laws() -> None:
     assert {name for name, one in ours.items() if not one.crosses} == {"ctc"}
     for wanted, able in (
         ("needs_no_zones", {"unified", "mpc", "lqr", "path"}),
-        ("takes_goals", {"unified", "mpc"}),
+        ("takes_goals", {"unified", "mpc", "path"}),
+        ("follows_motions", {"path"}),
         ("meets_type_1", {"unified"}),
         ("observes_disturbance", {"unified", "path"}),
         ("compiles", set(OURS) - {"mpc", "lqr"}),

@@ -71,6 +71,17 @@ def test_where_a_fault_has_left_the_robot_the_next_motion_begins(queue: MotionQu
     assert queue.at(190)[:2] == (0.0, 0.15)
 
 
+def test_the_references_of_a_motion_are_announced_with_its_first_sample_and_where_it_changes(
+    queue: MotionQueue,
+) -> None:
+    order = queue.request(60, Goal(0.03, 0.12))
+    motion = Path.through((order.start, order.goal), (1.0,))
+    queue.begin(75, motion, (1.0, 2.0))
+    assert [queue.announced(sample) for sample in (74, 75, 76)] == [(), (1.0, 2.0), ()]
+    queue.stop(motion, 90, (3.0,))
+    assert [queue.announced(sample) for sample in (75, 90)] == [(), (3.0,)]
+
+
 def test_no_request_is_taken_while_the_robot_moves_or_another_is_planned(queue: MotionQueue) -> None:
     with pytest.raises(GoalRefused, match=r"moving for another 0\.30 s"):
         queue.request(20, Goal(0.03, 0.12))

@@ -25,6 +25,7 @@ from fivebar_control.planning.planning_process import Conditions, Planned, Plann
 from fivebar_control.planning.planning_worker import NICENESS
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import HeldTorque
+from fivebar_control.planning.stopping import StopRequest
 from fivebar_control.safety.stages import Area
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PassiveEncoder
@@ -35,6 +36,21 @@ NEAR = PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.14), 0, 0.0)
 FAR = PlanningRequest((0.0, 0.15), (1, -1), (0.3, 0.15), 0, 0.0)
 DEADLINE = 120.0
 DIED = "the planning process has died"
+
+
+def test_a_law_that_needs_the_whole_motion_is_told_it_with_the_answer() -> None:
+    assert plan_order(CONDITIONS, NEAR).references == ()
+    conditions = CONDITIONS._replace(controller="path")
+    planned = plan_order(conditions, NEAR)
+    path = planned.path()
+    rows = [path.at(number / 100) for number in range(path.samples(100) + 1)]
+    assert planned.references == tuple(value for row in rows for value in row)
+    order = StopRequest(planned.segments, NEAR.working_mode, 0.02, 0.0, True)
+    stopped = plan_order(conditions, order)
+    assert stopped.stop is not None and stopped.stop.resumed is not None
+    assert len(stopped.references) == 6 * (stopped.stop.stop.as_path().samples(100) + 1)
+    assert stopped.references[:12] == planned.references[:12]
+    assert stopped.resumed[:2] == pytest.approx(stopped.references[-6:-4], abs=1e-12)
 
 
 @pytest.fixture

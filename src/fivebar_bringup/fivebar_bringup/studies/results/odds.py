@@ -218,7 +218,7 @@ ODDS = ResultPage(
     words="The planner tries each crossing on 24 robots drawn evenly within the bounds of its rig, none of them the one"
     " that then moves ([odds](../motions.md#odds)). Refused crossings are run all the same. Predicted minus observed"
     " should be at most two points; its interval follows from that of the observed share. In the second table"
-    " `risk.success` is the share of robots that a motion needs; an entry has how many crossings are accepted, the"
+    " `risk.success` is the share of robots that a motion needs. An entry has how many crossings are accepted, the"
     " share of these that succeed, and the share of all that are accepted and succeed. Other durations, time laws and"
     " places of crossing are tried only where fewer than the default make the first motion, whatever the line."
     " *Normally distributed* are the errors of the robots that move, with standard deviations of half the bounds; those"
