@@ -2,8 +2,9 @@
 
 A walk is traced while the code runs: every function of the four packages that Python calls on the way, the files in
 which these stand, and how often the way changes from one file to another. Compiled code and libraries do not count, and
-neither does what had been computed before and is only looked up. The counts measure how much of the code a reader has
-to know who follows the data; a test keeps them from growing unnoticed.
+neither does what had been computed before and is only looked up, such as what modules compute when they are imported. A
+comprehension belongs to its function, since only some versions of Python call it. The counts measure how much of the
+code a reader has to know who follows the data; a test keeps them from growing unnoticed.
 
 Usage: walking.py [WALK ...] [--functions], by default all; `--functions` lists what was passed, in the order of first
 use.
@@ -32,6 +33,8 @@ LONGEST = 60.0
 LONGEST_WALK = 900.0
 """Time (s) that a walk may take."""
 
+COMPREHENSIONS = ("<genexpr>", "<listcomp>", "<setcomp>", "<dictcomp>")
+
 SAMPLE = 40
 """The sample that is followed to its torque, when all that is computed once has been."""
 
@@ -59,6 +62,7 @@ class Trace:
         """Begin with nothing."""
         self._names: dict[CodeType, str] = {}
         self._last = ""
+        self._importing = 0
         self.changes = self.calls = 0
 
     @contextlib.contextmanager
@@ -78,8 +82,13 @@ class Trace:
         )
 
     def note(self, frame: FrameType, event: str, argument: Any) -> None:
+        """Note an event as `sys.setprofile` announces it."""
         code = frame.f_code
-        if event != "call" or not code.co_filename.startswith(SOURCE) or code.co_name == "<module>":
+        if event not in ("call", "return") or not code.co_filename.startswith(SOURCE):
+            return
+        if code.co_name == "<module>":
+            self._importing += 1 if event == "call" else -1
+        if event == "return" or self._importing or code.co_name in COMPREHENSIONS or code.co_name == "<module>":
             return
         file = code.co_filename.removeprefix(SOURCE)
         self._names.setdefault(code, f"{file}:{code.co_qualname}")
