@@ -113,7 +113,7 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
     ("ctc_controller", {"gains.kp": -1.0}, "parameter gains.kp: expected 0.0 to 1000000.0 1/s^2"),
     ("ctc_controller", {"gains.kd": "much"}, "parameter gains.kd: "),
     ("ctc_controller", {"gains.kp": math.nan}, "parameter gains.kp: "),
-    ("ctc_controller", {"working_mode": [1, 0]}, "working_mode.1: 0: expected -1 or 1"),
+    ("ctc_controller", {"working_mode": [1, 0]}, "working_mode: [1, 0]: expected two signs, each +1 or -1"),
     ("vhc_controller", {"vhc_resolution": "best"}, "parameter vhc_resolution: "),
     ("vhc_controller", {"working_modes": [1, -1] * 3}, "controller multi_cartesian cannot meet Type 1"),
     ("vhc_controller", {"controller": "unified"}, "its laws run in unified_controller"),

@@ -253,7 +253,7 @@ def test_a_node_that_comes_on_the_way_answers_nothing_until_a_new_run(bench: Ben
     [
         ({"waypoints": [0.0]}, "parameter waypoints: [0.0]: 1 numbers: expected pairs"),
         ({"waypoints": [0.0, 0.4, 0.0, 0.15]}, "is out of reach"),
-        ({"working_mode": [1, 0]}, "working_mode.1: 0: expected -1 or 1"),
+        ({"working_mode": [1, 0]}, "working_mode: [1, 0]: expected two signs, each +1 or -1"),
         ({"ekf.acceleration_noise": 0.0}, "parameter ekf.acceleration_noise: expected 1e-06 to 1000.0"),
     ],
 )

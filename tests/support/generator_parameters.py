@@ -6,7 +6,7 @@ from typing import Any
 
 from fivebar_control.scenario.keys import GOALS, parameters_of
 from fivebar_control.scenario.scenario import ControlScenario
-from fivebar_description.file_keys import section_keys, value_at
+from fivebar_description.settings import section_keys, value_at
 
 
 def generator_parameters(scenario: ControlScenario) -> dict[str, Any]:

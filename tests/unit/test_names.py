@@ -168,7 +168,6 @@ ELSEWHERE = {
         "fivebar_control.ros.run_file",
         "fivebar_description.ros.file_parameters",
     ),
-    "unit/bringup/runs/test_goal_conditions.py": ("fivebar_description.file_keys",),
     "ros/test_plant_node.py": ("fivebar_sim.ros.node_settings", "fivebar_sim.ros.run_progress"),
     "ros/test_run_plan.py": ("fivebar_control.nodes.trajectory_generator", "fivebar_description.ros.run_agreement"),
     "ros/test_signals.py": ("fivebar_description.ros.exit_timer",),

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from types import NoneType, UnionType
-from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 from annotated_types import Ge, Gt, Le, Lt
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, Strict, TypeAdapter, ValidationError
+from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, Strict, TypeAdapter, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
 from fivebar_description.errors import InputError
@@ -132,14 +132,18 @@ COUNT_WORDS = {2: "two", 3: "three", 4: "four"}
 
 
 class Declared(NamedTuple):
-    """One declared setting.
+    """One declared setting: a field of a NamedTuple, or a key of a file, and the parameter of a node that holds it.
+
+    A parameter has no null, and an array of numbers is flat: `waypoints` is x1, y1, x2, y2, ..., and zero, "" or an
+    array with such an element stands for null where a setting may have it.
 
     Attributes:
-        name: of the field.
+        name: of the field; of a key its path in the file, with dots.
         kind: its type, without None where it may be absent.
         optional: whether it may be None, "no limit" or "not there".
         default: its default; `REQUIRED` where there is none.
         setting: description, unit and range.
+        shape: whether it is an array, and of what.
     """
 
     name: str
@@ -147,60 +151,97 @@ class Declared(NamedTuple):
     optional: bool
     default: Any
     setting: Setting
-
-    @property
-    def element(self) -> Any:
-        """The type of the elements of an array, else that of the setting itself."""
-        if hasattr(self.kind, "_fields"):
-            return next(iter(get_type_hints(self.kind).values()))
-        return get_args(self.kind)[0] if get_origin(self.kind) is tuple else self.kind
-
-    @property
-    def length(self) -> int | None:
-        """Length of an array, None for any and for what is no array."""
-        if hasattr(self.kind, "_fields"):
-            return len(self.kind._fields)
-        elements = get_args(self.kind) if get_origin(self.kind) is tuple else (self.kind, ...)
-        return None if ... in elements else len(elements)
+    shape: SettingShape
 
     @property
     def none(self) -> Any:
-        """What stands for `nothing` among a node's parameters; None where the setting cannot be absent."""
+        """The parameter that stands for an absent setting; None where the setting cannot be absent."""
         if not (self.optional or self.setting.unlimited or self.default == ()):
             return None
-        return NO_LIMIT[self.kind] if self.kind in NO_LIMIT else (NO_LIMIT[self.element],)
-
-    @property
-    def nothing(self) -> Any:
-        """The value of an absent setting: None, infinity, or no elements."""
-        if self.setting.unlimited:
-            return math.inf
-        return None if self.optional else ()
+        none = NO_LIMIT[self.shape.element]
+        return [none] if self.shape.depth else none
 
     def to_parameter(self, value: Any) -> Any:
-        """Return a value as a parameter of a node: plain numbers and words, lists for arrays."""
-        if self.none is not None and value == self.nothing:
-            value = self.none
-        if isinstance(value, tuple):
-            return [float(one) if self.element is float else one for one in value]
-        return float(value) if self.kind is float else value
+        """Return a value, as read, as a parameter of a node: plain numbers and words, flat lists for arrays."""
+        if self.none is not None and (value is None or value == () or value == math.inf):
+            return self.none
+        if not self.shape.depth:
+            return self.shape.element(value)
+        return [self.shape.element(one) for one in _flat(value if isinstance(value, Sequence) else (value,))]
 
-    def from_parameter(self, value: Any) -> Any:
-        """Return the value that a parameter of a node stands for; an array may come as any sequence."""
+    def to_file(self, value: Any) -> Any:
+        """Return a parameter as the value that a file has for it.
+
+        Raises:
+            InputError: pairs are incomplete.
+        """
         if isinstance(value, Sequence) and not isinstance(value, str):
-            value = tuple(value)
-        return self.nothing if self.none is not None and value == self.none else made_of(self.kind, value)
+            value = list(value)
+        if self.none is not None and value == self.none:
+            return None if self.optional or self.setting.unlimited else []
+        if self.shape.depth > 1:
+            if len(value) % 2:
+                raise InputError(f"{self.name}: {len(value)} numbers: expected pairs")
+            return [list(pair) for pair in zip(value[::2], value[1::2], strict=True)]
+        return value[0] if self.shape.single and len(value) == 1 else value
 
     def problem(self, value: Any) -> str | None:
-        """Return what is wrong with a parameter of a node whose type is right, None if nothing."""
-        if self.none is not None and value == self.none:
+        """Return what is wrong with a parameter whose type is right, None if nothing; pairs are left to their file."""
+        try:
+            found = self.to_file(value)
+        except InputError as error:
+            return str(error).removeprefix(f"{self.name}: ")
+        if found is None or found == [] or self.shape.depth > 1:
             return None
-        if isinstance(value, tuple):
-            if self.length is not None and len(value) != self.length:
-                return f"expected {COUNT_WORDS.get(self.length, self.length)} numbers"
-        elif isinstance(value, float | int) and self.setting.outside(value):
+        if isinstance(found, list):
+            if self.shape.length is not None and len(found) != self.shape.length:
+                return f"expected {COUNT_WORDS.get(self.shape.length, self.shape.length)} numbers"
+            found = tuple(found)
+        elif isinstance(found, float | int) and self.setting.outside(found):
             return f"expected {self.setting.range_text()} {self.setting.unit}".rstrip()
-        return self.setting.problem(made_of(self.kind, value))
+        return self.setting.problem(made_of(self.kind, found))
+
+
+class SettingShape(NamedTuple):
+    """Whether a type is an array, and of what.
+
+    Attributes:
+        element: the type of a value, or of the numbers in an array.
+        depth: 0 for a value, 1 for an array, 2 for an array of arrays.
+        single: whether one number may stand in the place of an array.
+        length: of an array, None for any and for what is no array.
+    """
+
+    element: Any
+    depth: int = 0
+    single: bool = False
+    length: int | None = None
+
+
+def shape_of(kind: Any) -> SettingShape:
+    """Return the shape of a type; that of alternatives has the element of the first and the depth of the deepest."""
+    arguments = get_args(kind)
+    if get_origin(kind) is Annotated:
+        return shape_of(arguments[0])
+    if get_origin(kind) is Literal:
+        return SettingShape(type(arguments[0]))
+    if get_origin(kind) in (Union, UnionType):
+        depths = [shape_of(one).depth for one in arguments]
+        return SettingShape(shape_of(arguments[0]).element, max(depths), 0 in depths and max(depths) > 0)
+    if hasattr(kind, "_fields"):
+        arguments = tuple(get_type_hints(kind).values())
+    elif get_origin(kind) is not tuple:
+        return SettingShape(kind)
+    within = shape_of(arguments[0])
+    return SettingShape(within.element, within.depth + 1, length=None if ... in arguments else len(arguments))
+
+
+def _flat(value: Iterable[Any]) -> Iterable[Any]:
+    for one in value:
+        if isinstance(one, Sequence) and not isinstance(one, str):
+            yield from _flat(one)
+        else:
+            yield one
 
 
 def made_of(kind: Any, value: Any) -> Any:
@@ -258,7 +299,7 @@ def declared_as(name: str, hint: Any, default: Any) -> Declared | None:
     if get_origin(hint) is not Annotated or setting is None:
         return None
     kind, optional = _without_none(get_args(hint)[0])
-    return Declared(name, kind, optional, default, setting)
+    return Declared(name, kind, optional, default, setting, shape_of(kind))
 
 
 def _without_none(kind: Any) -> tuple[Any, bool]:
@@ -296,7 +337,13 @@ def to_parameters(settings: tuple[Any, ...]) -> dict[str, Any]:
 
 def from_parameters(settings: type[S], values: Mapping[str, Any]) -> S:
     """Return settings without sections from a node's parameters, which may be among others."""
-    return settings(*(one.from_parameter(values[one.name]) for one in declared(settings)))
+    found = {}
+    for one in declared(settings):
+        value = one.to_file(values[one.name])
+        if value is None and one.setting.unlimited:
+            value = math.inf
+        found[one.name] = made_of(one.kind, tuple(value) if isinstance(value, list) else value)
+    return settings(**found)
 
 
 def read_settings(content: Mapping[str, Any], settings: type[S], section: str) -> S:
@@ -373,3 +420,52 @@ def plain_keys(settings: tuple[Any, ...], without: Collection[str] = ()) -> dict
 
 Section = Annotated[S, Keys()]
 """A section of a file that holds the settings of a NamedTuple: `unified: Section[UnifiedSettings]`."""
+
+
+def keys_of(model: type[BaseModel], names: Iterable[str]) -> list[Declared]:
+    """Return keys of a file.
+
+    Args:
+        model: the file's.
+        names: of keys, of whole sections, or of keys in sections: `zone`, `ekf.gyro`.
+    """
+    hints = get_type_hints(model, include_extras=True)
+    found: dict[str, Declared] = {}
+    for name in names:
+        top, _, inner = name.partition(".")
+        field = model.model_fields[top]
+        keys = next((one for one in field.metadata if isinstance(one, Keys)), None)
+        if keys is None:
+            default = None if field.is_required() else field.get_default(call_default_factory=True)
+            one = declared_as(top, hints[top], default)
+            assert one is not None, f"{top}: expected a setting or a section"
+            found[top] = one
+            continue
+        section: Any = field.annotation
+        for key in section_keys(section, f"{top}.", keys.without):
+            if not inner or key.name == name or key.name.startswith(f"{name}."):
+                found[key.name] = key
+    return list(found.values())
+
+
+def section_keys(settings: type[tuple[Any, ...]], prefix: str, without: Sequence[str] = ()) -> list[Declared]:
+    """Return the keys of a section and of those within it, named with a prefix that ends in a dot."""
+    own = [one._replace(name=prefix + one.name) for one in declared(settings) if one.name not in without]
+    within = [section_keys(section, f"{prefix}{name}.") for name, section in sections(settings).items()]
+    return [*own, *(key for keys in within for key in keys)]
+
+
+def value_at(file: Any, name: str) -> Any:
+    """Return the value of a key of a file that was read."""
+    for part in name.split("."):
+        file = getattr(file, part)
+    return file
+
+
+def with_keys(content: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a file's content with other values of keys, by their names with dots."""
+    changed = dict(content)
+    for name, value in values.items():
+        top, _, inner = name.partition(".")
+        changed[top] = with_keys(changed.get(top) or {}, {inner: value}) if inner else value
+    return changed

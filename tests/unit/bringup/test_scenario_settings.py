@@ -16,11 +16,10 @@ from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.safety.stages import Area
 from fivebar_control.scenario.robot_defaults import expected_force
 from fivebar_control.scenario.scenario import ControlScenario
-from fivebar_description.file_keys import keys_of, value_at, with_keys
 from fivebar_description.loads import Loads
 from fivebar_description.robot_file import read_robot
 from fivebar_description.scenario_file import KEYS
-from fivebar_description.settings import Declared, Keys, declared
+from fivebar_description.settings import Declared, Keys, declared, keys_of, value_at, with_keys
 from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.settings import PlantSettings

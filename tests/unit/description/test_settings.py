@@ -9,8 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_description.file_keys import keys_of, value_at, with_keys
-from fivebar_description.settings import Section, Setting, as_numbers, from_parameters, to_parameters
+from fivebar_description.settings import (
+    Section,
+    Setting,
+    as_numbers,
+    from_parameters,
+    keys_of,
+    to_parameters,
+    value_at,
+    with_keys,
+)
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.scenario.scenario import SECTIONS, ControlScenario
-from fivebar_description.file_keys import FileKey, keys_of, section_keys, value_at, with_keys
+from fivebar_description.settings import Declared, keys_of, section_keys, value_at, with_keys
 from fivebar_description.strict_yaml import validate
 
 ROBOT = ("robot", "rate_hz", "working_mode")
@@ -77,7 +77,7 @@ def scenario_of(values: Mapping[str, Any]) -> ControlScenario:
     Raises:
         InputError: they are not such parameters.
     """
-    keys: dict[str, FileKey] = {key.name: key for key in keys_of(ControlScenario, GOALS)}
+    keys: dict[str, Declared] = {key.name: key for key in keys_of(ControlScenario, GOALS)}
     law = find_controller(str(values.get("controller"))).nominal
     if law.name not in SECTIONS:
         keys |= {key.name: key for key in section_keys(law.settings, "law.")}

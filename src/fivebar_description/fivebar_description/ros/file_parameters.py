@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from fivebar_description.errors import InputError
-from fivebar_description.file_keys import FileKey, keys_of, section_keys, value_at, with_keys
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import Spec, as_tuple, spec_of
 from fivebar_description.scenario_file import DEFAULT_SCENARIO, read_content, scenario_path
+from fivebar_description.settings import Declared, keys_of, section_keys, value_at, with_keys
 from fivebar_description.strict_yaml import StrictModel, validate
 
 M = TypeVar("M", bound=StrictModel)
@@ -63,7 +62,7 @@ class FileParameters(Generic[M]):
         self.path = scenario_path(name)
         self._content: dict[str, Any] = read_content(self.path)
         self.file = self._checked(self._content)
-        self._keys: dict[str, FileKey] = {}
+        self._keys: dict[str, Declared] = {}
         keys = keys_of(model, names)
         # what decides about the defaults of others comes first
         for part in ([key for key in keys if "." not in key.name], [key for key in keys if "." in key.name]):
@@ -83,34 +82,12 @@ class FileParameters(Generic[M]):
             content = with_keys(self._content, changes)
             self.file, self._content = self._checked(content), content
 
-    def _declare(self, keys: Sequence[FileKey], present: Mapping[str, Any]) -> None:
+    def _declare(self, keys: Sequence[Declared], present: Mapping[str, Any]) -> None:
         defaults = {key.name: key.to_parameter(present[key.name]) for key in keys}
         self._keys |= {key.name: key for key in keys}
-        values = self._node.parameters([self._spec(key, defaults[key.name]) for key in keys])
+        specs = [spec_of(key, defaults[key.name]) for key in keys]
+        values = self._node.parameters([spec._replace(tunable=self._tunable and spec.tunable) for spec in specs])
         self.change({name: value for name, value in values.items() if value != as_tuple(defaults[name])})
 
     def _checked(self, content: Mapping[str, Any]) -> M:
         return validate(dict(content), self._model, f"{self._node.get_name()}: {self.path}")
-
-    def _spec(self, key: FileKey, default: Any) -> Spec:
-        spec = spec_of(key.name, key.setting, default, key.none, self._checks(key))
-        choices = () if key.array else spec.choices
-        return spec._replace(choices=choices, tunable=self._tunable and spec.tunable, number=key.number)
-
-    @staticmethod
-    def _checks(key: FileKey) -> Callable[[Any], str | None]:
-        """Return what says what is wrong with a single value; the file as a whole is checked besides."""
-
-        def problem(value: Any) -> str | None:
-            if key.none is not None and as_tuple(key.none) == value:
-                return None
-            try:
-                in_file = key.to_file(value)
-            except InputError as error:
-                return str(error).removeprefix(f"{key.name}: ")
-            if isinstance(in_file, float | int) and not isinstance(in_file, bool) and key.setting.outside(in_file):
-                return f"expected {key.setting.range_text()} {key.setting.unit}".rstrip()
-            # arrays are checked with the file as a whole
-            return key.setting.check(value) if key.setting.check is not None and not key.array else None
-
-        return problem

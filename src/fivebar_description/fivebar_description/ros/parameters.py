@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -11,7 +11,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from fivebar_description.settings import REQUIRED, Declared, Setting, declared
+from fivebar_description.settings import Declared, declared
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.suggestion import expected_one_of
 
@@ -80,28 +80,31 @@ def specs_of(settings: type[tuple[Any, ...]], **defaults: Any) -> tuple[Spec, ..
     """Return the parameters that hold the settings of a NamedTuple; `settings.from_parameters` makes it of them.
 
     Args:
-        settings: the NamedTuple.
+        settings: the NamedTuple, which has a default for every field.
         defaults: of the node where they are not those of the settings, by field.
     """
-    return tuple(_spec(one, defaults) for one in declared(settings))
+    return tuple(spec_of(one, one.to_parameter(defaults.get(one.name, one.default))) for one in declared(settings))
 
 
-def _spec(one: Declared, defaults: Mapping[str, Any]) -> Spec:
-    default = defaults.get(one.name, one.default)
-    if default is REQUIRED:
-        raise TypeError(f"{one.name}: a setting of a node needs a default")
-    return spec_of(one.name, one.setting, one.to_parameter(default), one.none, one.problem)
-
-
-def spec_of(name: str, setting: Setting, default: Any, none: Any, check: Callable[[Any], str | None]) -> Spec:
-    """Return the parameter of a setting; `none` is the value that stands for none, None where no value does."""
+def spec_of(one: Declared, default: Any) -> Spec:
+    """Return the parameter that holds a setting, with a default as a parameter has it."""
+    setting, none = one.setting, one.none
     lower = setting.at_least if setting.above is None else setting.above
     upper = setting.at_most if setting.below is None else setting.below
     if lower is not None and isinstance(none, float | int):
         lower = min(lower, none)
-    shown = list(none) if isinstance(none, tuple) else none
-    description = setting.description if none is None else f"{setting.description} {shown!r} for none."
-    return Spec(name, default, description, setting.unit, lower, upper, setting.choices, setting.tunable, check)
+    return Spec(
+        one.name,
+        default,
+        setting.description if none is None else f"{setting.description} {none!r} for none.",
+        setting.unit,
+        lower,
+        upper,
+        () if one.shape.depth else setting.choices,
+        setting.tunable,
+        one.problem,
+        one.shape.single,
+    )
 
 
 def declare(node: Node, specs: Sequence[Spec]) -> dict[str, Any]:
