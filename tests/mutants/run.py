@@ -43,6 +43,10 @@ from hypothesis import Phase, settings
 IMPORTED_ONCE = (numba, numpy, pinocchio, pydantic, ruamel.yaml, scipy.optimize, scipy.stats)
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "support"))
+
+from mutant_selection import unmatched  # noqa: E402
+
 CORE = Path("src/fivebar_control/fivebar_control")
 PACKAGES = ("fivebar_description", "fivebar_control", "fivebar_sim", "fivebar_bringup")
 RESULTS = ROOT / "runs" / "mutants.txt"
@@ -198,18 +202,6 @@ def chosen(selection: dict[str, dict[str, list[str]]], names: list[str]) -> list
         if name not in known:
             raise SystemExit(f"{name}: expected one of {', '.join(sorted(known))}")
     return [module for module in found if not names or {module.name, module.name.split("/")[0]} & set(names)]
-
-
-def unmatched(selection: dict[str, dict[str, list[str]]]) -> list[str]:
-    """Return the modules with functions that the selection lacks in its folders, and those in it that do not exist."""
-    found = []
-    for folder, section in selection.items():
-        if folder not in ("run", "excluded"):
-            paths = {path.stem: path for path in (ROOT / CORE / folder).glob("*.py")}
-            functions = {name for name, path in paths.items() if "def " in path.read_text(encoding="utf-8")}
-            functions -= {name for name in functions if f"{folder}/{name}" in selection["excluded"]}
-            found += [f"{folder}/{name}" for name in sorted(functions - set(section) | set(section) - set(paths))]
-    return found
 
 
 def copied(original: Path, workspace: Path) -> Path:

@@ -220,6 +220,7 @@ def test_a_stale_command_is_zero_torque_until_reset(rig: Rig) -> None:
     assert rig.faults() == ["command_stale"]
 
 
+@pytest.mark.extra
 def test_a_fault_of_another_node_stops_the_drives(rig: Rig) -> None:
     # while there is no power there is nothing to stop
     rig.probe.publish(FAULTS, String(data="tracking_lost: early"))
@@ -240,6 +241,7 @@ def test_a_fault_of_another_node_stops_the_drives(rig: Rig) -> None:
     assert "command_stale" not in rig.faults()
 
 
+@pytest.mark.extra
 def test_the_drives_follow_the_brake_until_it_commands_zero(bench: Bench, tmp_path: Path, bus_section: Any) -> None:
     """A fault that the blender brakes for stops the drives with its zero torque, another one at once."""
     rig = Rig(bench, tmp_path, bus_section, **{"safety.brake_duration": 59.0})
@@ -262,6 +264,7 @@ def test_the_drives_follow_the_brake_until_it_commands_zero(bench: Bench, tmp_pa
     rig.wait_for_effort((0.0, 0.0))
 
 
+@pytest.mark.extra
 def test_the_drives_do_not_follow_a_brake_for_longer_than_its_limit(
     bench: Bench, tmp_path: Path, bus_section: Any
 ) -> None:
@@ -274,6 +277,7 @@ def test_the_drives_do_not_follow_a_brake_for_longer_than_its_limit(
     rig.wait_for_effort((0.0, 0.0))
 
 
+@pytest.mark.extra
 def test_an_emergency_stop_needs_reset_and_enable(rig: Rig) -> None:
     activated(rig)
     rig.torque = (0.5, 0.5)
@@ -326,6 +330,7 @@ def test_lost_drives_are_a_named_fault_and_found_again_by_configuring(rig: Rig, 
     activated(rig)
 
 
+@pytest.mark.extra
 def test_autostart_and_an_orderly_end(bench: Bench, tmp_path: Path, bus_section: dict[str, Any]) -> None:
     rig = Rig(bench, tmp_path, bus_section, autostart=True)
     rig.torque = (0.5, 0.5)

@@ -150,6 +150,7 @@ def test_status_without_a_domain_takes_that_of_the_run(bench: Bench, tmp_path: P
     assert "ROS_DOMAIN_ID: 'x'" in process.stderr
 
 
+@pytest.mark.extra
 @pytest.mark.clock
 def test_the_time_between_two_runs_is_no_late_answer(bench: Bench, motion: MiddleMotion) -> None:
     bench.start("supervisor", late_after_ms=1000.0)

@@ -52,6 +52,7 @@ def board(tmp_path: Path) -> Iterator[Served]:
     served.close()
 
 
+@pytest.mark.extra
 def test_a_button_stops_the_bench_and_is_named_until_it_is_held_again(
     bench: Bench, tmp_path: Path, board: Served
 ) -> None:

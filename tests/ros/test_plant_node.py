@@ -286,6 +286,7 @@ def test_real_time_follows_the_clock_and_stops_the_robot_without_commands(bench:
     assert samples == sorted(set(samples))
 
 
+@pytest.mark.extra
 @pytest.mark.clock
 def test_in_real_time_a_delayed_torque_acts_one_sample_later(bench: Bench) -> None:
     """The torque of sample k acts from sample k + 1 to k + 2, so the joints of sample k + 2 tell of it."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import pytest
@@ -112,10 +112,12 @@ MOMENTS = moments()
 ALL_MOMENTS = [pytest.param(one, marks=() if one == "on the locus" else pytest.mark.extra) for one in MOMENTS]
 """Where the least can be done is tried in every test run, the others with the long tests."""
 
-LONG = ("killed generator", "killed supervisor", "killed estimator", "killed blender")
-"""Nodes whose end is told in the same way as that of the others: with the long tests."""
+IN_EVERY_RUN = ("lost heartbeat", "killed bridge")
+"""One fault of the drives and one of the nodes; the others with the long tests."""
 
-ALL_NODES = [pytest.param(one, marks=pytest.mark.extra if one in LONG else ()) for one in NODES]
+
+def with_marks(faults: Iterable[str]) -> list[Any]:
+    return [pytest.param(one, marks=() if one in IN_EVERY_RUN else pytest.mark.extra) for one in faults]
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +128,7 @@ def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FaultBench]:
 
 @pytest.mark.clock
 @pytest.mark.parametrize("moment", ALL_MOMENTS)
-@pytest.mark.parametrize("fault", DRIVES)
+@pytest.mark.parametrize("fault", with_marks(DRIVES))
 def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
     broken = DRIVES[fault]
     break_hardware(rig, broken, MOMENTS[moment], NOTICED.get(broken.order.split()[0], STOP_CYCLES))
@@ -137,7 +139,7 @@ def test_drives_and_bus(rig: FaultBench, fault: str, moment: str) -> None:
 
 
 @pytest.mark.clock
-@pytest.mark.parametrize("fault", ALL_NODES)
+@pytest.mark.parametrize("fault", with_marks(NODES))
 @pytest.mark.parametrize("moment", ALL_MOMENTS)
 def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     broken = NODES[fault]
@@ -153,6 +155,7 @@ def test_nodes(rig: FaultBench, fault: str, moment: str) -> None:
     expect_reset(rig, broken)
 
 
+@pytest.mark.extra
 @pytest.mark.clock
 def test_the_bag_tells_it_all(rig: FaultBench) -> None:
     """The recorder has run through all of the above; where another fault may be the first, the name need not come."""
