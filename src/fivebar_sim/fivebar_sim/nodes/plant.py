@@ -25,6 +25,8 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     NANOSECONDS,
     READINGS_RELEASED,
+    RELEASE_STATUS,
+    RELEASE_UNDER_WAY,
     RUN_READY,
     SAFETY_STATE,
     START_STAMP_NS,
@@ -116,6 +118,7 @@ class PlantNode(GraphNode):
         self._fault = ""
         self._brake_samples = round(settings.brake_limit_s * self._rate_hz)
         self._torque_until: int | None = None
+        self._is_released = False
         self._answer = OneAnswer()
         self._latest: tuple[int, tuple[float, float]] = (-1, ZERO)
         self._published = 0.0
@@ -143,6 +146,7 @@ class PlantNode(GraphNode):
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.listen(TORQUE_COMMAND, self._on_command)
         self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
+        self.listen(RELEASE_STATUS, self._on_release_status, awaited=False)
         self.listen(RUN_READY, self._progress.on_ready)
         listen_to_payload(self, self._carry)
         if self._sights is not None:
@@ -340,10 +344,15 @@ class PlantNode(GraphNode):
         elif self._torque_until is None:
             self._torque_until = self._sample + self._brake_samples
 
+    def _on_release_status(self, message: String) -> None:
+        """Let the torques of a release act, although a fault has stopped the robot."""
+        self._is_released = message.data in RELEASE_UNDER_WAY
+
     @property
     def _torque(self) -> tuple[float, float]:
         """The torque (Nm) that acts on the motion from the present sample to the next."""
-        stopped = self._torque_until is not None and self._sample > self._torque_until
+        over = self._torque_until is not None and self._sample > self._torque_until
+        stopped = over and not self._is_released
         return ZERO if self._fault or stopped or self.may_have_second_publisher else self._latest[1]
 
     def _on_command(self, message: JointMessage) -> None:
