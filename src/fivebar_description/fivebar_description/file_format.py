@@ -33,11 +33,7 @@ Format = Annotated[
 """The key in a model."""
 
 
-def _as_written(content: Any) -> Any:
-    return content
-
-
-def read_versioned(path: Path, model: type[M], placed: Callable[[Any], Any] = _as_written) -> M:
+def read_versioned(path: Path, model: type[M], placed: Callable[[Any], Any] | None = None) -> M:
     """Read one file into `model`.
 
     Args:
@@ -51,13 +47,14 @@ def read_versioned(path: Path, model: type[M], placed: Callable[[Any], Any] = _a
     return parse_versioned(read_text(path), str(path), model, placed)
 
 
-def parse_versioned(text: str, source: str, model: type[M], placed: Callable[[Any], Any] = _as_written) -> M:
+def parse_versioned(text: str, source: str, model: type[M], placed: Callable[[Any], Any] | None = None) -> M:
     """Read the text of a file as `read_versioned` does; `source` starts every error.
 
     Raises:
         InputError: it is not YAML, of another format, or does not fit the model.
     """
-    return validate(placed(parse_versioned_content(text, source)), model, source)
+    content = parse_versioned_content(text, source)
+    return validate(content if placed is None else placed(content), model, source)
 
 
 def parse_versioned_content(text: str, source: str) -> object:

@@ -78,11 +78,6 @@ class NamedBounds(NamedTuple):
     bounds: PostureBounds
 
 
-def named_bounds(postures: Sequence[ForbiddenPosture]) -> tuple[NamedBounds, ...]:
-    """Return postures as the planner takes them."""
-    return tuple(NamedBounds(one.name, one.bounds()) for one in postures)
-
-
 def numbers_of(postures: Sequence[ForbiddenPosture]) -> tuple[float, ...]:
     """Return all ranges in one row, as a node's parameter holds them."""
     return tuple(float(number) for one in postures for number in one.bounds())
@@ -96,7 +91,7 @@ def bounds_in(numbers: Sequence[float]) -> tuple[PostureBounds, ...]:
 def kept_clear_of(numbers: Sequence[float], postures: Sequence[ForbiddenPosture]) -> tuple[NamedBounds, ...]:
     """Return the postures that a robot may not enter: those in one row, named by place, else those of its file."""
     given = tuple(NamedBounds(f"{place}", bounds) for place, bounds in enumerate(bounds_in(numbers), start=1))
-    return given or named_bounds(postures)
+    return given or tuple(NamedBounds(one.name, one.bounds()) for one in postures)
 
 
 def numbers_problem(numbers: Sequence[float]) -> str | None:

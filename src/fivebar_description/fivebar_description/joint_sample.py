@@ -37,17 +37,17 @@ class JointSample:
     def __init__(
         self,
         stamp_ns: int,
-        name: tuple[str, ...],
-        position: tuple[float, ...],
-        velocity: tuple[float, ...],
-        effort: tuple[float, ...],
+        name: Sequence[str],
+        position: Iterable[float] = (),
+        velocity: Iterable[float] = (),
+        effort: Iterable[float] = (),
         frame: str = BASE_FRAME,
     ) -> None:
         self.stamp_ns = stamp_ns
-        self.name = name
-        self.position = position
-        self.velocity = velocity
-        self.effort = effort
+        self.name = tuple(name)
+        self.position = tuple(position)
+        self.velocity = tuple(velocity)
+        self.effort = tuple(effort)
         self.frame = frame
         self._read: dict[Any, tuple[tuple[float, ...], ...]] = {}
 
@@ -97,17 +97,6 @@ class JointSample:
 
 _HEAD = b"\0\1\0\0"
 """Says that CDR in the order of this machine follows, from which on fields are aligned."""
-
-
-def joint_sample(
-    stamp_ns: int,
-    names: Sequence[str],
-    position: Iterable[float] = (),
-    velocity: Iterable[float] = (),
-    effort: Iterable[float] = (),
-) -> JointSample:
-    """Return named quantities to be published, as `joint_state` does."""
-    return JointSample(stamp_ns, tuple(names), tuple(position), tuple(velocity), tuple(effort))
 
 
 class OneAnswer:
@@ -177,19 +166,15 @@ def checked_fields(
     given = tuple(message.name)
     if given != names and (len(given) != len(names) or sorted(given) != sorted(names)):
         raise MessageError(f"{len(given)} names {list(given[: len(names)])}, expected {list(names)}")
-    return tuple(_field(message, field, given, names, allow_nan) for field in fields)
-
-
-def _field(
-    message: Any, field: str, given: tuple[str, ...], names: tuple[str, ...], allow_nan: bool
-) -> tuple[float, ...]:
-    values = tuple(getattr(message, field))
-    if len(values) != len(names):
-        raise MessageError(f"{field} has {len(values)} values, expected {len(names)}")
-    if given != names:
-        values = tuple(values[given.index(name)] for name in names)
-    for number, value in enumerate(values):
-        if not -LARGEST <= value <= LARGEST and not (allow_nan and math.isnan(value)):
-            name = names[number]
-            raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
-    return values
+    found = []
+    for field in fields:
+        values = tuple(getattr(message, field))
+        if len(values) != len(names):
+            raise MessageError(f"{field} has {len(values)} values, expected {len(names)}")
+        if given != names:
+            values = tuple(values[given.index(name)] for name in names)
+        for name, value in zip(names, values, strict=True):
+            if not -LARGEST <= value <= LARGEST and not (allow_nan and math.isnan(value)):
+                raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
+        found.append(values)
+    return tuple(found)

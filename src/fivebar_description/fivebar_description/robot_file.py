@@ -371,30 +371,3 @@ def _read_shipped(robot: str) -> RobotFile:
 def _read_text(text: str, source: str) -> RobotFile:
     """Read the text of a file of a user, which may change: each text once."""
     return parse_versioned(text, source, RobotFile)
-
-
-def tolerances_of(robot: str, given: Tolerances = EXACT) -> Tolerances:
-    """Return how exactly a robot (name or path) is known: as given, or by default as its file says.
-
-    Raises:
-        InputError: the file is missing or does not describe a five-bar.
-    """
-    return given if given != EXACT else read_robot(robot).tolerances
-
-
-def known_sensors_of(robot: str) -> KnownSensors:
-    """Return what is known of the sensors of a robot (name or path).
-
-    Raises:
-        InputError: the file is missing or does not describe a five-bar.
-    """
-    return read_robot(robot).sensors
-
-
-def loads_of(robot: str, given: Loads = NO_LOADS) -> Loads:
-    """Return what a robot (name or path) has to bear: as given, or by default as its file says.
-
-    Raises:
-        InputError: the file is missing or does not describe a five-bar.
-    """
-    return given if given != NO_LOADS else read_robot(robot).loads

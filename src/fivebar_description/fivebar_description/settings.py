@@ -63,7 +63,7 @@ class Setting:
             if bound is not None:
                 narrowed = Annotated[narrowed, constraint(bound)]
         schema = core_schema.no_info_after_validator_function(
-            lambda value: self._checked(made_of(kind, value)), handler.generate_schema(narrowed)
+            partial(self._checked, kind), handler.generate_schema(narrowed)
         )
         if not (optional or self.unlimited):
             return schema
@@ -113,11 +113,12 @@ class Setting:
         ]
         return ", ".join(words)
 
-    def _checked(self, value: Any) -> Any:
-        problem = self.problem(value)
+    def _checked(self, kind: Any, value: Any) -> Any:
+        made = made_of(kind, value)
+        problem = self.problem(made)
         if problem is not None:
             raise ValueError(problem)
-        return value
+        return made
 
 
 REQUIRED = object()

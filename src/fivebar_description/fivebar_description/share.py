@@ -14,21 +14,13 @@ from fivebar_description.suggestion import expected_one_of
 from fivebar_description.text_file import is_file
 
 
+@cache
 def share_file(package: str, *parts: str) -> Path:
     """Return the path of a data file of `package`, such as ("fivebar_description", "config", "dextar.yaml").
 
     The source tree comes first, so that an editable or symlinked installation shows edits at once; then the
-    installation prefix that holds the package. The file itself need not exist.
-
-    Raises:
-        ModuleNotFoundError: the package is not installed.
-    """
-    return _share_of(package).joinpath(*parts)
-
-
-@cache
-def _share_of(package: str) -> Path:
-    """Return the folder of a package's data files, found once, since robots are asked for by name again and again.
+    installation prefix that holds the package. The file itself need not exist. It is found once, since robots are asked
+    for by name again and again.
 
     Raises:
         ModuleNotFoundError: the package is not installed.
@@ -39,11 +31,11 @@ def _share_of(package: str) -> Path:
     module = Path(spec.origin).resolve()
     source = module.parents[1]
     if (source / "package.xml").is_file():
-        return source
+        return source.joinpath(*parts)
     for prefix in (*module.parents, Path(sys.prefix)):
         if (prefix / "share" / package / "package.xml").is_file():
-            return prefix / "share" / package
-    return Path(sys.prefix, "share", package)
+            return prefix.joinpath("share", package, *parts)
+    return Path(sys.prefix, "share", package, *parts)
 
 
 def is_yaml_path(name: str) -> bool:

@@ -49,7 +49,7 @@ def read_bytes(path: Path, largest: int = LARGEST_TABLE) -> bytes:
         raise InputError(f"{path}: is not the name of a file") from error
     try:
         status = os.fstat(descriptor)
-        kind = _kind(status)
+        kind = KINDS.get(stat.S_IFMT(status.st_mode))
         if kind is not None:
             raise InputError(f"{path}: is {kind}: expected a file")
         # the size that is known may be less than what is read, as in /proc
@@ -71,11 +71,7 @@ def endless_kind(path: Path) -> str | None:
         status = path.stat()
     except OSError:
         return None
-    return None if stat.S_ISDIR(status.st_mode) else _kind(status)
-
-
-def _kind(status: os.stat_result) -> str | None:
-    return KINDS.get(stat.S_IFMT(status.st_mode))
+    return None if stat.S_ISDIR(status.st_mode) else KINDS.get(stat.S_IFMT(status.st_mode))
 
 
 def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:

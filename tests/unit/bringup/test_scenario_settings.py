@@ -22,6 +22,7 @@ from fivebar_description.scenario_file import KEYS
 from fivebar_description.settings import Declared, Keys, declared, keys_of, value_at, with_keys
 from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
+from fivebar_description.tolerances import Tolerances
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.scenario import SimulatedRobot
 
@@ -233,3 +234,17 @@ def test_each_package_knows_every_key_of_a_scenario() -> None:
     """So that a node refuses a key that no scenario has, and none that another package reads."""
     assert set(KEYS) == set(Scenario.model_fields) == set(ControlScenario.model_fields)
     assert set(SimulatedRobot.model_fields) < set(KEYS)
+
+
+def test_tolerances_and_loads_are_those_of_the_robot_unless_others_are_given(tmp_path: Path) -> None:
+    assert (scenario().known_within(), scenario().to_bear()) == (Tolerances(), Loads())
+    content = read_robot("dextar").model_dump(mode="json", exclude_none=True)
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        yaml.safe_dump({**content, "tolerances": {"length": 2e-4, "zero": 1e-3}, "loads": {"push": 2.0}}),
+        encoding="utf-8",
+    )
+    own = scenario(robot=str(path))
+    assert (own.known_within(), own.to_bear()) == (Tolerances(length=2e-4, zero=1e-3), Loads(push=2.0))
+    given = scenario(robot=str(path), tolerances={"base": 1e-4}, loads={"push": 1.0})
+    assert (given.known_within(), given.to_bear()) == (Tolerances(base=1e-4), Loads(push=1.0))

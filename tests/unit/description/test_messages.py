@@ -10,7 +10,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import ACTIVE_JOINTS, JOINTS, REFERENCE_NAMES, SUPERVISOR_NAMES
-from fivebar_description.joint_sample import JointSample, MessageError, joint_sample
+from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.ros.messages import SampleReader, joint_state, own_fields, read_fields, sampled, stamp_of
 
 STAMP = 1_234_567_890_123_456_789
@@ -22,7 +22,7 @@ Fields = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 @pytest.mark.parametrize("filled", [(True, True, True), (True, False, False), (False, False, True), (False,) * 3])
 def test_the_bytes_hold_the_message(names: tuple[str, ...], filled: tuple[bool, bool, bool]) -> None:
     first, second, third = (tuple(0.1 + one for one in range(len(names) if full else 0)) for full in filled)
-    bytes_ = joint_sample(STAMP, names, first, second, third).cdr()
+    bytes_ = JointSample(STAMP, names, first, second, third).cdr()
     message = joint_state(STAMP, names, first, second, third)
     # bytes between and after the fields are whatever was in memory
     assert deserialize_message(bytes_, JointState) == deserialize_message(serialize_message(message), JointState)
@@ -37,13 +37,13 @@ def same(one: JointSample, other: JointSample) -> bool:
 
 
 LAYOUTS = [
-    joint_sample(STAMP, JOINTS, (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, math.nan, -0.0, math.inf)),
-    joint_sample(STAMP + 1, JOINTS, (1.0, 2.0, 3.0, 4.0), effort=(5.0, 6.0, 7.0, 8.0)),
-    joint_sample(STAMP + 2, JOINTS, (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0)),
-    joint_sample(STAMP + 3, JOINTS[::-1], (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0)),
-    joint_sample(STAMP + 4, ACTIVE_JOINTS, effort=(1.0, 2.0)),
-    joint_sample(STAMP + 5, ("a", "b"), (1.0, 2.0), (3.0,)),
-    joint_sample(STAMP + 6, ()),
+    JointSample(STAMP, JOINTS, (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0), (0.0, math.nan, -0.0, math.inf)),
+    JointSample(STAMP + 1, JOINTS, (1.0, 2.0, 3.0, 4.0), effort=(5.0, 6.0, 7.0, 8.0)),
+    JointSample(STAMP + 2, JOINTS, (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0)),
+    JointSample(STAMP + 3, JOINTS[::-1], (1.0, 2.0, 3.0, 4.0), (5.0, 6.0, 7.0, 8.0)),
+    JointSample(STAMP + 4, ACTIVE_JOINTS, effort=(1.0, 2.0)),
+    JointSample(STAMP + 5, ("a", "b"), (1.0, 2.0), (3.0,)),
+    JointSample(STAMP + 6, ()),
 ]
 
 
@@ -67,7 +67,7 @@ def test_a_message_of_another_frame_is_read_too() -> None:
     message.header.frame_id = "elsewhere"
     read = SampleReader()
     for _ in range(2):
-        assert same(read(serialize_message(message)), joint_sample(STAMP, JOINTS, (1.0, 2.0, 3.0, 4.0)))
+        assert same(read(serialize_message(message)), JointSample(STAMP, JOINTS, (1.0, 2.0, 3.0, 4.0)))
 
 
 @pytest.mark.parametrize("data", [b"", b"\0\1\0\0", bytes(20), LAYOUTS[0].cdr()[:-8], b"\7" + LAYOUTS[0].cdr()[1:]])
@@ -91,7 +91,7 @@ def test_other_names_in_a_message_are_left_out_where_that_is_asked_for() -> None
 
 def test_a_sample_is_read_as_a_message_is() -> None:
     values = (1.0, math.nan)
-    sample = joint_sample(STAMP, ("q21", "q11"), (1.0, 2.0), effort=values)
+    sample = JointSample(STAMP, ("q21", "q11"), (1.0, 2.0), effort=values)
     message = joint_state(STAMP, ("q21", "q11"), (1.0, 2.0), effort=values)
     for one in (sample, message):
         assert read_fields(one, ACTIVE_JOINTS, ("position",)) == ((2.0, 1.0),)

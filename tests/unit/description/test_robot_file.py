@@ -9,9 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fivebar_description.robot_file import load_robot, read_robot, robot_path, tolerances_of
+from fivebar_description.robot_file import load_robot, read_robot, robot_path
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
-from fivebar_description.tolerances import EXACT, Tolerances
 
 SRC = Path(__file__).parents[3] / "src"
 GOOD = robot_path("dextar").read_text(encoding="utf-8")
@@ -265,12 +264,3 @@ def test_a_read_file_cannot_be_changed() -> None:
     assert file.model_dump(exclude_unset=True) == yaml.safe_load(GOOD)
     with pytest.raises(ValueError, match="frozen"):
         file.mass_kg.m = 1.0
-
-
-def test_tolerances_are_those_of_the_file_unless_others_are_given(tmp_path: Path) -> None:
-    assert tolerances_of("dextar") == EXACT
-    path = tmp_path / "mine.yaml"
-    path.write_text(GOOD + "tolerances: {length: 2.0e-4, zero: 1.0e-3}\n", encoding="utf-8")
-    assert tolerances_of(str(path)) == Tolerances(length=2e-4, zero=1e-3)
-    given = Tolerances(base=1e-4)
-    assert tolerances_of(str(path), given) == given

@@ -12,7 +12,7 @@ from rosbags.typesys.stores import ros2_jazzy as ros
 
 from fivebar_bringup.bag.definitions import TYPESTORE
 from fivebar_description.interface import NANOSECONDS
-from fivebar_description.joint_sample import joint_sample
+from fivebar_description.joint_sample import JointSample
 
 
 def joint_state(
@@ -23,7 +23,7 @@ def joint_state(
     effort: Sequence[float] = (),
 ) -> bytes:
     """Return a sensor_msgs/JointState, as nodes publish it; each field has one value per name, or none."""
-    return joint_sample(stamp_ns, names, position, velocity, effort).cdr()
+    return JointSample(stamp_ns, names, position, velocity, effort).cdr()
 
 
 def imu(

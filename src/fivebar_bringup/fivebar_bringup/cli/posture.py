@@ -62,7 +62,7 @@ def posture(
     from fivebar_control.planning.standstill import DEVIATIONS, mode_by_turn, standstill_at, way_out
     from fivebar_control.safety.stages import guard_limits_of
     from fivebar_control.scenario.scenario import ControlScenario
-    from fivebar_description.robot_file import load_robot, read_robot, tolerances_of
+    from fivebar_description.robot_file import load_robot, read_robot
     from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     with input_errors():
@@ -79,7 +79,7 @@ def posture(
         elif after is None and q11 is not None and q21 is not None:
             file = DEFAULT_ROBOT if robot is None else robot
             rate_hz = ControlScenario.model_fields["rate_hz"].default
-            known, tolerances, angles = load_robot(file), tolerances_of(file), (q11, q21)
+            known, tolerances, angles = load_robot(file), read_robot(file).tolerances, (q11, q21)
             safety = _safety_of(file)
         else:
             raise InputError("Q11 Q21 and --after: expected one of them")

@@ -31,7 +31,6 @@ from fivebar_bringup.simulation.robot import (
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.readings import with_readings
 from fivebar_control.estimation.step import estimator_step, first_update
-from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.closed_loop import LoopSettings, run_loop
 from fivebar_control.loop.cycle import CycleMemory
 from fivebar_control.loop.setup import first_memory, law_functions
@@ -95,19 +94,6 @@ def run_with(
     return loop(run, LoopSettings(case.numbers.control, 0, last, lead, feed_forward), memory)
 
 
-def refuse_uncompiled(controller: Controller) -> None:
-    """Refuse a controller whose law numba cannot compile.
-
-    Raises:
-        InputError: the law cannot be compiled.
-    """
-    if not controller.compiles:
-        raise InputError(
-            f"controller: {controller.name!r}: cannot be compiled, since a library solves its problem: expected another"
-            " controller here; fivebar run, simulate, compare, goto and sweep take it, the last without the engine"
-        )
-
-
 def crossing(case: Case, plan: Sampled) -> Outcome:
     """Return the metrics of a case along a sampled plan (`case.sampled`).
 
@@ -126,7 +112,17 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 
 
 def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
-    refuse_uncompiled(case.controller)
+    """Return the metrics of a case, whose samples are written into the trace.
+
+    Raises:
+        InputError: numba cannot compile the law.
+    """
+    if not case.controller.compiles:
+        raise InputError(
+            f"controller: {case.controller.name!r}: cannot be compiled, since a library solves its problem: expected"
+            " another controller here; fivebar run, simulate, compare, goto and sweep take it, the last without the"
+            " engine"
+        )
     loop = _loop(case.numbers.mechanism is not None, **law_functions(case.controller))
     memory = first_memory(case.controller, case.numbers.control, lambda: platforms_of(plan.rows))
     return run_with(loop, memory, case, plan, trace)

@@ -225,9 +225,9 @@ class TunedLaw(NamedTuple):
     def within(self, torque: float | None, torque_rate: float) -> TunedLaw:
         """Return the law with the limits (Nm, Nm/s) that its settings leave open; None and infinite for none."""
         tuned = self
-        if self._limit(self.law.torque_limit, 0.0) is None:
+        if getattr(self.settings, self.law.torque_limit, 0.0) is None:
             tuned = tuned._with(self.law.torque_limit, torque)
-        if self._limit(self.law.torque_rate_limit, 0.0) is None and math.isfinite(torque_rate):
+        if getattr(self.settings, self.law.torque_rate_limit, 0.0) is None and math.isfinite(torque_rate):
             tuned = tuned._with(self.law.torque_rate_limit, torque_rate)
         return tuned
 
@@ -237,14 +237,10 @@ class TunedLaw(NamedTuple):
 
     def limited_to(self, torque: float) -> TunedLaw:
         """Return the law with a torque limit (Nm), infinite for none, or the lower one of its settings."""
-        own = self._limit(self.law.torque_limit, None)
+        own: float | None = getattr(self.settings, self.law.torque_limit, None)
         if not math.isfinite(torque):
             return self
         return self._with(self.law.torque_limit, torque if own is None else min(own, torque))
-
-    def _limit(self, field: str, without: float | None) -> float | None:
-        limit: float | None = getattr(self.settings, field, without)
-        return limit
 
     def _with(self, field: str, limit: float | None) -> TunedLaw:
         settings: Any = self.settings

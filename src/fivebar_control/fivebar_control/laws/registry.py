@@ -193,12 +193,12 @@ def find_controller(name: str) -> Controller:
     Raises:
         InputError: there is none of that name, or the law cannot be loaded.
     """
+    if name in CONTROLLERS:
+        return CONTROLLERS[name]
     problem = controller_problem(name)
     if problem is not None:
         raise InputError(f"controller: {name!r}: {problem}")
-    if stays_unopened(name):
-        return unopened_controller(name)
-    return CONTROLLERS[name] if name in CONTROLLERS else Controller(name, _plugin(name))
+    return unopened_controller(name) if stays_unopened(name) else Controller(name, _plugin(name))
 
 
 def controller_problem(name: str) -> str | None:

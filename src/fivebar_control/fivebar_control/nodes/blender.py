@@ -40,7 +40,7 @@ from fivebar_description.interface import (
     TORQUE_REQUESTED,
     VHC_TORQUE,
 )
-from fivebar_description.joint_sample import JointSample, joint_sample
+from fivebar_description.joint_sample import JointSample
 from fivebar_description.parameters import laden
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
@@ -293,7 +293,7 @@ class Blender(SamplingNode):
         self._command.publish(self._reply)
 
     def _message(self, sample: int, torque: Torque) -> JointSample:
-        return joint_sample(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
+        return JointSample(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
 
     def _announce_fault(self) -> None:
         self._faults.publish(String(data=str(self._guard.fault)))

@@ -49,7 +49,7 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
-from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
 from fivebar_description.publishers import same
 from fivebar_description.readings import LARGEST_OFFSET
@@ -364,9 +364,9 @@ class StateEstimatorNode(SamplingNode):
             self.deliver()
         stamp = self._run.stamp(sample)
         self._reply = (
-            joint_sample(stamp, JOINTS, estimate.position, estimate.velocity, estimate.effort),
-            joint_sample(stamp, ESTIMATE_NAMES, estimate.deviations),
-            joint_sample(stamp, ACTIVE_JOINTS, effort=estimate.disturbance),
+            JointSample(stamp, JOINTS, estimate.position, estimate.velocity, estimate.effort),
+            JointSample(stamp, ESTIMATE_NAMES, estimate.deviations),
+            JointSample(stamp, ACTIVE_JOINTS, effort=estimate.disturbance),
         )
         self._publish(*self._reply)
 

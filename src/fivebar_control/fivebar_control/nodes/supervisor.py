@@ -17,7 +17,7 @@ from fivebar_description.interface import (
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
 )
-from fivebar_description.joint_sample import joint_sample
+from fivebar_description.joint_sample import JointSample
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
@@ -52,7 +52,7 @@ class SupervisorNode(SamplingNode):
 
     def _publish(self, sample: int, reply: SupervisorState) -> None:
         stamp = self._run.stamp(sample)
-        self._state.publish(joint_sample(stamp, SUPERVISOR_NAMES, position=reply))
+        self._state.publish(JointSample(stamp, SUPERVISOR_NAMES, position=reply))
         self._sigma.publish(Float64(data=reply.sigma))
 
 

@@ -27,7 +27,7 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     ahead_names,
 )
-from fivebar_description.joint_sample import joint_sample
+from fivebar_description.joint_sample import JointSample
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.ros.stamp_join import CAPACITY
@@ -132,10 +132,10 @@ class TrajectoryGenerator(SamplingNode):
         stamp = self._run.stamp(sample)
         if self._announces:
             whole = self._queue.announced(sample + self._motion.lead_samples)
-            self._whole.publish(joint_sample(stamp, (), position=whole))
+            self._whole.publish(JointSample(stamp, (), position=whole))
         if ahead:
             self._ahead.publish(
-                joint_sample(
+                JointSample(
                     stamp,
                     ahead_names(len(ahead)),
                     position=[value for one in ahead for value in one[:4]],
@@ -144,7 +144,7 @@ class TrajectoryGenerator(SamplingNode):
             )
         x, y, vx, vy, ax, ay = reference
         self._reference.publish(
-            joint_sample(
+            JointSample(
                 stamp,
                 REFERENCE_NAMES,
                 position=(x, y, vx, vy),

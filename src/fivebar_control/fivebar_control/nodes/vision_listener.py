@@ -30,7 +30,7 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
 )
-from fivebar_description.joint_sample import MessageError, joint_sample
+from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.ros.messages import JointMessage, checked_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
@@ -131,7 +131,7 @@ class VisionListener(GraphNode):
             self._compare(self._check.seen(self._run.moment(stamp + late), reading))
             self.note_answer()
         reading, late = self._last
-        self._platform.publish(joint_sample(stamp + late, VISION_NAMES, reading))
+        self._platform.publish(JointSample(stamp + late, VISION_NAMES, reading))
 
     def _tracker_of(self, width: int, height: int, calibration: CameraCalibration) -> PlatformTracker | None:
         """Return what finds the platform in pictures of a size (px); None where the calibration is of another shape."""
@@ -163,7 +163,7 @@ class VisionListener(GraphNode):
         period_ns = NANOSECONDS // self._rate_hz
         for moment, difference in compared:
             stamp = self._run.stamp(0) + round(moment * period_ns)
-            self._errors.publish(joint_sample(stamp, PLATFORM_NAMES, difference))
+            self._errors.publish(JointSample(stamp, PLATFORM_NAMES, difference))
 
 
 def main() -> None:

@@ -27,7 +27,7 @@ from fivebar_description.interface import (
     REFERENCE_NAMES,
     ahead_names,
 )
-from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, joint_sample
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
 from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.payload import listen_to_payload
@@ -160,7 +160,7 @@ class ControllerNode(SamplingNode):
             ((disturbance,),) = rest
             reference = against_disturbance(reference, *disturbance)
         torque = self._law(target, state, reference, ahead)
-        self._reply = joint_sample(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
+        self._reply = JointSample(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
         self._torque.publish(self._reply)
 
     def repeat(self) -> None:

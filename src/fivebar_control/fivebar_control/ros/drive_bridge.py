@@ -44,7 +44,7 @@ from fivebar_description.interface import (
     TORQUE_LATENCY,
     unexpected_sample,
 )
-from fivebar_description.joint_sample import MessageError, OneAnswer, joint_sample
+from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
@@ -289,7 +289,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._read = time.monotonic()
         self.note_answer()
         self._states.publish(
-            joint_sample(
+            JointSample(
                 self._run.stamp(sample.number),
                 ACTIVE_JOINTS,
                 (first.position, second.position),

@@ -36,19 +36,14 @@ def chosen_limits(
         motor_speed: of either motor (rad/s), by default the scenario's limit.
     """
     controller = scenario.tuned() if follower is None else follower
-    limits = motion_limits_of(
-        controller, _torque(scenario, torque), _speed(scenario, motor_speed), _speed_step(scenario)
-    )
-    return _within(scenario, limits)
+    return _within(scenario, motion_limits_of(controller, *_drives(scenario, torque, motor_speed)))
 
 
 def given_limits(scenario: ControlScenario, plan: Plan, torque: float | None = None) -> MotionLimits:
     """Return the limits of the motion that a scenario gives, with its plan; `torque` (Nm) as for `chosen_limits`."""
     limits = limits_of_given(
         scenario.tuned(),
-        torque=_torque(scenario, torque),
-        motor_speed=_speed(scenario, None),
-        speed_step=_speed_step(scenario),
+        *_drives(scenario, torque),
         predictable=is_predictable(plan),
         within_reach=reach_within(scenario.five_bar(), scenario.known_within()),
     )
@@ -65,19 +60,16 @@ def _within(scenario: ControlScenario, limits: MotionLimits) -> MotionLimits:
         scenario.risk,
         scenario.to_bear(),
         scenario.kept_clear_of(),
-        scenario.allowed_area(),
+        scenario.safety.area,
         scenario.elbows_pass(),
     )
 
 
-def _torque(scenario: ControlScenario, given: float | None) -> float:
-    limit = scenario.torque_limit if given is None else given
-    return math.inf if limit is None else limit
-
-
-def _speed(scenario: ControlScenario, given: float | None) -> float:
-    return scenario.safety.joint_speed_limit if given is None else given
-
-
-def _speed_step(scenario: ControlScenario) -> float:
-    return speed_step_of(scenario.rate_hz, scenario.plant.encoder_counts)
+def _drives(scenario: ControlScenario, torque: float | None, speed: float | None = None) -> tuple[float, float, float]:
+    """Return what each motor can give (Nm, rad/s), by default by the scenario, and the step of its speed (rad/s)."""
+    limit = scenario.torque_limit if torque is None else torque
+    return (
+        math.inf if limit is None else limit,
+        scenario.safety.joint_speed_limit if speed is None else speed,
+        speed_step_of(scenario.rate_hz, scenario.plant.encoder_counts),
+    )

@@ -42,7 +42,7 @@ from fivebar_control.model.state import JointAngles
 from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import longest_hold
-from fivebar_control.safety.stages import Area, SafetySettings
+from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.scenario.robot_defaults import with_robot_defaults
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeLaw, ZoneSettings, plan_motion
@@ -57,14 +57,7 @@ from fivebar_description.parameters import FiveBar, laden
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.physical_bounds import Duration
 from fivebar_description.readings import LONGEST_LATENCY
-from fivebar_description.robot_file import (
-    ElbowsPass,
-    known_sensors_of,
-    load_robot,
-    loads_of,
-    read_robot,
-    tolerances_of,
-)
+from fivebar_description.robot_file import ElbowsPass, load_robot, read_robot
 from fivebar_description.scenario_file import ESTIMATOR
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
@@ -368,15 +361,15 @@ class ControlScenario(StrictModel):
 
     def known_sensors(self) -> KnownSensors:
         """Return what the robot's file says of its sensors, and by how much the gyroscope's low-pass lags behind."""
-        return known_sensors_of(self.robot).lagging(self.imu.gyro_lag(1.0 / self.rate_hz))
+        return read_robot(self.robot).sensors.lagging(self.imu.gyro_lag(1.0 / self.rate_hz))
 
     def known_within(self) -> Tolerances:
         """Return how exactly the robot is known: by the section `tolerances`, by default as its file says."""
-        return tolerances_of(self.robot, self.tolerances)
+        return self.tolerances if self.tolerances != EXACT else read_robot(self.robot).tolerances
 
     def to_bear(self) -> Loads:
         """Return what the robot has to bear: by the section `loads`, by default as its file says."""
-        return loads_of(self.robot, self.loads)
+        return self.loads if self.loads != NO_LOADS else read_robot(self.robot).loads
 
     @property
     def declares_errors(self) -> bool:
@@ -483,10 +476,6 @@ class ControlScenario(StrictModel):
             tracking_error_limit=self.tracking_error_limit,
             forbidden=self.safety.forbidden or numbers_of(read_robot(self.robot).forbidden),
         )
-
-    def allowed_area(self) -> Area:
-        """Return where the platform may be (m)."""
-        return self.safety.area
 
     def elbows_pass(self) -> ElbowsPass:
         """Return whether the robot's elbows may pass each other, as its file says."""

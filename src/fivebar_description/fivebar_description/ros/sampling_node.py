@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 from fivebar_description.interface import JOINT_SOURCES, Topic
 from fivebar_description.joint_sample import JointSample, MessageError, part_of
 from fivebar_description.outside_text import one_line
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
+from fivebar_description.ros.messages import read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.stamp_join import CAPACITY, Arrival, Contradicted, StampJoin
 from fivebar_description.settings import Setting
@@ -53,22 +54,9 @@ class Input(NamedTuple):
     later: int = 0
 
 
-class FieldReader:
-    """Reads fields of a JointState, in the order of `names`."""
-
-    def __init__(self, names: tuple[str, ...], fields: tuple[str, ...], allow_nan: bool) -> None:
-        self.names = names
-        self._fields = fields
-        self._allow_nan = allow_nan
-
-    def __call__(self, message: JointMessage) -> Any:
-        """Return the values, or raise MessageError."""
-        return read_fields(message, self.names, self._fields, self._allow_nan)
-
-
-def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> FieldReader:
+def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> partial[tuple[tuple[float, ...], ...]]:
     """Return a reader of a JointState's fields, in the order of `names`."""
-    return FieldReader(names, fields, allow_nan)
+    return partial(read_fields, names=names, fields=fields, allow_nan=allow_nan)
 
 
 class SamplingNode(GraphNode):
@@ -150,7 +138,7 @@ class SamplingNode(GraphNode):
         topic, read, later = one
         driving = topic is self._driver
         run, join = self._run, self._join
-        names = read.names if topic.of_joints and isinstance(read, FieldReader) else ()
+        names = read.keywords["names"] if topic.of_joints and isinstance(read, partial) else ()
         external = bool(names) and topic.name in self.external_inputs
 
         def receive(message: Any) -> None:

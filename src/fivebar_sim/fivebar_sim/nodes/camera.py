@@ -20,7 +20,7 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
 )
-from fivebar_description.joint_sample import joint_sample
+from fivebar_description.joint_sample import JointSample
 from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import JointMessage, to_stamp
@@ -106,7 +106,7 @@ class CameraNode(GraphNode):
         stamp = self._camera.stamp_ns(self._run.stamp(one.sample))
         if one.picture is None:
             spread = self._settings.deviation
-            self._positions.publish(joint_sample(stamp, VISION_NAMES, (one.x, one.y, spread, spread, 0.0)))
+            self._positions.publish(JointSample(stamp, VISION_NAMES, (one.x, one.y, spread, spread, 0.0)))
             return
         self._info.header.stamp = to_stamp(stamp)
         self._infos.publish(self._info)

@@ -21,7 +21,7 @@ from fivebar_description.interface import (
     RUN_READY,
     TORQUE_COMMAND,
 )
-from fivebar_description.joint_sample import joint_sample
+from fivebar_description.joint_sample import JointSample
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import JointMessage, stamp_of
 from fivebar_description.ros.node import GraphNode
@@ -145,7 +145,7 @@ class EmulatedRobot(GraphNode):
             return
         stamp = self._run.stamp(sample)
         position, velocity, effort = record.truth
-        self._truth.publish(joint_sample(stamp, JOINTS, position, velocity, effort))
+        self._truth.publish(JointSample(stamp, JOINTS, position, velocity, effort))
         if sample > self._last_reading:
             since, self._last_reading = sample - self._last_reading, sample
             rate = self._gyroscope.read(position[2] + position[3], velocity[2] + velocity[3], since)

@@ -34,7 +34,7 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     unexpected_sample,
 )
-from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer, joint_sample
+from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
 from fivebar_description.parameters import laden
 from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.file_parameters import FileParameters
@@ -262,13 +262,13 @@ class PlantNode(GraphNode):
         measured = self._plant.measure()
         angles, torques = measured.of_motors()
         if self._motors_only:
-            joints = joint_sample(stamp, ACTIVE_JOINTS, angles, effort=torques)
+            joints = JointSample(stamp, ACTIVE_JOINTS, angles, effort=torques)
         else:
-            joints = joint_sample(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
+            joints = JointSample(stamp, JOINTS, measured.position, measured.velocity, measured.effort)
         if self._ground_truth is None:
             return joints, None
         truth = self._plant.truth()
-        return joints, joint_sample(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
+        return joints, JointSample(stamp, JOINTS, truth.position, truth.velocity, truth.effort)
 
     def _publish_sample(self) -> None:
         if self._time is not None:
@@ -331,7 +331,7 @@ class PlantNode(GraphNode):
             seen = self._sights.taken(self._sample)
             names += [CAMERA_FRAME] * len(seen)
             moments += [self._run.moment(stamp_ns) for stamp_ns in seen]
-        return joint_sample(self._run.stamp(self._sample), names, moments)
+        return JointSample(self._run.stamp(self._sample), names, moments)
 
     def _read_imu(self) -> Imu:
         reading = self._plant.measure_imu()

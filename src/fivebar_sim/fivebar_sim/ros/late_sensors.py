@@ -8,7 +8,7 @@ from sensor_msgs.msg import Imu
 
 from fivebar_description.imu import ImuSettings, Vector3
 from fivebar_description.interface import IMU_DATA, IMU_FRAME, PASSIVE_STATES, late_stamp_ns
-from fivebar_description.joint_sample import JointSample, joint_sample
+from fivebar_description.joint_sample import JointSample
 from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.ros.messages import imu_message
 from fivebar_description.ros.node import GraphNode
@@ -69,7 +69,7 @@ class LateSensors:
         angles: list[tuple[int, JointSample]] = []
         if self.passive.leg:
             angle = passive_reading(self._encoder, position[self.passive.place])
-            message = joint_sample(self._run.stamp(sample), (self.passive.joint,), (angle,))
+            message = JointSample(self._run.stamp(sample), (self.passive.joint,), (angle,))
             angles = self._angles.arrived(sample, message)
         return Arrived([one for _, one in self._readings.arrived(sample, imu)], [one for _, one in angles])
 

@@ -299,7 +299,7 @@ def test_what_the_last_node_would_stop_is_refused_beforehand(tmp_path: Path, lim
     with pytest.raises(PlanRefused, match=re.escape(reason)):
         load_admitted(str(path))
     path.write_text(f"{motion}safety: {{workspace: [-0.01, 0.01, 0.0, 0.16]}}\n")
-    assert load_admitted(str(path)).allowed_area().y_max == 0.16
+    assert load_admitted(str(path)).safety.area.y_max == 0.16
 
 
 @pytest.mark.extra

@@ -29,7 +29,7 @@ from fivebar_description.interface import (
     late_stamp_ns,
     sample_stamp_ns,
 )
-from fivebar_description.robot_file import known_sensors_of, read_robot
+from fivebar_description.robot_file import read_robot
 
 ERRORS = np.array([2.4e-4, -1.9e-4, -2.8e-4, 1.1e-4, 0.8e-4, -1.3e-4])
 ZEROS = (2.9e-3, -2.2e-3)
@@ -83,7 +83,7 @@ def test_a_bag_becomes_a_robot_file_drives_and_a_page(bag: Path, tmp_path: Path)
     assert 0.0 < file.tolerances.length < 2e-4
     # what the estimator then takes off the stamps
     assert file.sensors.imu_clock == pytest.approx(CLOCK, abs=2e-4)
-    assert known_sensors_of(str(out / "calibrated.yaml")) == file.sensors
+    assert read_robot(str(out / "calibrated.yaml")).sensors == file.sensors
     content = json.loads((out / "calibration.json").read_text())
     zeros = [content["parameters"][name] for name in ("zero_1", "zero_2")]
     assert [one["value"] for one in zeros] == [pytest.approx(zero, abs=1e-3) for zero in ZEROS]

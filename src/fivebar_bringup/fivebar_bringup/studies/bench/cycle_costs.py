@@ -37,7 +37,7 @@ ITEMS: Mapping[str, tuple[str, ...]] = {
         "fivebar_control.hardware.two_motors:TwoMotors.write",
     ),
     "messages passed on within the process": ("fivebar_description.ros.process_topics:ProcessTopics.dispatch",),
-    "messages made": ("fivebar_description.joint_sample:joint_sample",),
+    "messages made": ("fivebar_description.joint_sample:JointSample.__init__",),
     "fields read and checked": ("fivebar_description.ros.messages:read_fields",),
     "stamps to samples and back": (
         "fivebar_description.ros.run_agreement:RunAgreement.sample",
