@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles
@@ -13,9 +15,24 @@ from fivebar_control.calibration.turning_points import turning_points
 from fivebar_control.identification.cutoff import encoder_resolution
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import Tolerances
+from fivebar_description.transmission import Transmission
 
 
-def calibrate_by_turning_points(robot: FiveBar, tolerances: Tolerances, record: CalibrationRecord) -> Calibration:
+def dragged_lag(robot: FiveBar, transmission: Transmission) -> float:
+    """Return by how much a motor of a robot without power may lag behind its link (rad).
+
+    The link drags the motor against its Coulomb friction through the spring and one flank of the backlash.
+    """
+    if transmission.frequency == 0.0:
+        return 0.0
+    speed = 2.0 * math.pi * transmission.frequency
+    bending = (leg.coulomb / (leg.inertia * speed * speed) for leg in (robot.leg1, robot.leg2))
+    return max(bending) + 0.5 * transmission.backlash
+
+
+def calibrate_by_turning_points(
+    robot: FiveBar, tolerances: Tolerances, record: CalibrationRecord, lag: float = 0.0
+) -> Calibration:
     """Return the geometry that explains the motors' turning points on the Type 2 locus; the IMU is not used.
 
     Only the elbow gap at the places of the crossings is seen; the platform and theta_2 are those of the locus.
@@ -24,13 +41,14 @@ def calibrate_by_turning_points(robot: FiveBar, tolerances: Tolerances, record: 
         robot: the geometry before.
         tolerances: how exactly it is known.
         record: readings of a motion through the locus.
+        lag: by how much a motor that is dragged may lag behind its link (rad): the intervals include it.
 
     Raises:
         NotCalibratable: it does not cross the locus, or is that of another robot; where it would be that of the robot
             with encoders that are mounted, signed or scaled otherwise, the text names them.
     """
     try:
-        points = turning_points(robot, record)
+        points = turning_points(robot, record, lag)
     except NotCalibratable as error:
         words = " or ".join(explanations(record, lambda other: turning_points(robot, other), of_motors=True))
         if not words:

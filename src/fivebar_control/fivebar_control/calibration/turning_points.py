@@ -50,8 +50,13 @@ class TurningPoint(NamedTuple):
     row: FloatArray
 
 
-def turning_points(robot: FiveBar, record: CalibrationRecord) -> list[TurningPoint]:
+def turning_points(robot: FiveBar, record: CalibrationRecord, lag: float = 0.0) -> list[TurningPoint]:
     """Return the passages through the stretched branch of the locus of a recorded motion.
+
+    Args:
+        robot: the geometry before.
+        record: readings of the motion.
+        lag: by how much a motor that is dragged may lag behind its link (rad).
 
     Raises:
         ContradictsRobot: the robot's loop does not close at the recorded angles.
@@ -68,16 +73,16 @@ def turning_points(robot: FiveBar, record: CalibrationRecord) -> list[TurningPoi
             f"{CONTRADICTS}: the elbows come {1e3 * furthest:.1f} mm further apart than both distal links reach,"
             f" expected at most {1e3 * LARGEST_GAP:g} mm: is it the robot of the recording?"
         )
-    rounding = read.resolution**2 / 12.0
+    passages = [(top, *_around(closed.gap, top, TOP)) for top in _tops(closed.gap) if closed.gap[top] >= -LARGEST_GAP]
+    passages = [one for one in passages if one[2] - one[1] >= LEAST_SAMPLES]
+    # a lag is alike in all passages, and their mean has all of it
+    variance = read.resolution**2 / 12.0 + len(passages) * lag * lag
     found = []
-    for top in _tops(closed.gap):
-        begin, end = _around(closed.gap, top, TOP)
-        if closed.gap[top] < -LARGEST_GAP or end - begin < LEAST_SAMPLES:
-            continue
+    for top, begin, end in passages:
         time = np.linspace(-1.0, 1.0, end - begin)
         curve = np.polynomial.Polynomial.fit(time, closed.gap[begin:end], 4)
         gap = float(np.max(curve(np.linspace(-1.0, 1.0, 201))))
-        deviation = float(np.sqrt(rounding * np.sum(closed.by_motors[top] ** 2)))
+        deviation = float(np.sqrt(variance * np.sum(closed.by_motors[top] ** 2)))
         found.append(TurningPoint(top, gap, max(deviation, LEAST_DEVIATION), closed.by_geometry[top]))
     if not found:
         raise NotCalibratable(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 from led_robot import BIAS, PATH, led, passive_angles, places, with_errors
 
-from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points
+from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points, dragged_lag
 from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles, geometry_of, locus_rows
 from fivebar_control.calibration.mounting import find_mounting
@@ -22,6 +23,7 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
 from fivebar_description.tolerances import Tolerances
+from fivebar_description.transmission import RIGID, Transmission
 
 TOLERANCES = Tolerances(length=3e-4, base=3e-4, zero=3.5e-3)
 HELD_BASES = TOLERANCES._replace(base=0.0)
@@ -235,6 +237,22 @@ def test_encoders_alone_give_the_elbow_gap_from_the_turning_points(dextar: FiveB
     left = gaps(found, errors_of(found, robot, ZEROS))
     assert np.abs(left).max() < 1.5e-5
     assert np.all(np.abs(left) < found.gap_half_widths())
+
+
+def test_encoders_that_lag_behind_their_links_leave_a_wider_interval(dextar: FiveBar) -> None:
+    """A lag of both motors that every passage has alike."""
+    assert dragged_lag(dextar, RIGID) == 0.0
+    stiffness = dextar.leg2.inertia * (math.tau * 60.0) ** 2
+    lag = dragged_lag(dextar, Transmission(frequency=60.0, backlash=4e-4))
+    assert lag == pytest.approx(2e-4 + dextar.leg2.coulomb / stiffness)
+    robot = with_errors(dextar, ERRORS)
+    # nearly as much as is possible, and to either side
+    record = led(robot, (ZEROS[0] + 0.8 * lag, ZEROS[1] - 0.8 * lag), counts=20_000)
+    exact, wider = (calibrate_by_turning_points(dextar, TOLERANCES, record, one) for one in (0.0, lag))
+    errors = [np.abs(gaps(one, errors_of(one, robot, ZEROS))) for one in (exact, wider)]
+    assert np.any(errors[0] > exact.gap_half_widths())
+    assert np.all(errors[1] < wider.gap_half_widths())
+    assert wider.gap_half_widths().max() < 4.0 * lag * dextar.leg1.proximal
 
 
 def refused(robot: FiveBar, record: CalibrationRecord) -> str:

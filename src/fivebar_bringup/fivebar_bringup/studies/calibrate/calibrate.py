@@ -10,7 +10,7 @@ from fivebar_bringup.studies.calibrate.reading import read_passive, read_record,
 from fivebar_bringup.studies.calibrate.result import CalibrationResult
 from fivebar_bringup.studies.identify.reading import find_bag, read_start
 from fivebar_bringup.studies.study_directory import StudyDirectory
-from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points
+from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points, dragged_lag
 from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.mounting import find_mounting
 from fivebar_control.calibration.observability import unseen
@@ -67,7 +67,8 @@ def calibrate_bag(
     imu = ImuSettings() if scenario is None else scenario.imu
     try:
         if encoders_only:
-            found = calibrate_by_turning_points(start.five_bar(), tolerances, record)
+            lag = dragged_lag(start.five_bar(), start.transmission)
+            found = calibrate_by_turning_points(start.five_bar(), tolerances, record, lag)
         else:
             seen = read_seen(recording) if camera else NOT_SEEN
             found = calibrate(
