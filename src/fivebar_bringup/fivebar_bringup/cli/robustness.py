@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
-from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors, processes_of
-from fivebar_bringup.cli.printing import Printer
-from fivebar_bringup.cli.progress import progress_bar
+from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors
 from fivebar_bringup.cli.study_options import (
     Machines,
     SchedulerFileOption,
@@ -27,7 +23,6 @@ from fivebar_bringup.cli.study_options import (
 )
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
-from fivebar_description.rounding import in_millimetres
 
 
 @command(Group.STUDY, former={"--controller": "--controllers", "--sensors": "--rig"})
@@ -40,7 +35,9 @@ def robustness(
             " [default: all but those of sensors]",
         ),
     ] = None,
-    controllers: Annotated[str | None, controllers_option("unified,multi_cartesian,multi_joint")] = None,
+    controllers: Annotated[
+        str | None, controllers_option("unified,multi_cartesian,multi_joint, or unified with --rig")
+    ] = None,
     robot: StudyRobotOption = None,
     quick: Annotated[bool, typer.Option("--quick", help="Only 1 s and two draws of each size.")] = False,
     losses: Annotated[
@@ -72,13 +69,13 @@ def robustness(
     of_sensors = {"--rig": rig, "--cases": cases, "--seed": seed}
     machines = Machines(jobs, scheduler, scheduler_file)
     if losses:
-        others = {"--scheduler": scheduler, "--scheduler-file": scheduler_file}
-        _refuse("--losses", {**of_effects, **of_sensors, **others})
-        _losses(out, processes_of(jobs), as_json)
+        others = {name: value for name, value in of_effects.items() if name != "--controllers"}
+        _refuse("--losses", {**others, **of_sensors})
+        _losses(controllers, out, machines, as_json)
         return
     if rig is not None:
-        _refuse("--rig", of_effects)
-        _sensors({"rig": rig, "cases": cases, "seed": seed}, out, machines, as_json)
+        _refuse("--rig", {name: value for name, value in of_effects.items() if name != "--controllers"})
+        _sensors(controllers, {"rig": rig, "cases": cases, "seed": seed}, out, machines, as_json)
         return
     _refuse("--effects", of_sensors)
     from fivebar_bringup.studies.rigs.declared import robot_name
@@ -104,33 +101,23 @@ def _refuse(study: str, others: Mapping[str, object]) -> None:
                 raise InputError(f"{name}: {value}: expected none in the study of {study}")
 
 
-def _sensors(given: dict[str, Any], out: Path | None, machines: Machines, as_json: bool) -> None:
+def _sensors(
+    controllers: str | None, given: dict[str, Any], out: Path | None, machines: Machines, as_json: bool
+) -> None:
     from fivebar_bringup.studies.rigs.named import find_rig
     from fivebar_bringup.studies.sensor_faults.sensor_faults import SENSOR_FAULTS
 
     with input_errors(), keyboard_interrupts():
         if not find_rig(given["rig"]).scenario.get("ekf", {}).get("gyro"):
             raise InputError(f"--rig: {given['rig']!r}: has no gyroscope: expected a rig with ekf: {{gyro: true}}")
+        given["controllers"] = chosen_controllers(controllers)
         made = run_command(SENSOR_FAULTS.place, given, out, machines, as_json)
-    show_study(made, as_json, made.shown, made.shown.columns[:4])
+    show_study(made, as_json, made.shown, made.shown.columns[:5])
 
 
-def _losses(out: Path | None, processes: int, as_json: bool) -> None:
-    from fivebar_bringup.recorded.results import FIGURES
-    from fivebar_bringup.studies.robustness.bursts import BURSTS, Lost, write_losses
+def _losses(controllers: str | None, out: Path | None, machines: Machines, as_json: bool) -> None:
+    from fivebar_bringup.studies.robustness.bursts import LOSSES
 
-    with input_errors(), keyboard_interrupts(), progress_bar("losses", as_json) as progress:
-        directory, made = write_losses(out, processes, progress)
-    if as_json:
-        print(json.dumps([one.as_json() for one in made], indent=2, allow_nan=False))
-        return
-    printer = Printer()
-    for lost in Lost:
-        table = Table(f"{lost}: largest error in mm", "none lost", *(f"{one} lost" for one in BURSTS[lost]), box=None)
-        for one in made:
-            if one.lost is lost:
-                table.add_row(
-                    one.equipment, *(in_millimetres(error).removesuffix(" mm") for error in (one.without, *one.worst))
-                )
-        printer.print(table)
-    printer.print(f"look at {directory / FIGURES / 'losses.png'}", soft_wrap=True)
+    with input_errors(), keyboard_interrupts():
+        made = run_command(LOSSES.place, {"controllers": chosen_controllers(controllers)}, out, machines, as_json)
+    show_study(made, as_json, made.shown, made.shown.columns)

@@ -62,7 +62,7 @@ def fitted_limit(maxima: Sequence[float], alarms: float = len(WatchLimits._field
     if runs < FEWEST:
         raise ValueError(f"{runs} runs: expected at least {FEWEST}")
     values = np.array(maxima, dtype=np.float64)
-    redrawn = [one.quantile(alarms) for one in _redrawn(values)]
+    redrawn = [one.quantile(alarms) for one in _redrawn([*values.reshape(-1, 1)])]
     largest, quantile = float(values.max()), tail_of(values).quantile(alarms)
     return FittedLimit(max(float(np.quantile(redrawn, UPPER)), largest), quantile, largest, runs)
 
@@ -112,11 +112,11 @@ def tail_of(values: NDArray[np.float64]) -> Tail:
     return Tail(threshold, number / runs, 0.5 * mean * (1.0 + ratio), 0.5 * (1.0 - ratio))
 
 
-def _redrawn(values: NDArray[np.float64]) -> Iterator[Tail]:
-    """Yield the tails of the same runs drawn again."""
+def _redrawn(groups: Sequence[NDArray[np.float64]]) -> Iterator[Tail]:
+    """Yield the tails of the same runs drawn again, those that are alike together."""
     random = np.random.default_rng(SEED)
     for _ in range(REDRAWS):
-        yield tail_of(random.choice(values, len(values)))
+        yield tail_of(np.concatenate([groups[one] for one in random.choice(len(groups), len(groups))]))
 
 
 class AlarmRate(NamedTuple):
@@ -126,13 +126,17 @@ class AlarmRate(NamedTuple):
     upper: float
 
 
-def alarm_rate(uses: Sequence[float]) -> AlarmRate | None:
-    """Return how often sound runs exceed their limit, of the share of it that each reaches; None of too few runs."""
-    if len(uses) < FEWEST:
+def alarm_rate(uses: Iterable[Sequence[float]]) -> AlarmRate | None:
+    """Return how often sound runs exceed their limit, of the share of it that each reaches; None of too few runs.
+
+    Args:
+        uses: shares of the runs of each crossing, which are alike: the interval is that of drawing crossings.
+    """
+    groups = [np.array(one, dtype=np.float64) for one in uses]
+    if sum(map(len, groups)) < FEWEST:
         return None
-    values = np.array(uses, dtype=np.float64)
-    drawn = [one.beyond(max(1.0, one.threshold)) for one in _redrawn(values)]
-    tail = tail_of(values)
+    drawn = [one.beyond(max(1.0, one.threshold)) for one in _redrawn(groups)]
+    tail = tail_of(np.concatenate(groups))
     return AlarmRate(tail.beyond(max(1.0, tail.threshold)), float(np.quantile(drawn, UPPER)))
 
 

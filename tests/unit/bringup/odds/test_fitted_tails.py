@@ -37,10 +37,23 @@ def test_the_rate_of_alarms_is_what_runs_come_to_and_its_upper_end_beyond() -> N
     """Of shares of a limit with an exponential tail, one in 1000 of which exceeds the limit."""
     random, rates = np.random.default_rng(40), []
     for _ in range(50):
-        rates.append(alarm_rate((1.0 + 0.1 * (random.exponential(1.0, 1000) - np.log(ALARMS))).tolist()))
+        uses = 1.0 + 0.1 * (random.exponential(1.0, (1000, 1)) - np.log(ALARMS))
+        rates.append(alarm_rate(uses.tolist()))
     assert np.median([one.rate for one in rates if one is not None]) == pytest.approx(1.0 / ALARMS, rel=0.4)
     assert np.mean([one.upper > 1.0 / ALARMS for one in rates if one is not None]) > 0.9
-    assert alarm_rate([0.1] * (FEWEST - 1)) is None
+    assert alarm_rate([[0.1] * (FEWEST - 1)]) is None
+
+
+def test_runs_of_a_crossing_that_are_alike_tell_less_of_the_rate_of_alarms() -> None:
+    random = np.random.default_rng(41)
+    each = 0.6 + 0.05 * random.exponential(1.0, 100)
+    apart, together = (
+        alarm_rate([[use] for use in each.tolist() for _ in range(9)]),
+        alarm_rate([[use] * 9 for use in each.tolist()]),
+    )
+    assert apart is not None and together is not None
+    assert apart.rate == together.rate
+    assert apart.rate < apart.upper < together.upper
 
 
 def test_too_few_runs_are_refused_and_equal_ones_bear_a_limit() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 import signal
@@ -20,8 +21,10 @@ from fivebar_bringup.studies.assess.assess import ASSESSMENT
 from fivebar_bringup.studies.benchmark.study import BENCHMARK
 from fivebar_bringup.studies.compare.compare import COMPARISON
 from fivebar_bringup.studies.engine.running import run_study
-from fivebar_bringup.studies.engine.study import Study
+from fivebar_bringup.studies.engine.study import Study, StudySettings
+from fivebar_bringup.studies.robustness.bursts import LOSSES
 from fivebar_bringup.studies.robustness.robustness import ROBUSTNESS
+from fivebar_bringup.studies.sensor_faults.sensor_faults import SENSOR_FAULTS
 from fivebar_bringup.studies.sweep.sweep import SWEEP
 from fivebar_description.strict_yaml import InputError
 
@@ -71,9 +74,20 @@ STUDIES: list[tuple[Study[Any, Any], dict[str, Any]]] = [
     (COMPARISON, {"scenarios": ("middle",), "controllers": (TOY,), "durations": (0.8, 1.0), "rigs": ("ideal",)}),
     (BENCHMARK, {"controllers": (TOY,), "cases": 8}),
     (ROBUSTNESS, {"effects": ("mass",), "controllers": (TOY,), "draws": 10, "durations": (0.5, 1.0)}),
+    (SENSOR_FAULTS, {"seed": 3, "cases": 3, "controllers": ("unified", TOY), "robots": 2, "faulty": 1}),
+    (LOSSES, {"controllers": (TOY,), "every": 25}),
     (ASSESSMENT, {"robot": str(ROOT / "tests" / "data" / "belt.yaml"), "controllers": (TOY,), "cases": 2, "robots": 2}),
 ]
-"""Every study that runs laws, with settings of a few chunks."""
+"""Every study that takes laws, with settings of a few chunks."""
+
+
+def test_no_study_that_takes_laws_is_left_out() -> None:
+    source = ROOT / "src" / "fivebar_bringup"
+    for path in source.rglob("studies/**/*.py"):
+        if "= Study(" in path.read_text(encoding="utf-8"):
+            importlib.import_module(".".join(path.relative_to(source).with_suffix("").parts))
+    taking = {one for one in StudySettings.__subclasses__() if "controllers" in one.model_fields}
+    assert taking == {study.settings for study, _ in STUDIES}
 
 
 @pytest.mark.timeout(1800)  # the compilation alone takes minutes on a busy machine

@@ -12,7 +12,18 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.studies.rigs.named import find_rig
-from fivebar_bringup.studies.robustness.bursts import BURSTS, LIMIT, LossSeries, Lost, losses_of
+from fivebar_bringup.studies.robustness.bursts import (
+    BURSTS,
+    LIMIT,
+    LOSSES,
+    Losses,
+    LossRow,
+    LossSettings,
+    Lost,
+    losses_of,
+    losses_table,
+    series_of,
+)
 from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, FaultyRobot
 from fivebar_bringup.studies.robustness.figures import place_of
 from fivebar_bringup.studies.robustness.robustness import ROBUSTNESS
@@ -39,6 +50,7 @@ from fivebar_sim.effects.settings import PlantSettings
 
 DOCUMENT = Path(__file__).parents[4] / "docs/results/faults.md"
 EXACT_ROBOT = FaultyRobot(PlantSettings(encoder_counts=20_000), ImuSettings(), EXACT)
+GYRO = "unified, gyro"
 OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
 
 
@@ -206,9 +218,17 @@ def test_good_and_middling_robots_have_what_the_rigs_of_that_name_have(rig: str)
     assert stated == pytest.approx(found)
 
 
+def losses_with(lost: Lost) -> Losses:
+    """What the loss of commands or samples at a few moments costs, of the equipment with a gyroscope."""
+    settings = LossSettings(controllers=("unified",), every=125)
+    wanted = [number for number, one in enumerate(series_of(settings)) if (one.equipment, one.lost) == (GYRO, lost)]
+    (losses,) = losses_of([row for number in wanted for row in LOSSES.run(settings, number)])
+    return losses
+
+
 def test_bursts_of_lost_commands_are_borne() -> None:
     """As many as the drives hold their torque for by default, before, on and after the locus."""
-    losses = losses_of(LossSeries("unified, gyro", Lost.COMMANDS), every=125)
+    losses = losses_with(Lost.COMMANDS)
     assert losses.failures == (0,) * len(BURSTS[Lost.COMMANDS])
     assert losses.without < losses.errors[BURSTS[Lost.COMMANDS].index(10)].max() < 1e-3
     assert losses.errors.shape == (len(BURSTS[Lost.COMMANDS]), len(losses.moments))
@@ -216,9 +236,17 @@ def test_bursts_of_lost_commands_are_borne() -> None:
     assert losses.moments[0] == 0.0
 
 
+def test_a_burst_that_no_run_bears_has_no_largest_error() -> None:
+    rows = [LossRow(0, GYRO, "commands", burst, 0.5, 1e-3 if burst < 15 else None, "") for burst in (0, 1, 5, 10, 15)]
+    (losses,) = losses_of(rows)
+    assert (losses.worst[-2:], losses.failures[-2:]) == ((1e-3, None), (0, 1))
+    shown = dict(zip(losses_table([losses]).columns, losses_table([losses]).rows[0], strict=True))
+    assert (shown["none"].text, shown["10"].value, shown["15"].text) == ("1.00 mm", 1e-3, "")
+
+
 def test_bursts_of_lost_samples_are_borne() -> None:
     """As many as the estimator predicts over: the torque that is held is known to it, where it should be is not."""
-    losses = losses_of(LossSeries("unified, gyro", Lost.SAMPLES), every=125)
+    losses = losses_with(Lost.SAMPLES)
     assert losses.failures == (0,) * len(BURSTS[Lost.SAMPLES])
     assert losses.without < losses.errors[-1].max() < 1e-3
     assert BURSTS[Lost.SAMPLES][-1] == LIMIT - 1

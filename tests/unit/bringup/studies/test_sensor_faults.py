@@ -18,7 +18,7 @@ from fivebar_bringup.studies.sensor_faults.sensor_faults import confusion_table,
 
 
 def row(fault: str, verdict: str, named: str = "") -> SensorFaultRow:
-    return SensorFaultRow(0, fault, 0, 1.0, 0.1, verdict, named, None, None, 1e-3, 1.0, 0.1, 1.0, 0.5, 0.3)
+    return SensorFaultRow(0, "unified", fault, 0, 1.0, 0.1, verdict, named, None, None, 1e-3, 1.0, 0.1, 1.0, 0.5, 0.3)
 
 
 ROWS = [
@@ -75,7 +75,7 @@ def test_the_totals_have_intervals_and_leave_out_what_was_refused() -> None:
 
 def test_the_table_has_every_fault_and_marks_what_is_wrong() -> None:
     table = confusion_table(ROWS)
-    assert [line[0].value for line in table.rows] == ["", *FAULTS]
+    assert [line[1].value for line in table.rows] == ["", *FAULTS]
     slip = dict(zip(table.columns, table.rows[1], strict=True))
     assert (slip["runs"].value, slip["silent"].value, slip["encoder_frozen"].good) == (3, 1, False)
     assert slip["estimate_inconsistent"].good is None

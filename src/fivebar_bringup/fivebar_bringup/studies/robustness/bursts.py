@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Sequence
 from enum import StrEnum
-from pathlib import Path
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,14 +13,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fivebar_bringup.bag.recording import FloatArray
+from fivebar_bringup.pages.content import Cell, Picture, Table
+from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.pages.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILION, house_style, new_figure, png
-from fivebar_bringup.recorded.results import json_text, new_directory, write_results
 from fivebar_bringup.simulation.case import case_of
-from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.studies.engine.local import share
-from fivebar_bringup.studies.robustness.running import FAR, cause_of, prepared
-from fivebar_bringup.studies.sweep.drawing import RATE_HZ
+from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_bringup.studies.engine.program import program_digest
+from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
+from fivebar_bringup.studies.engine.table import RowTable
+from fivebar_bringup.studies.robustness.robustness import RIGS
+from fivebar_bringup.studies.robustness.running import FAR, RobustnessSettings, cause_of, prepared
+from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT
+from fivebar_bringup.studies.sweep.sweep import DECIDING
 from fivebar_control.estimation.readings import longest_gap
+from fivebar_description.rounding import in_millimetres
 
 
 class Lost(StrEnum):
@@ -36,19 +43,86 @@ BURSTS = {Lost.COMMANDS: (1, 5, LIMIT, 15), Lost.SAMPLES: (1, 5, LIMIT - 1)}
 """How many are lost one after the other. The readings after the last burst of samples are the limit after those before:
 with one more missing the estimator gives up."""
 
-FOLLOWERS = {
-    "unified, encoders": BLUE,
-    "unified, gyro": GREEN,
-    "multi_cartesian, encoders": VERMILION,
-    "multi_joint, encoders": PURPLE,
-}
-"""Equipment, and its colour in the figure."""
+WITH_GYRO = "unified, gyro"
+"""The one equipment that has a gyroscope."""
 
-EVERY = 2
-"""Samples from one moment to the next."""
+COLOURS = (BLUE, GREEN, VERMILION, PURPLE)
+"""In the figure, in turn."""
 
 DURATION = 1.0
 """Of the crossing (s)."""
+
+
+class LossSettings(StudySettings):
+    """The settings that determine the rows of the study.
+
+    Attributes:
+        controllers: each from encoders alone, `unified` also with a gyroscope.
+        every: samples from one moment to the next.
+    """
+
+    controllers: tuple[str, ...] = RobustnessSettings().controllers
+    every: int = 2
+
+
+class LossSeries(NamedTuple):
+    """A case: an equipment, what it loses, and how many in a row, 0 for none."""
+
+    equipment: str
+    lost: Lost
+    burst: int
+
+
+class LossRow(NamedTuple):
+    """A line of losses.csv: a run in which a burst is lost.
+
+    Attributes:
+        case: number of the equipment, of what is lost, and of how many.
+        equipment: controller and sensors.
+        lost: commands or samples.
+        burst: how many in a row, 0 for none.
+        moment: when it begins (s).
+        error: largest distance from the reference (m); empty where the run fails otherwise.
+        cause: why it fails, "" where it does not.
+    """
+
+    case: int
+    equipment: str
+    lost: str
+    burst: int
+    moment: float
+    error: float | None
+    cause: str
+
+
+@lru_cache(maxsize=4)
+def series_of(settings: LossSettings) -> tuple[LossSeries, ...]:
+    """Return the cases of the study."""
+    equipment = []
+    for controller in settings.controllers:
+        equipment += [f"{controller}, encoders", *([WITH_GYRO] if WITH_GYRO.startswith(f"{controller}, ") else [])]
+    pairs = itertools.product(Lost, equipment)
+    return tuple(LossSeries(name, lost, burst) for lost, name in pairs for burst in (0, *BURSTS[lost]))
+
+
+def run_numbered(settings: LossSettings, number: int) -> list[LossRow]:
+    """Return the rows of a case: a burst begins at every `every`-th sample, never at the first one."""
+    series = series_of(settings)[number]
+    scenario, samples = prepared(series.equipment, DURATION)
+    plan, case = scenario.plan(), case_of(scenario, stop_at_fault=True)
+    # without sample 0 there is no run
+    first = 0 if series.lost is Lost.COMMANDS else settings.every
+    rows = []
+    for start in range(first, plan.path.samples(RATE_HZ), settings.every) if series.burst else (0,):
+        lost = np.zeros_like(case.numbers.lost)
+        lost[start : start + series.burst] = True
+        numbers = case.numbers
+        numbers = numbers._replace(lost=lost) if series.lost is Lost.COMMANDS else numbers._replace(missing=lost)
+        outcome = crossing(case._replace(numbers=numbers), samples)
+        cause = cause_of(outcome, len(plan.crossings)) or ""
+        error = outcome.error_peak if cause in ("", FAR) else None
+        rows.append(LossRow(number, series.equipment, series.lost.value, series.burst, start / RATE_HZ, error, cause))
+    return rows
 
 
 class Losses(NamedTuple):
@@ -57,66 +131,79 @@ class Losses(NamedTuple):
     Attributes:
         equipment: its name.
         lost: what is lost.
-        crossing: when the platform is on the locus (s).
         moments: [n], when a burst begins (s).
         errors: [len(BURSTS[lost]), n], largest distance from the reference (m), NaN where the run fails otherwise.
         without: the same without a loss (m).
-        failures: of each burst, how many runs fail by a fault or end in the wrong assembly mode.
     """
 
     equipment: str
     lost: Lost
-    crossing: float
     moments: FloatArray
     errors: FloatArray
     without: float
-    failures: tuple[int, ...]
 
     @property
-    def worst(self) -> tuple[float, ...]:
-        """The largest of all errors (m), for each burst."""
-        return tuple(float(np.nanmax(row)) for row in self.errors)
+    def failures(self) -> tuple[int, ...]:
+        """How many runs fail by a fault or end in the wrong assembly mode, for each burst."""
+        return tuple(int(count) for count in np.isnan(self.errors).sum(axis=1))
+
+    @property
+    def worst(self) -> tuple[float | None, ...]:
+        """The largest of all errors (m), for each burst; None where all runs fail otherwise."""
+        return tuple(None if np.isnan(row).all() else float(np.nanmax(row)) for row in self.errors)
+
+    @property
+    def when(self) -> tuple[float | None, ...]:
+        """The moment (s) of each of these."""
+        worst = zip(self.worst, self.errors, strict=True)
+        return tuple(None if error is None else float(self.moments[np.nanargmax(row)]) for error, row in worst)
 
     def as_json(self) -> dict[str, Any]:
         """Return the worst of all moments, and when it is, for each burst."""
         return {
             "equipment": self.equipment,
             "of": self.lost.value,
-            "without_m": self.without,
+            "without_m": None if np.isnan(self.without) else self.without,
             "lost": BURSTS[self.lost],
             "worst_m": self.worst,
-            "at_s": [float(self.moments[int(np.nanargmax(row))]) for row in self.errors],
+            "at_s": self.when,
             "failures": self.failures,
         }
 
 
-class LossSeries(NamedTuple):
-    """Work for one process: an equipment, and what it loses."""
+def losses_of(rows: Sequence[LossRow]) -> list[Losses]:
+    """Return the errors of each equipment, first those of lost commands."""
+    found = []
+    for lost, name in dict.fromkeys((row.lost, row.equipment) for row in rows):
+        mine = [row for row in rows if (row.lost, row.equipment) == (lost, name)]
+        errors = {
+            burst: np.array([np.nan if row.error is None else row.error for row in mine if row.burst == burst])
+            for burst in (0, *BURSTS[Lost(lost)])
+        }
+        none, *bursts = errors.values()
+        moments = np.array([row.moment for row in mine if row.burst == BURSTS[Lost(lost)][0]])
+        found.append(Losses(name, Lost(lost), moments, np.stack(bursts), float(none[0])))
+    return found
 
-    equipment: str
-    lost: Lost
+
+def losses_table(losses: Sequence[Losses]) -> Table:
+    """Return the worst error of each burst, an equipment and what it loses a row."""
+    lengths = sorted({burst for bursts in BURSTS.values() for burst in bursts})
+    lines = []
+    for one in losses:
+        worst = {0: one.without, **dict(zip(BURSTS[one.lost], one.worst, strict=True))}
+        given = (worst.get(burst) for burst in (0, *lengths))
+        lines.append((Cell(one.lost.value, one.lost.value), Cell(one.equipment, one.equipment), *map(_error, given)))
+    columns = ("lost", "controller", "none", *(f"{length}" for length in lengths))
+    words = (
+        "By how many are lost in a row: largest error of all moments at which the burst begins. Empty: not tried, or"
+        " every run fails otherwise."
+    )
+    return Table("losses", "Largest error", words, columns, tuple(lines))
 
 
-def losses_of(series: LossSeries, every: int = EVERY) -> Losses:
-    """Return what becomes of a crossing when a burst begins at every `every`-th sample, never at the first one."""
-    scenario, samples = prepared(series.equipment, DURATION)
-    plan, case = scenario.plan(), case_of(scenario, stop_at_fault=True)
-    none = np.zeros_like(case.numbers.lost)
-    # without sample 0 there is no run
-    first = np.arange(0 if series.lost is Lost.COMMANDS else every, plan.path.samples(RATE_HZ), every)
-
-    def run(start: int, burst: int) -> float:
-        lost = none.copy()
-        lost[start : start + burst] = True
-        numbers = case.numbers
-        numbers = numbers._replace(lost=lost) if series.lost is Lost.COMMANDS else numbers._replace(missing=lost)
-        outcome = crossing(case._replace(numbers=numbers), samples)
-        failed = cause_of(outcome, len(plan.crossings)) not in (None, FAR)
-        return float("nan") if failed else outcome.error_peak
-
-    errors = np.array([[run(start, burst) for start in first.tolist()] for burst in BURSTS[series.lost]])
-    failures = tuple(int(count) for count in np.isnan(errors).sum(axis=1))
-    return Losses(*series, plan.crossings[0].time, first / RATE_HZ, errors, run(0, 0), failures)
+def _error(error: float | None) -> Cell:
+    return Cell("", None) if error is None or np.isnan(error) else Cell(in_millimetres(error), error)
 
 
 def losses_figure(losses: Sequence[Losses]) -> Figure:
@@ -142,10 +229,11 @@ def losses_figure(losses: Sequence[Losses]) -> Figure:
 
 def _panel(axes: Axes, losses: Sequence[Losses], row: int) -> None:
     """Draw one burst of all equipment."""
-    for one in losses:
-        axes.plot(one.moments, one.errors[row] * 1e3, color=FOLLOWERS[one.equipment], label=one.equipment, lw=1.2)
+    for one, colour in zip(losses, itertools.cycle(COLOURS), strict=False):
+        axes.plot(one.moments, one.errors[row] * 1e3, color=colour, label=one.equipment, lw=1.2)
     burst, lost = BURSTS[losses[0].lost][row], losses[0].lost
-    axes.axvline(losses[0].crossing, color=INK, linewidth=0.9, linestyle=":")
+    on_locus = prepared(losses[0].equipment, DURATION)[0].plan().crossings[0].time
+    axes.axvline(on_locus, color=INK, linewidth=0.9, linestyle=":")
     axes.axhline(2.0, color=GREY, linewidth=0.9)
     axes.set_yscale("log")
     axes.set_title(f"{burst} {lost if burst > 1 else lost.removesuffix('s')}, {burst * 1e3 / RATE_HZ:g} ms")
@@ -159,18 +247,44 @@ def _explain(free: Axes, drawn: Axes) -> None:
     free.text(0.5, 0.1, note, transform=free.transAxes, ha="center")
 
 
-def write_losses(
-    out: Path | None, workers: int, progress: Callable[[int, int], None] = lambda done, total: None
-) -> tuple[Path, list[Losses]]:
-    """Run the study, write losses.json and the figure into a directory, and return it with the results.
-
-    Raises:
-        InputError: the directory cannot be used.
-    """
-    directory = new_directory(out, "losses")
-    losses = share(losses_of, [LossSeries(name, lost) for lost in Lost for name in FOLLOWERS], workers, progress)
+def losses_report(settings: LossSettings, rows: Sequence[LossRow]) -> StudyReport:
+    """Return table, figure and page."""
+    losses = losses_of(rows)
     with house_style():
-        picture = png(losses_figure(losses))
+        picture = Picture("losses", "Largest error over the moment of the loss.", png(losses_figure(losses)))
+    table, command = losses_table(losses), command_of(settings)
     content = {"duration_s": DURATION, "rate_hz": RATE_HZ, "losses": [one.as_json() for one in losses]}
-    write_results(directory, {"losses.json": json_text(content)}, {"losses": picture})
-    return directory, losses
+    page = study_page(
+        title="What do lost commands and samples cost?",
+        setting=f"middle crossing in {DURATION:g} s · {RATE_HZ} samples/s · simulated by the compiled engine",
+        command=command,
+        tables=[table],
+        pictures=[picture],
+    )
+    return StudyReport(page, {"command": command, **content}, [picture], table)
+
+
+def command_of(settings: LossSettings) -> str:
+    """Return the command that repeats the study."""
+    usual, words = LossSettings().controllers, "fivebar robustness --losses"
+    return words if settings.controllers == usual else f"{words} --controllers {','.join(settings.controllers)}"
+
+
+LOSSES = Study(
+    name="losses",
+    place=f"{__name__}:LOSSES",
+    settings=LossSettings,
+    table=RowTable(LossRow),
+    run=run_numbered,
+    cases=lambda settings: len(series_of(settings)),
+    chunk=1,
+    report=losses_report,
+    program=lambda settings: program_digest(
+        (*DECIDING, *(f"studies/robustness/{module}.py" for module in ("bursts", "running"))),
+        (ROBOT,),
+        RIGS,
+        settings.controllers,
+    ),
+    command=command_of,
+)
+"""The study of bursts that are lost."""

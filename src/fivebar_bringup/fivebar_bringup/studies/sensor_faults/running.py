@@ -40,6 +40,7 @@ class SensorFaultSettings(StudySettings):
         seed: of crossings, robots and faults.
         cases: random crossings, of which those that the planner, its screen and the odds refuse have no runs.
         rig: whose robots make them.
+        controllers: that drive them, each the same robots with the same faults. Motions are planned for `PLANNED_FOR`.
         robots: of the rig that make each crossing soundly.
         faulty: of these that make it with each fault too.
     """
@@ -47,7 +48,8 @@ class SensorFaultSettings(StudySettings):
     seed: int = 1
     cases: int = 120
     rig: str = "good"
-    robots: int = 24
+    controllers: tuple[str, ...] = (PLANNED_FOR,)
+    robots: int = 72
     faulty: int = 6
 
 
@@ -56,6 +58,7 @@ class SensorFaultRow(NamedTuple):
 
     Attributes:
         case: number of the crossing.
+        controller: its name, "" where the crossing is not feasible.
         fault: injected, "" for a sound run.
         robot: number of the robot of the rig, 0 for the one that is drawn with the crossing.
         size: of the fault.
@@ -70,6 +73,7 @@ class SensorFaultRow(NamedTuple):
     """
 
     case: int
+    controller: str
     fault: str
     robot: int
     size: float
@@ -87,32 +91,41 @@ class SensorFaultRow(NamedTuple):
 
 
 def run_numbered(settings: SensorFaultSettings, number: int) -> list[SensorFaultRow]:
-    """Return the rows of a crossing: of each robot soundly, and of the first ones with each fault too."""
+    """Return the rows of a crossing, of one controller after the other.
+
+    Each robot makes it soundly, and the first ones with each fault too.
+    """
     try:
         found = timed(draw(settings.seed, number, settings.rig))
         refused = bool(verdict_on(found, PLANNED_FOR)[1])
     except InputError:
         refused = True
     if refused:
-        return [SensorFaultRow(number, "", 0, 0.0, 0.0, REFUSED, "", None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
-    case, plan = found.case, planned(found.case)
-    own, errors, times = case.scenario(PLANNED_FOR), find_rig(settings.rig).errors, [one.time for one in plan.crossings]
-    rows = []
+        return [SensorFaultRow(number, "", "", 0, 0.0, 0.0, REFUSED, "", None, None, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
+    return [row for controller in settings.controllers for row in _driven(settings, found.case, controller)]
+
+
+def _driven(settings: SensorFaultSettings, case: Draw, controller: str) -> list[SensorFaultRow]:
+    """Return the rows of a feasible crossing with a controller."""
+    plan, own, errors = planned(case), case.scenario(controller), find_rig(settings.rig).errors
+    rows, times = [], [one.time for one in plan.crossings]
     for robot in range(settings.robots):
         scenario = own
         if robot > 0:
             # a push meets one of the crossings
             met = times[robot % len(times)]
             scenario = with_drawn_robot(own, errors, odds_seed(case), FRESH_ROBOTS + robot, met)
-        rows.append(_run(case, scenario, "", robot, 0.0, 0.0))
+        rows.append(_run(case, controller, scenario, "", robot, 0.0, 0.0))
         if robot < settings.faulty:
-            random = np.random.default_rng((settings.seed, number, STREAM, robot))
+            random = np.random.default_rng((settings.seed, case.number, STREAM, robot))
             for one in drawn_faults(random, times[0], plan.path.duration):
-                rows.append(_run(case, one.on(scenario), one.fault, robot, one.size, one.at.time))
+                rows.append(_run(case, controller, one.on(scenario), one.fault, robot, one.size, one.at.time))
     return rows
 
 
-def _run(case: Draw, scenario: Scenario, fault: str, robot: int, size: float, time: float) -> SensorFaultRow:
+def _run(
+    case: Draw, controller: str, scenario: Scenario, fault: str, robot: int, size: float, time: float
+) -> SensorFaultRow:
     run = case_of(scenario, stop_at_fault=True)
     outcome, limits = crossing(run, sampled_case(case)), run.numbers.estimation.model
     left = outcome.left_sample / RATE_HZ if outcome.left_sample >= 0 else None
@@ -124,6 +137,7 @@ def _run(case: Draw, scenario: Scenario, fault: str, robot: int, size: float, ti
         verdict = SURVIVED if right else SILENT
     return SensorFaultRow(
         case.number,
+        controller,
         fault,
         robot,
         size,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from fivebar_bringup.odds.intervals import clopper_pearson, upper_bound
@@ -41,12 +42,13 @@ def confusion_table(rows: Sequence[SensorFaultRow]) -> Table:
     named = Counter(row.named for row in runs if row.named)
     names = [name for name, _ in named.most_common()]
     lines = []
-    for fault in ("", *FAULTS):
-        mine = [row for row in runs if row.fault == fault]
+    for controller, fault in itertools.product(dict.fromkeys(row.controller for row in runs), ("", *FAULTS)):
+        mine = [row for row in runs if (row.controller, row.fault) == (controller, fault)]
         counts = Counter(row.named for row in mine)
         words = FAULTS[fault].words if fault else SOUND
         lines.append(
             (
+                Cell(controller, controller),
                 Cell(words, fault),
                 _count(len(mine)),
                 _count(sum(row.verdict == SURVIVED for row in mine)),
@@ -58,7 +60,7 @@ def confusion_table(rows: Sequence[SensorFaultRow]) -> Table:
         "confusion",
         "Injected against named",
         "Runs by the fault that was injected, and by what became of them. Red: silent, or the name of another cause.",
-        ("injected", "runs", "survived", "silent", *names),
+        ("controller", "injected", "runs", "survived", "silent", *names),
         tuple(lines),
     )
 
@@ -84,9 +86,17 @@ def totals(rows: Sequence[SensorFaultRow]) -> dict[str, Any]:
         low, high = clopper_pearson(count, runs) if runs else (0.0, 1.0)
         bound = upper_bound(count, runs) if runs else 1.0
         found[name] = {"runs": runs, "count": count, "interval_95": [low, high], "upper_bound_95": bound}
-    rate = alarm_rate([row.use for row in sound])
+    rate = alarm_rate(uses_by_crossing(sound))
     found["false_alarms"]["by_fitted_tail"] = None if rate is None else rate._asdict()
     return found
+
+
+def uses_by_crossing(sound: Iterable[SensorFaultRow]) -> list[list[float]]:
+    """Return the shares of a limit that sound runs reach, those of a crossing together."""
+    found: dict[int, list[float]] = {}
+    for row in sound:
+        found.setdefault(row.case, []).append(row.use)
+    return [*found.values()]
 
 
 def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFaultRow]) -> StudyReport:
@@ -110,7 +120,10 @@ def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFau
 
 def command_of(settings: SensorFaultSettings) -> str:
     """Return the command that repeats the study."""
-    return f"fivebar robustness --rig {settings.rig} --cases {settings.cases} --seed {settings.seed}"
+    words = [f"fivebar robustness --rig {settings.rig} --cases {settings.cases} --seed {settings.seed}"]
+    if settings.controllers != SensorFaultSettings().controllers:
+        words.append(f"--controllers {','.join(settings.controllers)}")
+    return " ".join(words)
 
 
 SENSOR_FAULTS = Study(
@@ -126,6 +139,7 @@ SENSOR_FAULTS = Study(
         (*DECIDING, *(f"studies/sensor_faults/{module}.py" for module in ("faults", "running"))),
         (),
         (settings.rig,),
+        settings.controllers,
     ),
     command=command_of,
 )
