@@ -5,12 +5,23 @@ from __future__ import annotations
 from typing import Any
 
 from fivebar_bringup.studies.engine.chunks import defined
-from fivebar_bringup.studies.results import comparison, crossing, exact, faults, laws, odds, rigs, sensors, thesis
+from fivebar_bringup.studies.results import (
+    comparison,
+    crossing,
+    exact,
+    faults,
+    laws,
+    odds,
+    rigs,
+    sensors,
+    survived,
+    thesis,
+)
 from fivebar_bringup.studies.results.page import ResultPage, StudyRun
 
 RUNS: dict[str, StudyRun] = {
     run.name: run
-    for module in (rigs, laws, exact, faults, sensors, comparison, crossing, thesis)
+    for module in (rigs, laws, exact, faults, survived, sensors, comparison, crossing, thesis)
     for run in module.RUNS
 }
 """The runs by name, in the order in which they are made."""
@@ -28,6 +39,7 @@ PAGES: tuple[ResultPage[Any], ...] = (
     laws.LAWS,
     exact.EXACT,
     faults.FAULTS,
+    survived.SURVIVED,
     sensors.SENSORS,
     comparison.COMPARISON,
     crossing.CROSSING,

@@ -13,9 +13,13 @@ from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
 from fivebar_bringup.studies.robustness.figures import share_figure
 from fivebar_bringup.studies.robustness.robustness import QUICK
 from fivebar_bringup.studies.robustness.running import Climb
-from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
+from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS, SENSOR_EFFECTS
 
-RUNS = (StudyRun("robustness", "fivebar_bringup.studies.robustness.robustness:ROBUSTNESS", {}, QUICK),)
+STUDY = "fivebar_bringup.studies.robustness.robustness:ROBUSTNESS"
+
+OF_SENSORS = {"effects": tuple(SENSOR_EFFECTS), "controllers": ("unified", "multi_cartesian")}
+
+RUNS = (StudyRun("robustness", STUDY, {}, QUICK), StudyRun("robustness_sensors", STUDY, OF_SENSORS, QUICK))
 
 SHOWN = (
     "unified, encoders",
@@ -62,7 +66,8 @@ def fault_rows(run: str, finished: FinishedStudy) -> list[FaultRow]:
     return rows
 
 
-def _climbs(rows: Sequence[FaultRow]) -> list[Climb]:
+def climbs_of_rows(rows: Sequence[FaultRow]) -> list[Climb]:
+    """Return what became of every pair of effect and equipment, without the causes."""
     found: dict[tuple[str, str], list[FaultRow]] = {}
     for row in rows:
         found.setdefault((row.effect, row.equipment), []).append(row)
@@ -74,27 +79,36 @@ def _climbs(rows: Sequence[FaultRow]) -> list[Climb]:
 
 def faults_table(rows: Sequence[FaultRow]) -> TextTable:
     """Return the smallest size at which a run fails, an effect a line."""
-    of = {(climb.effect, climb.equipment): climb for climb in _climbs(rows)}
+    of = {(climb.effect, climb.equipment): climb for climb in climbs_of_rows(rows)}
     shown = [name for name in SHOWN if any(equipment == name for _, equipment in of)]
     lines = []
     for name in dict.fromkeys(row.effect for row in rows):
         effect = ALL_EFFECTS[name]
         entries = [effect.words, effect.shown(effect.good), effect.shown(effect.middling)]
         for equipment in shown:
-            climb = of.get((name, equipment))
-            if climb is None:
-                entries.append("")
-            elif climb.first_size is None:
-                entries.append(f"– ({effect.shown(effect.sizes[-1])})")
-            else:
-                entries.append(effect.shown(climb.first_size))
+            largest = f"({effect.shown(effect.sizes[-1])})"
+            entries.append(first_failing(of.get((name, equipment)), effect.unit, largest))
         lines.append(entries)
     return TextTable(("one effect alone", "good robot", "middling robot", *shown), lines)
 
 
+def first_failing(climb: Climb | None, unit: str = "", largest: str = "") -> str:
+    """Return the smallest size at which a run fails, "" where there are no runs.
+
+    Args:
+        climb: of the runs.
+        unit: behind the size.
+        largest: behind the dash where no run fails.
+    """
+    if climb is None:
+        return ""
+    size = climb.first_size
+    return f"– {largest}".rstrip() if size is None else f"{size:.3g} {unit}".rstrip()
+
+
 def _survived(rows: Sequence[FaultRow], effect: str, equipment: str) -> str:
     """Return the largest size before the first failure."""
-    (climb,) = (one for one in _climbs(rows) if (one.effect, one.equipment) == (effect, equipment))
+    (climb,) = (one for one in climbs_of_rows(rows) if (one.effect, one.equipment) == (effect, equipment))
     sizes = ALL_EFFECTS[effect].sizes
     first = len(sizes) if climb.first is None else climb.first
     return ALL_EFFECTS[effect].shown(sizes[first - 1]) if first else "less than " + ALL_EFFECTS[effect].shown(sizes[0])
@@ -131,14 +145,16 @@ def _answer(rows: Sequence[FaultRow]) -> str:
 
 
 def _figure(rows: Sequence[FaultRow]) -> Figure:
-    return share_figure([name for name in SHOWN if name.startswith("unified")], _climbs(rows), "What unified survives")
+    return share_figure(
+        [name for name in SHOWN if name.startswith("unified")], climbs_of_rows(rows), "What unified survives"
+    )
 
 
 FAULTS = ResultPage(
     name="faults",
     title="How large may each fault be?",
     question="how large may each fault of a robot be, alone, until a crossing fails?",
-    runs=("robustness",),
+    runs=tuple(run.name for run in RUNS),
     table=RowTable(FaultRow),
     rows=fault_rows,
     answer=_answer,
