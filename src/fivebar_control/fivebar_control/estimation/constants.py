@@ -94,7 +94,8 @@ def estimator_model(
     """Return the constants for a robot in a working mode at a sampling rate, each a number of one type."""
     numbers = as_numbers(settings)
     torque_limit = math.inf if drives.torque_limit is None else float(drives.torque_limit)
-    limits = watch_limits(numbers, rate_hz, largest_bending(robot, numbers.play_frequency, torque_limit))
+    bending = largest_bending(robot, numbers.play_frequency, torque_limit)
+    limits = watch_limits(numbers, rate_hz, bending, float(tolerances.zero))
     others = settings.gyro or settings.camera or passive.leg > 0
     return EstimatorModel(
         filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), others),

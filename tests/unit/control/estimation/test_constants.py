@@ -65,7 +65,7 @@ RIGID = EkfSettings(gyro=True, force_deviation=1.0)
         # the model knows of no load, which sends the innovations to one side
         (EkfSettings(gyro=True), (50.0, math.inf, 10.0)),
         (RIGID, (50.0, 1.273, 10.0)),
-        (RIGID._replace(play=0.0025, gyro_noise=0.1, play_frequency=60.0), (199.9, 0.849, 6.0)),
+        (RIGID._replace(play=0.0025, gyro_noise=0.1, play_frequency=60.0), (199.9, 1.273, 6.0)),
         (RIGID._replace(offset_time=0.02), (50.0, 2.012, 10.0)),
         (EkfSettings(gyro=True, misfit_limit=3.0, offset_limit=2.0, jump_limit=math.inf), (3.0, 2.0, math.inf)),
     ],
@@ -78,6 +78,12 @@ def test_limits_of_the_watch_follow_from_what_is_declared_unless_they_are_given(
     model = model_of(settings)
     limits = watch_limits(settings, RATE_HZ, largest_bending(ROBOT, settings.play_frequency, math.inf))
     assert (model.misfit_limit, model.offset_limit, model.jump_limit) == pytest.approx(limits)
+
+
+def test_zeros_that_explain_what_play_does_not_leave_less_room_for_an_offset() -> None:
+    elastic = RIGID._replace(play=0.0025, gyro_noise=0.1, play_frequency=60.0)
+    offsets = [watch_limits(one, 500, zero=zero).offset_limit for one in (elastic, RIGID) for zero in (0.0024, 0.0026)]
+    assert offsets == pytest.approx([1.273, 0.849, 1.273, 1.273], rel=1e-3)
 
 
 def test_a_jump_is_as_large_as_rotors_swing_when_the_torque_of_the_drives_reverses() -> None:
@@ -108,7 +114,8 @@ def test_offset_and_jump_have_no_limit_where_play_is_less_than_the_drives_bend(
 @pytest.mark.parametrize(
     ("rig", "limits"),
     [
-        ("good", (555.2, 0.849, 6.0)),
+        # zeros that are known better than the play
+        ("good", (555.2, 1.273, 6.0)),
         ("middling", (199.9, 0.849, 6.23)),
         # light rotors, or soft transmissions, that the drives bend by more than the declared play
         ("poor", (200.0, math.inf, math.inf)),
@@ -125,7 +132,8 @@ def test_the_rigs_leave_the_limits_of_offsets_and_jumps_to_what_they_declare(
     settings, torque = EkfSettings(**kept), scenario.drives().torque_limit
     assert torque is not None
     bending = largest_bending(scenario.five_bar(), settings.play_frequency, torque)
-    assert watch_limits(settings, 500, bending) == pytest.approx(limits, rel=1e-3)
+    zero = scenario.tolerances.zero
+    assert watch_limits(settings, 500, bending, zero) == pytest.approx(limits, rel=1e-3)
 
 
 def test_what_swings_averages_out_of_the_signed_mean_and_a_bias_does_not() -> None:
