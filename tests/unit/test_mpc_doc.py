@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
@@ -13,6 +14,13 @@ from fivebar_bringup.studies.single.mpc_study import authority, motion
 from fivebar_control.laws.lqr import LqrSettings
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import SCALE, weights_of
+from fivebar_control.planning.sight import Point
+from fivebar_control.trajectory.optimal import POINTS, quickest_passage
+from fivebar_control.trajectory.passage_torques import torques_along
+from fivebar_control.trajectory.path import Segment
+from fivebar_control.trajectory.planner import OPTIMAL, ZoneRule, plan_motion
+from fivebar_control.trajectory.way import StraightWay
+from fivebar_description.parameters import FiveBar
 
 DOCS = Path(__file__).parents[2] / "docs"
 LIMITS = {"torque_limit", "torque_rate_limit"}
@@ -44,3 +52,27 @@ def test_the_least_authority_on_the_locus_is_that_of_the_table() -> None:
         found = authority(scenario, samples)
         least = 1e3 * min(value for value, kappa in zip(found.least, found.kappa, strict=True) if kappa < 0.056)
         assert least == pytest.approx(wanted, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "ends", [((0.0, 0.15), (0.0, 0.02)), ((0.03, 0.14), (-0.02, 0.03)), ((0.0, 0.13), (0.03, 0.02))]
+)
+def test_the_average_of_the_quickest_passage_costs_what_is_said(ends: tuple[Point, Point], dextar: FiveBar) -> None:
+    """Only before it is averaged is the passage the quickest: under the same limit the law takes longer."""
+    text = (DOCS / "mpc.md").read_text(encoding="utf-8")
+    ((low, high),) = re.findall(r"It is averaged over 4 % of the duration, which costs (\d+) to (\d+) % of time", text)
+    plan = plan_motion(dextar, (1, -1), ends, [0.5], 500, ZoneRule(), time_law=OPTIMAL)
+    (segment,) = plan.path.segments
+    assert isinstance(segment, Segment)
+    law, way = segment.time_law, StraightWay(*ends[0], *ends[1])
+    (crossing,) = plan.crossings
+    crossed = math.dist(ends[0], (crossing.x, crossing.y)) / math.dist(*ends)
+    quickest = quickest_passage(way, torques_along(dextar, 1, -1, way, POINTS))
+    assert quickest is not None
+    # on the locus itself the torque along the way is not defined
+    along = np.array([one for one in map(law, np.linspace(1e-3, 0.999, 801)) if abs(one[0] - crossed) > 3e-3])
+    rows = torques_along(dextar, 1, -1, way, along[:, 0])
+    torque = np.abs(rows[1] * along[:, 2, None] + rows[2] * along[:, 1, None] ** 2).max()
+    # the torque goes with the inverse square of the duration, and the passage is that for 1 Nm
+    longer = math.sqrt(torque) * (1.0 + quickest.law.window) / quickest.duration - 1.0
+    assert int(low) <= 100.0 * longer <= int(high)

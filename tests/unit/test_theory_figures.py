@@ -17,6 +17,7 @@ from fivebar_control.planning.limits import exceeded_share
 from fivebar_control.planning.tube import FloatArray, model_along
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
+from fivebar_sim.effects.settings import PlantSettings, has_effects
 
 DOCS = Path(__file__).parents[2] / "docs"
 THEORY, MOTIONS = ((DOCS / name).read_text(encoding="utf-8") for name in ("theory.md", "motions.md"))
@@ -184,3 +185,20 @@ def test_the_factors_of_the_middle_crossing_are_those_of_its_reference(dextar: F
         factors = [float(np.exp(np.max(total - np.minimum.accumulate(total)))) for total in sums]
         assert factors == pytest.approx([float(one) for one in figures[:2]], rel=0.04)
         assert 100.0 * np.max(slope) / c == pytest.approx(float(figures[2]), abs=0.5)
+
+
+def test_the_simulated_robot_has_the_effects_that_are_said_and_none_by_default() -> None:
+    said = (
+        "Elasticity, backlash, clearance, further friction, and the motors' ripple, cogging and current loops are [eff"
+    )
+    assert said in " ".join(THEORY.split())
+    plant = PlantSettings()
+    assert plant.transmission.backlash == plant.platform_joint.clearance == 0.0
+    assert plant.motors.ripple == plant.motors.cogging == 0.0
+    assert not has_effects(plant)
+    for changed in (
+        plant._replace(transmission=plant.transmission._replace(frequency=60.0)),
+        plant._replace(transmission=plant.transmission._replace(frequency=60.0, backlash=1e-4)),
+        plant._replace(platform_joint=plant.platform_joint._replace(stiffness=1e5, clearance=1e-5)),
+    ):
+        assert has_effects(changed)
