@@ -12,7 +12,7 @@ from middle_motion import MiddleMotion
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
 from fivebar_description.interface import (

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from itertools import pairwise
 
 from fivebar_bringup.scene.shapes import GREY, PALE, PLANE, PURPLE, YELLOW, Kind, Point, Shape, faded, in_plane
-from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.trajectory.planner import Plan

@@ -15,10 +15,9 @@ from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.supervisor import time_weight
 from fivebar_control.model.state import Platform
-from fivebar_control.trajectory.desired import desired_along
+from fivebar_control.trajectory.desired import REFERENCE_VALUES, desired_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.reference_row import REFERENCE_VALUES
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError

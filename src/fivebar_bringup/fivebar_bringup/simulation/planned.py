@@ -20,7 +20,7 @@ from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.state import Platform
-from fivebar_control.trajectory.reference_row import reference_of
+from fivebar_control.trajectory.desired import reference_of
 
 
 def planned_at(run: EngineRun, moment: int) -> PlanSample:

@@ -14,7 +14,7 @@ from fivebar_control.hardware.board_file import BoardDrive, BoardFile
 from fivebar_control.hardware.board_units import current_limit
 from fivebar_control.hardware.configuration import MICROSECONDS
 from fivebar_control.hardware.drive_interface import JointTarget
-from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.robot_file import load_robot

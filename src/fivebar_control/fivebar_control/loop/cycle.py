@@ -9,10 +9,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from fivebar_control.laws.blend import blend
+from fivebar_control.laws.blend import blend, blending_weight, forecast_width
 from fivebar_control.laws.law import Instant, Step
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.supervisor import blending_weight, forecast_width
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.line import Line

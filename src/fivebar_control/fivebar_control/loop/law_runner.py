@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.laws.blend import blending_weight
 from fivebar_control.laws.law import Instant, TunedLaw
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.supervisor import blending_weight
 from fivebar_control.laws.torque import Torque
 from fivebar_control.loop.plan_sample import planned_references, reference_ahead
 from fivebar_control.model.line import Line

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from fivebar_control.laws.blend import blending_weight, forecast_width
 from fivebar_control.laws.registry import ESTIMATE, SIGMOID
-from fivebar_control.laws.supervisor import blending_weight, forecast_width
 from fivebar_control.model.singularity import inverse_condition, inverse_condition_rate
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.polynomial import rest_to_rest
+from fivebar_control.trajectory.time_law import rest_to_rest
 
 
 class SupervisorState(NamedTuple):

@@ -18,8 +18,7 @@ from fivebar_control.ros.node_settings import SHORTEST_DEADLINE_MS, BlenderSetti
 from fivebar_control.ros.releasing import Releasing
 from fivebar_control.ros.run_file import RunFile, start_values
 from fivebar_control.safety.guard import Guard
-from fivebar_control.safety.pause_compensated_clock import PauseCompensatedClock
-from fivebar_control.safety.watchdog import Watchdog
+from fivebar_control.safety.watchdog import PauseCompensatedClock, Watchdog
 from fivebar_control.scenario.keys import STOPPING
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (

@@ -18,9 +18,8 @@ from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.passage_response import JudgedPassage, LoadCase, largest_displacement
 from fivebar_control.planning.predicted_run import Peak
-from fivebar_control.trajectory.desired import desired_along, desired_at
+from fivebar_control.trajectory.desired import desired_along, desired_at, reference_of
 from fivebar_control.trajectory.planner import Crossing, Plan
-from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_description.imu import STANDARD_GRAVITY
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar, with_floats

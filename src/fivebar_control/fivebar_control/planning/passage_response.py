@@ -19,7 +19,7 @@ from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import ParallelSvd, parallel_svd
 from fivebar_control.model.state import Leg
-from fivebar_control.trajectory.reference_row import reference_of
+from fivebar_control.trajectory.desired import reference_of
 from fivebar_description.parameters import FiveBar, LegParameters
 
 FloatArray = NDArray[np.float64]

@@ -12,7 +12,7 @@ from fivebar_control.laws.reference import Reference
 from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.planning.reference_torque import full_torque
-from fivebar_control.trajectory.reference_row import reference_of
+from fivebar_control.trajectory.desired import reference_of
 from fivebar_description.parameters import FiveBar, with_floats
 
 FloatArray = NDArray[np.float64]

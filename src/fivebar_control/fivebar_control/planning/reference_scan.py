@@ -16,9 +16,8 @@ from fivebar_control.planning.reference_torque import ReferenceTorque
 from fivebar_control.root_search import minimum_between, zero_between
 from fivebar_control.safety.forbidden import CLEAR, time_to_posture
 from fivebar_control.safety.stages import Area
-from fivebar_control.trajectory.desired import desired_along, desired_at
+from fivebar_control.trajectory.desired import desired_along, desired_at, reference_of
 from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.reference_row import reference_of
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_description.forbidden import NamedBounds

@@ -1,8 +1,14 @@
-"""Watchdog over the inputs of the last node. Times are seconds of a steady clock, given by the caller."""
+"""Watchdog over the inputs of the last node. Times are seconds of a steady clock, given by the caller.
+
+That clock does not advance while the process is suspended: its deadlines would expire although no sender is late, and
+messages that came in time are still queued. It continues from where the pause began, so that they can be processed
+first. The pause of a node itself is detected by the nodes that wait for its answers.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from fivebar_control.fault import Fault
 
@@ -99,3 +105,21 @@ class Watchdog:
         """Return why a reset is refused for lack of a recent complete sample, None where there is one."""
         recent = max(self._candidate_deadline, RECENT)
         return None if now - self._complete < recent else f"no sample has been complete for {recent * 1e3:g} ms"
+
+
+class PauseCompensatedClock:
+    """The time (s) of a steady clock minus the pauses of the process, which has to read it periodically."""
+
+    def __init__(self, steady: Callable[[], float], longest: float) -> None:
+        """Start at the steady clock's time; the interval between two readings counts for `longest` (s) at most."""
+        self._steady = steady
+        self._longest = longest
+        self._last = steady()
+        self._paused = 0.0
+
+    def read(self) -> float:
+        """Return the time (s)."""
+        now = self._steady()
+        self._paused += max(0.0, now - self._last - self._longest)
+        self._last = now
+        return now - self._paused

@@ -27,8 +27,8 @@ from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
 from fivebar_control.root_search import minimum_between
 from fivebar_control.trajectory.path import Segment
-from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
+from fivebar_control.trajectory.time_law import rest_to_rest
 from fivebar_description.parameters import FiveBar, external_force, without_external_force
 
 MONOTONE_GRID = 400

@@ -12,10 +12,9 @@ from typing import NamedTuple
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.polynomial import rest_to_rest
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.spline import SplineSegment
-from fivebar_control.trajectory.time_law import TimeLaw, progress, time_fraction
+from fivebar_control.trajectory.time_law import TimeLaw, progress, rest_to_rest, time_fraction
 
 
 class Segment(NamedTuple):

@@ -25,11 +25,11 @@ from fivebar_control.trajectory.locus_search import grid_along, locus_fractions,
 from fivebar_control.trajectory.optimal import CrossedWay, optimal_law
 from fivebar_control.trajectory.optimal_with_friction import optimal_law_with_friction
 from fivebar_control.trajectory.path import AnySegment, Path, Segment
-from fivebar_control.trajectory.polynomial import rest_to_rest_without_jerk
 from fivebar_control.trajectory.pushed_law import Demand, pushed_law
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
 from fivebar_control.trajectory.refusal import place
 from fivebar_control.trajectory.rounded import RESTS, RoundedSegment, radii_at, stretches
+from fivebar_control.trajectory.time_law import rest_to_rest_without_jerk
 from fivebar_control.trajectory.type1 import (
     TYPE_1_CLEARANCE,
     Meeting,

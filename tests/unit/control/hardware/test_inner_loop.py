@@ -10,7 +10,7 @@ import pytest
 from fivebar_control.hardware.board_file import BoardDrive, BoardFile
 from fivebar_control.hardware.drive_interface import JointTarget
 from fivebar_control.hardware.inner_loop import OPEN, InnerLoop, set_point
-from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.robot_file import load_robot

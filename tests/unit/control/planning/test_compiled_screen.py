@@ -19,9 +19,14 @@ from fivebar_control.planning.predicted_estimate import Sensing, predict_estimat
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.planning.reference_sample import samples_of
 from fivebar_control.trajectory import locus_search
-from fivebar_control.trajectory.desired import desired_along, desired_at
+from fivebar_control.trajectory.desired import (
+    REFERENCE_VALUES,
+    desired_along,
+    desired_at,
+    reference_of,
+    write_reference,
+)
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
-from fivebar_control.trajectory.reference_row import REFERENCE_VALUES, reference_of, write_reference
 from fivebar_control.trajectory.way import StraightWay
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar

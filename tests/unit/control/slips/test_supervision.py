@@ -7,7 +7,7 @@ import math
 import pytest
 
 from fivebar_control.laws.adaptive_gain import NO_MEMORY, gain_factors, gain_memory
-from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.blend import blending_weight
 
 
 def table_of_4_1_2(kappa: float, epsilon: float) -> float:

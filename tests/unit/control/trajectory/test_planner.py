@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fivebar_control.laws.supervisor import blending_weight
+from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, parallel_svd
 from fivebar_control.model.state import State

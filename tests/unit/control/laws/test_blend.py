@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_control.laws.blend import blend
-from fivebar_control.laws.supervisor import blending_weight, forecast_width
+from fivebar_control.laws.blend import blend, blending_weight, forecast_width
 from fivebar_control.laws.torque import UNDEFINED, Torque
 
 KAPPA = st.floats(0.0, 1.0)

@@ -7,7 +7,7 @@ import pytest
 
 from fivebar_control.laws.reference import Reference
 from fivebar_control.model.state import Leg, State
-from fivebar_control.trajectory.reference_row import REFERENCE_VALUES, reference_of, write_reference
+from fivebar_control.trajectory.desired import REFERENCE_VALUES, reference_of, write_reference
 
 
 @pytest.mark.parametrize("by_motors", [False, True])
