@@ -109,7 +109,8 @@ def _remove_outdated(folder: Path, module: str, name: str, kept: FunctionType) -
 def digest(function: Callable[..., Any]) -> str:
     """Return a digest of a plain function's code and constants and of those of all functions that it calls.
 
-    The classes of their arguments enter it with names and fields: machine code reads fields by their place.
+    The classes of their arguments enter it with names and fields: machine code reads fields by their place. So do the
+    modules of functions and classes, which it imports when it is loaded.
     It is the same in every process: neither the order of a set nor the way in which the interpreter holds equal
     constants enters it, which both vary from one compilation of a source to the next; nor do file and lines.
     """
@@ -187,7 +188,8 @@ def _ingredients(function: FunctionType, seen: set[FunctionType]) -> Iterator[by
         return
     seen.add(function)
     defaults = _canonical((function.__defaults__, function.__kwdefaults__))
-    yield f"{_canonical(function.__code__)} {defaults} {_arguments(function)}\n".encode()
+    # kept code imports the modules of its functions and classes
+    yield f"{function.__module__} {_canonical(function.__code__)} {defaults} {_arguments(function)}\n".encode()
     for name, value in _globals_of(function):
         if isinstance(value, FunctionType):
             yield from _ingredients(value, seen)
@@ -224,7 +226,7 @@ def _canonical(value: Any) -> str:
             return f"code{(value.co_code, value.co_exceptiontable, *inputs, *names)} {_canonical(value.co_consts)}"
         case type():
             fields = getattr(value, "_fields", ()), getattr(value, "_field_defaults", {})
-            return f"class {value.__qualname__} {_canonical(fields)}"
+            return f"class {value.__module__}.{value.__qualname__} {_canonical(fields)}"
         case tuple() | list():
             return f"{kind}[{', '.join(map(_canonical, value))}]"
         case set() | frozenset():

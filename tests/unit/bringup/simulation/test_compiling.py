@@ -294,3 +294,13 @@ def test_the_classes_of_arguments_are_in_the_digest() -> None:
         exec("def function(x: Outer):\n    return x.inner.a", namespace)
         digests.add(digest(namespace["function"]))
     assert len(digests) == 3
+
+
+def test_the_modules_of_functions_and_classes_are_in_the_digest() -> None:
+    """Machine code that is loaded imports them, so that of a function that was moved is not that of another one."""
+    digests = set()
+    for own, made in (("one", "one"), ("other", "one"), ("one", "other")):
+        namespace: dict[str, Any] = {"__name__": own, "Made": namedtuple("Made", "one", module=made)}
+        exec("def function(x):\n    return Made(x)", namespace)
+        digests.add(digest(namespace["function"]))
+    assert len(digests) == 3
