@@ -31,8 +31,8 @@ def _swept(rig: str, seed: int, cases: int, quick: int) -> StudyRun:
 
 
 RUNS = (
-    _swept("calibrated", 818283, 3000, 20),
-    _swept("good", 818283, 3000, 20),
+    _swept("calibrated", 818283, 1500, 20),
+    _swept("good", 818283, 1500, 20),
     _swept("middling", 818283, 1000, 20),
     _swept("middling:normal", 848586, 500, 20),
     _swept("printed_calibrated", 929292, 2000, 10),
