@@ -232,11 +232,41 @@ def test_a_jump_an_offset_and_an_error_have_limits_of_their_own(limits: dict[str
         assert inconsistency_reason(model, memory.misfit, memory.pattern).startswith(words)
 
 
+@pytest.mark.parametrize("play", [0.0, 1e-3])
+def test_what_the_innovations_show_is_shared_out_among_the_causes(play: float) -> None:
+    """A quarter of the encoders' squares came at once, a sixteenth of the rest is one-sided."""
+    model = model_of()._replace(play=play)
+    jump = math.sqrt(0.25 * 40.0 / (0.5 * model.misfit_share))
+    half = Trend(math.sqrt(0.5), 1.0)
+    pattern = Pattern(Trend(1.0, 4.0), Trend(2.0, 2.5), half, jump, 2, 0.0)
+    causes = causes_of(model, Misfit(40.0, 8.0, 4.0), pattern)
+    weights = {" ".join(cause.words.split()[:2]): cause.weight for cause in causes}
+    encoders, gyro, elbow = 40.0 / 52.0, 8.0 / 52.0, 4.0 / 52.0
+    swinging = 0.75 * 15.0 / 16.0 * encoders + 0.5 * gyro
+    assert weights == pytest.approx(
+        {
+            "elasticity or": (2.0 if play == 0.0 else 1.0) * swinging,
+            "lengths or": 0.75 / 16.0 * encoders,
+            "the encoder": 0.25 * encoders,
+            "the gyroscope's": 0.5 * gyro,
+            "the passive": elbow,
+        }
+    )
+
+
 def test_an_error_beyond_its_limit_is_explained_by_lengths_or_zeros_first() -> None:
     model, pattern = model_of(TIGHT._replace(error_limit=1.5)), pattern_of(0.1, 0.0, 0.0, 0.0, 1.8)
     assert causes_of(model, Misfit(0.5, 0.5, 0.5), pattern)[0].words.startswith("lengths or zeros beyond")
     swinging = causes_of(model, Misfit(0.5, 0.5, 0.5), pattern._replace(error=0.0))
     assert swinging[0].words.startswith("elasticity or play")
+
+
+def test_what_is_further_off_than_its_limit_is_named_before_an_offset() -> None:
+    model, one_sided = model_of(TIGHT._replace(misfit_limit=36.0, offset_limit=2.0)), pattern_of(0.1, 1.0, 3.0)
+    assert inconsistency_reason(model, Misfit(49.0, 1.0, 1.0), one_sided).startswith("the motor encoders differ")
+    assert inconsistency_reason(model, Misfit(25.0, 1.0, 1.0), one_sided).startswith("the gyroscope differs from its")
+    within = inconsistency_reason(model, Misfit(25.0, 1.0, 1.0), pattern_of(0.1, 0.1, 3.0))
+    assert within.startswith("the motor encoders differ")
 
 
 def test_a_jump_does_not_hide_that_another_sensor_is_far_off() -> None:

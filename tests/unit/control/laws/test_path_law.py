@@ -113,6 +113,37 @@ def test_the_clock_is_that_of_the_nearest_place_and_follows_the_plan_where_that_
     assert nearest_clock(plan, 2.0, still, PERIOD, 0.03) == pytest.approx(2.0, abs=0.1)
 
 
+def test_the_nearest_place_is_never_beyond_the_end_of_the_plan(dextar: FiveBar) -> None:
+    plan = np.array(REFERENCES[:251])
+    assert nearest_clock(plan, 248.0, on_plan(dextar, 260), PERIOD, 1e-4) == 250.0
+
+
+def test_the_clock_goes_on_with_the_pace_of_the_robot_and_over_missing_samples(dextar: FiveBar) -> None:
+    one = settings()
+    for pace, sample in ((0.8, 201), (1.2, 201), (1.0, 204)):
+        # three samples are missing before the last one
+        before = PathMemory(np.array(REFERENCES), 200, 200.0, NOTHING_OBSERVED)
+        state = on_plan(dextar, sample, pace)
+        _, after = LAW.step(dextar, instant(state, reference(dextar, sample)), before, one)
+        assert after.sample == sample
+        assert after.clock == pytest.approx(sample + pace, abs=0.02)
+
+
+@pytest.mark.parametrize(("here", "sample"), [(250, 200), (200, 250)])
+def test_a_robot_that_is_early_slows_down_and_a_late_one_hurries(dextar: FiveBar, here: int, sample: int) -> None:
+    state = on_plan(dextar, here)
+    mapped = input_map(dextar, state)
+    assert mapped is not None
+    forward = []
+    for catch_up in (0.0, 0.2):
+        u = torque_of(dextar, state, sample, float(here), settings(catch_up=catch_up))
+        ax = mapped.g_x1 * u.tau1 + mapped.g_x2 * u.tau2
+        ay = mapped.g_y1 * u.tau1 + mapped.g_y2 * u.tau2
+        forward.append((ax * state.vx + ay * state.vy) / math.hypot(state.vx, state.vy))
+    assert (forward[1] - forward[0]) * (sample - here) > 0.0
+    assert abs(forward[1] - forward[0]) > 0.1
+
+
 def test_the_clock_begins_with_a_motion_and_goes_on_where_the_motion_changes() -> None:
     plan, observed = np.array(REFERENCES), NOTHING_OBSERVED._replace(d1=0.1)
     under_way = PathMemory(plan, 200, 190.5, observed)

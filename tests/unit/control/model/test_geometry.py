@@ -14,6 +14,7 @@ from fivebar_control.model.geometry import (
     leg_angles,
     leg_cosine,
     reach_margin,
+    workspace_bounds,
     wrap,
 )
 from fivebar_control.model.kinematics import det_a, state_from_platform
@@ -201,3 +202,18 @@ def test_wrap_turns_by_whole_turns_into_half_open_range(angle: float) -> None:
     wrapped = wrap(angle)
     assert -math.pi < wrapped <= math.pi
     assert math.remainder(angle - wrapped, 2.0 * math.pi) == pytest.approx(0.0, abs=4e-12)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_the_bounds_are_the_common_part_of_both_legs_boxes(dextar: FiveBar, mirrored: bool) -> None:
+    long = dextar.leg1._replace(base_x=-0.02, proximal=0.1, distal=0.2)
+    short = dextar.leg1._replace(base_x=0.05, proximal=0.08, distal=0.09)
+    legs = (short, long) if mirrored else (long, short)
+    bounds = workspace_bounds(dextar._replace(leg1=legs[0], leg2=legs[1]))
+    # the circle of the short leg lies inside that of the long one
+    assert tuple(bounds) == pytest.approx((0.05 - 0.17, 0.05 + 0.17, -0.17, 0.17))
+    apart = short._replace(base_x=0.25)
+    legs = (apart, long) if mirrored else (long, apart)
+    bounds = workspace_bounds(dextar._replace(leg1=legs[0], leg2=legs[1]))
+    assert bounds.left == pytest.approx(0.25 - 0.17)
+    assert bounds.right == pytest.approx(-0.02 + 0.3)
