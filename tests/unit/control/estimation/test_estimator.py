@@ -219,3 +219,20 @@ def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_re
     assert one.fault is not None
     assert one.belief is not None
     assert math.isnan(one.belief.estimate.clock)
+
+
+def test_readings_of_a_passive_joint_are_used_in_the_turn_of_the_one_before() -> None:
+    def answers(turns: float, read: bool) -> list[JointEstimate]:
+        homing = homing_at(ROBOT, 1, -1, *PLACE)
+        one = StateEstimator(ROBOT, homing, 500, Drives(), EkfSettings(), Tolerances(), PassiveEncoder(2, 20_000))
+        found = []
+        for sample in range(12):
+            # it comes round by whole turns, as after a restart of its electronics
+            elbow = Q.q22 + 0.002 * sample + (2.0 * math.pi * turns if sample > 5 else 0.0)
+            found.append(one.take(sample, Q.q11, Q.q21, 0.0, 0.0, elbows=[(float(sample), elbow)] if read else []))
+        return found
+
+    with_it, turned, without = answers(0.0, True), answers(-3.0, True), answers(0.0, False)
+    for one, other in zip(with_it, turned, strict=True):
+        assert one.position == pytest.approx(other.position, abs=1e-9)
+    assert abs(with_it[-1].position[3] - without[-1].position[3]) > 5e-5

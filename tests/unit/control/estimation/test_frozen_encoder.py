@@ -19,6 +19,7 @@ from fivebar_control.estimation.frozen import (
     EncoderStay,
     FrozenMemory,
     after_readings,
+    hardest_braking,
     longest_held,
     named_fault,
     named_motor,
@@ -162,6 +163,14 @@ def test_a_motor_with_strong_drives_may_have_stopped(dextar: FiveBar, torque: fl
     model = estimator_model(dextar, 1, -1, 100, Drives(20_000, 1, torque), EkfSettings())
     assert (named_motor(model, stays(FEWEST, 0.4), inconsistent=True) == 1) is named
     assert named_motor(model, stays(SURE, 0.4), inconsistent=True) == 1
+
+
+def test_how_hard_a_motor_may_be_braked_follows_from_its_own_leg(dextar: FiveBar) -> None:
+    legs = dextar.leg1._replace(inertia=2e-3, coulomb=0.1), dextar.leg2._replace(inertia=4e-3, coulomb=0.3)
+    robot = dextar._replace(leg1=legs[0], leg2=legs[1])
+    model = estimator_model(robot, 1, -1, 100, Drives(20_000, 1, 8.0), EkfSettings())
+    assert hardest_braking(model, 1, FEWEST) == pytest.approx(8.1 / 2e-3)
+    assert hardest_braking(model, 2, FEWEST) == pytest.approx(8.3 / 4e-3)
 
 
 def test_what_keeps_the_gyroscope_from_being_used_comes_before_what_follows_from_it(dextar: FiveBar) -> None:

@@ -12,11 +12,8 @@ from fivebar_control.estimation.causes import causes_of, inconsistency_reason
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import Belief, advanced, as_vector, guessed, predicted
 from fivebar_control.estimation.encoder import Angle
-from fivebar_control.estimation.history import (
-    angle_at,
-    keep_belief,
-)
-from fivebar_control.estimation.measurements import corrected, motor_speeds, seen_at, turn_rate
+from fivebar_control.estimation.history import ELBOW, angle_at, keep_belief, row_of
+from fivebar_control.estimation.measurements import corrected, elbow_speed, motor_speeds, seen_at, turn_rate
 from fivebar_control.estimation.readings import Misfit, Pattern, Trend, with_elbow, with_motors, with_rate, with_seen
 from fivebar_control.estimation.step import Mean, first_update, mean_of, next_update, prediction
 from fivebar_control.estimation.trips import ESTIMATE_INCONSISTENT, ESTIMATE_LOST
@@ -62,6 +59,20 @@ def test_each_reading_of_a_sensor_counts_once_in_its_mean() -> None:
     expected = 1.0 + model.misfit_share * (seen.squared.elbow - 1.0)
     assert seen.memory.misfit.elbow == pytest.approx(expected, rel=1e-12)
     assert math.isnan(next_update(model, seen.memory, elbow.start).squared.elbow)
+
+
+def test_a_reading_of_a_passive_joint_between_two_samples_is_moved_by_the_speed_that_is_expected() -> None:
+    model = model_of()
+    memory = started(model)
+    turning = memory.belief.estimate._replace(vx=0.05, vy=-0.02)
+    for entry in range(memory.newest + 1):
+        keep_belief(memory.history, entry, Belief(turning, memory.belief.covariance))
+    speed = elbow_speed(model.filter, turning, model.elbow)
+    assert abs(speed) > 0.1
+    for made in (3.0, 2.75):
+        placed = with_elbow(model, memory, made, 0.5)
+        kept = placed.memory.history.inputs[row_of(placed.memory.history, placed.start), ELBOW]
+        assert kept == pytest.approx(0.5 - model.elbow_zero + (3.0 - made) / RATE_HZ * speed, abs=1e-12)
 
 
 def test_two_rates_of_one_update_count_by_their_mean() -> None:

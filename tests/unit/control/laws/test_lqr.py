@@ -40,6 +40,13 @@ def test_the_gain_at_rest_solves_the_algebraic_riccati_equation(dextar: FiveBar)
     assert (gain.u1, gain.u2) == (0.0, 0.0)
 
 
+def test_the_planned_torques_are_those_for_both_accelerations(dextar: FiveBar) -> None:
+    settings = as_numbers(LqrSettings())
+    gain = lqr_gains(dextar, 1, -1, [MOVING], 1.0 / RATE_HZ, settings)[MOVING]
+    response = direct_dynamics(dextar, state_from_platform(dextar, 1, -1, *MOVING[:4]), gain.u1, gain.u2, 0.0, 0.0)
+    assert (response.ax, response.ay) == pytest.approx((MOVING.ax, MOVING.ay), rel=1e-6)
+
+
 MOVING = Platform(0.01, 0.13, 0.2, -0.3, 1.0, -2.0)
 """An instant away from the locus."""
 

@@ -18,7 +18,15 @@ from fivebar_control.laws.mpc import (
     unified_settings,
     window_of,
 )
-from fivebar_control.laws.mpc_problem import LEAST_WEIGHT, NO_PLAN, SCALE, QuadraticProgram, problem_of, weights_of
+from fivebar_control.laws.mpc_problem import (
+    LEAST_WEIGHT,
+    NO_PLAN,
+    SCALE,
+    QuadraticProgram,
+    problem_of,
+    solve,
+    weights_of,
+)
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY, input_map, observed_disturbance, unified_step
@@ -185,3 +193,14 @@ def test_a_torque_changes_by_a_step_at_most() -> None:
     assert changed_by_at_most(Torque(0.6, 0.4), Torque(0.5, 0.5), 0.25) == (0.6, 0.4)
     assert changed_by_at_most(Torque(9.0, -9.0), Torque(0.5, 0.5), math.inf) == (9.0, -9.0)
     assert changed_by_at_most(Torque(9.0, -9.0), None, 0.25) == (9.0, -9.0)
+
+
+@pytest.mark.parametrize("unit", [0.25, 1.0, 8.0])
+def test_the_solution_does_not_depend_on_the_unit_of_the_torques(unit: float) -> None:
+    """One torque is at its upper bound, one at its lower bound; of the third and the fourth, the change is bounded."""
+    quadratic, gradient = np.diag([1.0, 2.0, 1.0, 1.0]), np.array([-2.0, 4.0, -0.6, -0.1])
+    low, high = np.array([-0.5, -0.5, -0.5, -0.5, -0.3]), np.array([0.4, 0.4, 0.7, 0.7, 0.3])
+    problem = QuadraticProgram(quadratic, gradient, np.array([[0.0, 0.0, 1.0, -1.0]]), low, high)
+    torques = solve(problem, None, unit).torques
+    # without the bound on the change the last two were 0.6 and 0.1
+    assert torques == pytest.approx([0.4, -0.5, 0.5, 0.2], abs=1e-8)
