@@ -19,6 +19,7 @@ from fivebar_description.interface import (
     FAULTS,
     JOINT_STATES,
     MOTOR_STATES,
+    REFERENCE_MOTION,
     SAFETY_STATE,
     SUPERVISOR_STATE,
     TORQUE_COMMAND,
@@ -49,7 +50,7 @@ SENSORS = {
 }
 """Sections of a run that has every topic of the control chain but those of other laws and of pictures."""
 
-ELSEWHERE = {CTC_TORQUE, VHC_TORQUE, UNIFIED_TORQUE, SUPERVISOR_STATE, CAMERA_IMAGE, CAMERA_INFO}
+ELSEWHERE = {CTC_TORQUE, VHC_TORQUE, UNIFIED_TORQUE, REFERENCE_MOTION, SUPERVISOR_STATE, CAMERA_IMAGE, CAMERA_INFO}
 
 
 def first_fault(run: GraphRun) -> str:
