@@ -63,7 +63,7 @@ def first_fault(run: GraphRun) -> str:
     ("mode", "topic"),
     [
         pytest.param("lockstep", CTC_TORQUE, marks=pytest.mark.extra),
-        ("lockstep", TORQUE_COMMAND),
+        pytest.param("lockstep", TORQUE_COMMAND, marks=pytest.mark.extra),
         pytest.param("realtime", CTC_TORQUE, marks=[pytest.mark.clock, pytest.mark.extra]),
         pytest.param("realtime", TORQUE_COMMAND, marks=[pytest.mark.clock, pytest.mark.extra]),
     ],

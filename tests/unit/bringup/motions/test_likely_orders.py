@@ -56,6 +56,7 @@ def test_a_request_is_made_in_a_likely_duration_and_one_that_is_given_is_kept(or
     assert orders.plan(crossing(2.0)) is kept
 
 
+@pytest.mark.extra
 def test_all_moves_succeed_on_no_more_robots_than_the_least_likely_one(orders: LikelyOrders) -> None:
     slow, quick = (orders.together([one]) for one in (crossing(2.0), crossing(0.5)))
     both = orders.together([crossing(2.0), crossing(0.5), crossing(2.0)])

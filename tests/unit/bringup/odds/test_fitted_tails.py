@@ -33,6 +33,7 @@ def test_a_limit_is_exceeded_as_seldom_as_it_promises() -> None:
     assert np.median(rates) > 1e-3 / ALARMS
 
 
+@pytest.mark.extra
 def test_the_rate_of_alarms_is_what_runs_come_to_and_its_upper_end_beyond() -> None:
     """Of shares of a limit with an exponential tail, one in 1000 of which exceeds the limit."""
     random, rates = np.random.default_rng(40), []

@@ -203,7 +203,9 @@ def test_an_estimate_that_could_be_the_other_assembly_mode_is_a_fault() -> None:
     assert all(map(math.isfinite, answer.position))
 
 
-@pytest.mark.parametrize("step", [estimator_step, compiled_step()], ids=["plain", "compiled"])
+@pytest.mark.parametrize(
+    "step", [estimator_step, pytest.param(compiled_step(), marks=pytest.mark.extra)], ids=["plain", "compiled"]
+)
 def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_read(
     step: Callable[..., EstimatorStep],
 ) -> None:

@@ -79,6 +79,7 @@ def test_places_where_elbows_pass_come_later_whichever_way_a_gate_is_passed(
     assert lengths != sorted(lengths)
 
 
+@pytest.mark.extra
 def test_a_place_counts_only_where_the_whole_course_keeps_the_limits(dextar: FiveBar) -> None:
     known = plan_transfer(dextar, MODE, START, GOAL, None, 500)
 
