@@ -52,6 +52,7 @@ def test_a_row_has_quantiles_and_counts_of_what_is_within_the_aims() -> None:
     assert row.endswith("| 1 |")
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("rig", ["encoders", "realistic"])
 @pytest.mark.parametrize("words", ["`unified`", "`mpc`, `weight` 1e-05"])
 def test_each_law_crosses_by_the_encoders_in_a_second(words: str, rig: str) -> None:

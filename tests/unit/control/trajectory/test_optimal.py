@@ -91,6 +91,7 @@ def test_it_meets_the_criterion_at_every_crossing(
         assert abs(criterion_residual(robot, 1, -1, there)) < 1e-9
 
 
+@pytest.mark.extra
 def test_the_predictive_law_follows_at_the_limit_of_its_torque(dextar: FiveBar) -> None:
     run = predict_run(dextar, planned(dextar, 0.35, OPTIMAL), RATE_HZ, default_tuning(CONTROLLERS["mpc"]), 1.2)
     assert run.mode_changes.value == 1.0
