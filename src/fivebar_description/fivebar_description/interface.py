@@ -231,7 +231,7 @@ GOAL_STATUS = Topic("goal/status", "std_msgs/msg/String", STATE_QOS)
 RELEASE_STATUS = Topic("release/status", "std_msgs/msg/String", STATE_QOS)
 """How far a release from the Type 2 locus has come, from the blender: there only once one has been asked for."""
 
-RELEASE_UNDER_WAY = ("begins", "resting", "pressing")
+RELEASE_BEGINS, RELEASE_RESTS, RELEASE_PRESSES = "begins", "resting", "pressing"
 """Texts on `release/status` while the release goes on; any other tells how it has ended."""
 
 GOAL_POSE = Topic("goal_pose", "geometry_msgs/msg/PoseStamped", from_outside=True)

@@ -65,16 +65,15 @@ def robustness(
 
     Example: `fivebar robustness --effects lengths,zeros,elasticity --out runs/robustness`
     """
-    of_effects = {"--effects": effects, "--controllers": controllers, "--robot": robot, "--quick": quick or None}
+    of_effects = {"--effects": effects, "--robot": robot, "--quick": quick or None}
     of_sensors = {"--rig": rig, "--cases": cases, "--seed": seed}
     machines = Machines(jobs, scheduler, scheduler_file)
     if losses:
-        others = {name: value for name, value in of_effects.items() if name != "--controllers"}
-        _refuse("--losses", {**others, **of_sensors})
+        _refuse("--losses", {**of_effects, **of_sensors})
         _losses(controllers, out, machines, as_json)
         return
     if rig is not None:
-        _refuse("--rig", {name: value for name, value in of_effects.items() if name != "--controllers"})
+        _refuse("--rig", of_effects)
         _sensors(controllers, {"rig": rig, "cases": cases, "seed": seed}, out, machines, as_json)
         return
     _refuse("--effects", of_sensors)

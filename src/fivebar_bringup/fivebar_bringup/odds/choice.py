@@ -8,7 +8,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import RobotErrors
-from fivebar_bringup.odds.trials import OTHER_ROBOTS, ROBOTS, Trials, odds_of, trials_of
+from fivebar_bringup.odds.trials import OTHER_ROBOTS, ROBOTS, Trials, trials_of
 from fivebar_bringup.scenario import Scenario
 
 FIRST_ROBOTS = 6
@@ -68,5 +68,5 @@ def likeliest(
     if not left:
         return None
     motion = left[0][0]
-    odds = odds_of(scenario_of(motion), errors, seed, judges, until)
+    odds = trials_of(scenario_of(motion), errors, seed, judges, until).odds
     return Choice(motion, odds, judges) if odds.robots == len(judges) else None

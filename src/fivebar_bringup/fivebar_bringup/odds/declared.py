@@ -5,7 +5,7 @@ from __future__ import annotations
 from fivebar_bringup.odds.drawn_robots import declared_errors
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import UNIFORM
-from fivebar_bringup.odds.trials import ROBOTS, odds_of
+from fivebar_bringup.odds.trials import ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
 
 SEED = 20_011
@@ -19,4 +19,4 @@ def declared_odds(scenario: Scenario, robots: int = ROBOTS, distribution: str = 
         PlanRefused: the motion cannot be made.
     """
     errors = declared_errors(scenario)._replace(distribution=distribution)
-    return odds_of(scenario, errors, SEED, range(robots))
+    return trials_of(scenario, errors, SEED, range(robots)).odds

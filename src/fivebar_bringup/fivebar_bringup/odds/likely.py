@@ -12,7 +12,7 @@ from fivebar_bringup.odds.declared import SEED
 from fivebar_bringup.odds.drawn_robots import declared_errors
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import most_relieved
-from fivebar_bringup.odds.trials import ROBOTS, odds_of
+from fivebar_bringup.odds.trials import ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_description.stages import stage
@@ -76,7 +76,7 @@ def likely_motion(
     with stage("trying drawn robots"):
         # the odds of a given duration are stated; of another one they only have to tell whether others are tried
         failures = math.inf if given else (1.0 - required) * ROBOTS
-        odds = odds_of(first.scenario, errors, SEED, range(ROBOTS), until, failures)
+        odds = trials_of(first.scenario, errors, SEED, range(ROBOTS), until, failures).odds
     found = LikelyMotion(*first, odds)
     if odds.successes + ROBOTS - odds.robots >= required * ROBOTS:
         # likely enough, or not known to be unlikely when the time was over

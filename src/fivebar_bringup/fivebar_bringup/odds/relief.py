@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import RobotErrors
-from fivebar_bringup.odds.trials import OTHER_ROBOTS, odds_of
+from fivebar_bringup.odds.trials import OTHER_ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
 
 LEAST_GAIN = 2
@@ -46,7 +46,7 @@ def reliefs(scenario: Scenario, errors: RobotErrors, seed: int, robots: Sequence
         without: dict[str, Any] = dict.fromkeys(remedy.errors, 0.0)
         exact = errors._replace(**without)
         if exact != errors:
-            found.append(Relief(remedy.words, odds_of(scenario, exact, seed, robots)))
+            found.append(Relief(remedy.words, trials_of(scenario, exact, seed, robots).odds))
     return sorted(found, key=lambda one: -one.odds.successes)
 
 

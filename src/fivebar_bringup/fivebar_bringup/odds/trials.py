@@ -58,18 +58,6 @@ class Trials(NamedTuple):
         return Trials(self.odds + other.odds, self.promise + other.promise, self.failed | other.failed)
 
 
-def odds_of(
-    scenario: Scenario,
-    errors: RobotErrors,
-    seed: int,
-    robots: Iterable[int],
-    until: float = math.inf,
-    failures: float = math.inf,
-) -> Odds:
-    """Return the odds of a scenario's motion; arguments as for `trials_of`."""
-    return trials_of(scenario, errors, seed, robots, until, failures).odds
-
-
 def trials_of(
     scenario: Scenario,
     errors: RobotErrors,
@@ -153,7 +141,10 @@ def _threads() -> int:
 def _side_by_side(run: Callable[[int], Try | None], robots: Iterable[int], threads: int) -> Iterator[Try | None]:
     """Yield what comes of each robot, in order; the first is run alone, since it loads machine code."""
     left = iter(robots)
-    yield from map(run, left if threads == 1 else islice(left, 1))
+    if threads == 1:
+        yield from map(run, left)
+        return
+    yield from map(run, islice(left, 1))
     with ThreadPoolExecutor(threads) as pool:
         while group := list(islice(left, threads)):
             yield from pool.map(run, group)

@@ -26,7 +26,15 @@ from fivebar_control.planning.release_step import (
 )
 from fivebar_control.scenario.release import scenario_release
 from fivebar_control.scenario.scenario import ControlScenario
-from fivebar_description.interface import ACTIVE_JOINTS, IMU_DATA, MOTOR_STATES, RELEASE_STATUS
+from fivebar_description.interface import (
+    ACTIVE_JOINTS,
+    IMU_DATA,
+    MOTOR_STATES,
+    RELEASE_BEGINS,
+    RELEASE_PRESSES,
+    RELEASE_RESTS,
+    RELEASE_STATUS,
+)
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.ros.messages import read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
@@ -99,7 +107,7 @@ class Releasing:
         if reason is None:
             self._listen()
             self._wanted, self._release, self._rate = True, None, math.nan
-            self._say("begins")
+            self._say(RELEASE_BEGINS)
             response.message = f"begins with the next sample: {RELEASE_STATUS.name} tells what becomes of it"
         else:
             response.message = f"not released: {reason}"
@@ -154,7 +162,7 @@ class Releasing:
         if has_ended(self._memory):
             self._finish(self._result(q11, q21))
         elif self._memory.phase != before and self._memory.phase == PRESSING:
-            self._say("pressing")
+            self._say(RELEASE_PRESSES)
 
     def _begin(self, sample: int, q11: float, q21: float, platform: tuple[float, float] | None) -> None:
         try:
@@ -163,7 +171,7 @@ class Releasing:
             self._finish(f"refused: {error}")
             return
         self._release, self._memory, self._last = plan.release, first_memory(plan.release), sample - 1
-        self._say("resting")
+        self._say(RELEASE_RESTS)
 
     def _result(self, q11: float, q21: float) -> str:
         """Return how a release has ended, and where the robot is."""

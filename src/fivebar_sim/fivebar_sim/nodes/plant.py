@@ -25,8 +25,10 @@ from fivebar_description.interface import (
     MOTOR_STATES,
     NANOSECONDS,
     READINGS_RELEASED,
+    RELEASE_BEGINS,
+    RELEASE_PRESSES,
+    RELEASE_RESTS,
     RELEASE_STATUS,
-    RELEASE_UNDER_WAY,
     RUN_READY,
     SAFETY_STATE,
     START_STAMP_NS,
@@ -346,7 +348,7 @@ class PlantNode(GraphNode):
 
     def _on_release_status(self, message: String) -> None:
         """Let the torques of a release act, although a fault has stopped the robot."""
-        self._is_released = message.data in RELEASE_UNDER_WAY
+        self._is_released = message.data in (RELEASE_BEGINS, RELEASE_RESTS, RELEASE_PRESSES)
 
     @property
     def _torque(self) -> tuple[float, float]:

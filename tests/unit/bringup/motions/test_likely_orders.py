@@ -10,7 +10,7 @@ import pytest
 from fivebar_bringup.motions import likely_orders
 from fivebar_bringup.motions.likely_orders import LikelyOrders, planner_of
 from fivebar_bringup.odds import likely
-from fivebar_bringup.odds.trials import ROBOTS, odds_of
+from fivebar_bringup.odds.trials import ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.places import chart_for
@@ -92,12 +92,12 @@ def test_a_refusal_for_want_of_time_is_not_kept(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
 
     def first_tried(*given: object) -> object:
-        found = odds_of(*given)  # type: ignore[arg-type]
+        found = trials_of(*given)  # type: ignore[arg-type]
         now[0] = 61.0
         return found
 
     with monkeypatch.context() as cut:
-        cut.setattr(likely, "odds_of", first_tried)
+        cut.setattr(likely, "trials_of", first_tried)
         refused = hurried.plan(request).refused
     assert refused.endswith("expected at least 90% (risk.success), and no time was left to try others (risk.odds_time)")
     # the same request, with time

@@ -62,7 +62,6 @@ def made_by(monkeypatch: pytest.MonkeyPatch) -> dict[tuple[str | int, ...], floa
         return Trials(Odds(made, len(numbers)), share * len(numbers))
 
     monkeypatch.setattr(choice, "trials_of", trials_of)
-    monkeypatch.setattr(choice, "odds_of", lambda *given: trials_of(*given).odds)
     return shares
 
 

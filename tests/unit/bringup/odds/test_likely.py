@@ -13,6 +13,7 @@ from fivebar_bringup.odds.alternatives import Alternatives, Candidate
 from fivebar_bringup.odds.choice import Choice
 from fivebar_bringup.odds.likely import LikelyMotion, likely_motion
 from fivebar_bringup.odds.odds import Odds, told_odds
+from fivebar_bringup.odds.trials import Trials
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.places import TimedCourse
 from fivebar_description.strict_yaml import InputError
@@ -49,7 +50,7 @@ def found_with(
 
     With `law` it is another time law that is best in that duration.
     """
-    monkeypatch.setattr(likely, "odds_of", lambda *arguments: first)
+    monkeypatch.setattr(likely, "trials_of", lambda *arguments: Trials(first))
     monkeypatch.setattr(likely, "most_relieved", lambda *arguments: "with a level base 24 of 24 would")
 
     def choose(
@@ -95,7 +96,7 @@ def test_what_was_chosen_in_place_of_the_first_motion_is_said(monkeypatch: pytes
 
 def test_the_first_motion_is_not_said_to_be_chosen_in_place_of_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     def chosen_of(best: Callable[[list[Candidate[str]]], Candidate[str]]) -> str:
-        monkeypatch.setattr(likely, "odds_of", lambda *arguments: Odds(21, 24))
+        monkeypatch.setattr(likely, "trials_of", lambda *arguments: Trials(Odds(21, 24)))
         monkeypatch.setattr(likely, "best_of_all", lambda motions, *more: Choice(best(motions), Odds(23, 24)))
         return likely_motion(in_seconds(2.0), OTHERS, given=False).chosen
 
@@ -104,7 +105,7 @@ def test_the_first_motion_is_not_said_to_be_chosen_in_place_of_itself(monkeypatc
 
 
 def test_a_search_that_the_clock_cuts_short_does_not_name_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(likely, "odds_of", lambda *arguments: Odds(8, 24))
+    monkeypatch.setattr(likely, "trials_of", lambda *arguments: Trials(Odds(8, 24)))
     monkeypatch.setattr(likely, "best_of_all", lambda motions, *more: Choice(motions[0], Odds(20, 24)))
     cut_short = r"20 of 24 .* \(risk.success\), and no time was left to try more \(risk.odds_time\)$"
     with pytest.raises(InputError, match=cut_short):

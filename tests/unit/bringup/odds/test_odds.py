@@ -22,7 +22,7 @@ from fivebar_bringup.odds.misfit_limits import sound_maxima
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import reliefs
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, NORMAL, UNIFORM, RobotErrors
-from fivebar_bringup.odds.trials import ROBOTS, Trials, odds_of, trials_of
+from fivebar_bringup.odds.trials import ROBOTS, Trials, trials_of
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -133,8 +133,8 @@ def test_a_sound_robot_that_bears_the_heavy_loads_of_its_file_keeps_the_limits_o
 @pytest.mark.extra
 def test_the_odds_follow_the_errors() -> None:
     scenario = slow()
-    exact = odds_of(scenario, NO_ERRORS, 3, range(2))
-    pushed = odds_of(scenario, NO_ERRORS._replace(push=2.0), 3, range(ROBOTS))
+    exact = trials_of(scenario, NO_ERRORS, 3, range(2)).odds
+    pushed = trials_of(scenario, NO_ERRORS._replace(push=2.0), 3, range(ROBOTS)).odds
     assert exact == Odds(2, 2)
     assert 6 <= pushed.successes <= 22
     # nearer to the reference is more promising, though as many robots make it
@@ -143,7 +143,9 @@ def test_the_odds_follow_the_errors() -> None:
     assert quick.odds == slower.odds == Odds(4, 4)
     assert slower.promise < quick.promise < 4.0
     # the same robots, whoever asks
-    halves = [odds_of(scenario, NO_ERRORS._replace(push=2.0), 3, half) for half in (range(12), range(12, ROBOTS))]
+    halves = [
+        trials_of(scenario, NO_ERRORS._replace(push=2.0), 3, half).odds for half in (range(12), range(12, ROBOTS))
+    ]
     assert halves[0] + halves[1] == pushed
     best = reliefs(scenario, declared_errors(scenario), 3, range(ROBOTS))[0]
     assert best.words == "no push"
@@ -174,7 +176,6 @@ def test_the_likeliest_motion_is_found_and_judged_by_robots_that_had_no_part_in_
         return Trials(Odds(made, len(numbers)), made * duration)
 
     monkeypatch.setattr(choice, "trials_of", trials_of)
-    monkeypatch.setattr(choice, "odds_of", lambda *given: trials_of(*given).odds)
     motions = [slow(segment_duration=float(duration)) for duration in (2, 5, 9, 8, 1, 4)]
     found = likeliest(motions, lambda motion: motion, NO_ERRORS, 1)
     assert found is not None

@@ -188,9 +188,7 @@ def command_of(settings: AssessSettings) -> str:
     quick = all(getattr(settings, name) == value for name, value in QUICK.items())
     words += ["--quick"] if quick else [f"--cases {settings.cases}"] if settings.cases != usual.cases else []
     words += [f"--seed {settings.seed}"] if settings.seed != usual.seed else []
-    if settings.controllers != usual.controllers:
-        words.append(f"--controllers {','.join(settings.controllers)}")
-    return " ".join(words)
+    return " ".join([*words, *settings.options("controllers")])
 
 
 def _run(settings: AssessSettings, rows: Sequence[AssessRow]) -> int:

@@ -13,7 +13,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -97,7 +98,7 @@ def prepared() -> Iterator[Path]:
         yield folder
 
 
-def _request(folder: Path, goal: tuple[float, float], torque: float = 2.0) -> Any:
+def _request(folder: Path, goal: tuple[float, float], torque: float) -> Any:
     from fivebar_bringup.motions.request import Request
     from fivebar_bringup.motions.start import HOME_MODE, Start
     from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -120,26 +121,15 @@ def _request(folder: Path, goal: tuple[float, float], torque: float = 2.0) -> An
     )
 
 
-def _goto(folder: Path, watch: Watch) -> Times:
-    from fivebar_bringup.motions.likely import plan_likely
-
-    first, second = (_request(folder, goal) for goal in (BEYOND, BESIDE))
-    loading = watch.lap()
-    plan_likely(first)
-    found = watch.lap()
-    plan_likely(second)
-    return Times(loading, found, watch.lap())
-
-
-def _searched(folder: Path, watch: Watch) -> Times:
+def _goto(folder: Path, watch: Watch, torque: float = 2.0, refused: bool = False) -> Times:
     from fivebar_bringup.motions.likely import plan_likely
     from fivebar_description.errors import InputError
 
-    first, second = (_request(folder, goal, WEAK) for goal in (BEYOND, BESIDE))
+    requests = [_request(folder, goal, torque) for goal in (BEYOND, BESIDE)]
     loading = watch.lap()
     laps = []
-    for one in (first, second):
-        with suppress(InputError):
+    for one in requests:
+        with suppress(InputError) if refused else nullcontext():
             plan_likely(one)
         laps.append(watch.lap())
     return Times(loading, *laps)
@@ -209,7 +199,7 @@ def _case(folder: Path, watch: Watch) -> Times:
 
 KINDS: dict[str, Callable[[Path, Watch], Times]] = {
     "goto": _goto,
-    "goto, refused after all others": _searched,
+    "goto, refused after all others": partial(_goto, torque=WEAK, refused=True),
     "program of three moves": _program,
     "live request": _live,
     "scenario": _scenario,

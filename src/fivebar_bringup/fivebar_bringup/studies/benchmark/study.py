@@ -54,8 +54,7 @@ def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> 
 def command_of(settings: BenchmarkSettings) -> str:
     """Return the command that repeats a benchmark."""
     words = [f"fivebar benchmark --rig {','.join(settings.rigs)}"]
-    if settings.controllers != BenchmarkSettings().controllers:
-        words.append(f"--controllers {','.join(settings.controllers)}")
+    words += settings.options("controllers")
     words += [f"--robot {settings.robot}"] if settings.robot else []
     return " ".join([*words, f"--cases {settings.cases}"])
 

@@ -14,6 +14,12 @@ from fivebar_description.strict_yaml import StrictModel, validate
 class StudySettings(StrictModel):
     """The settings that determine the rows of a study; every field has a default."""
 
+    def options(self, *names: str) -> list[str]:
+        """Return the options of a command for lists of words, those left out that are the default."""
+        given = ((name, getattr(self, name)) for name in names)
+        fields = type(self).model_fields
+        return [f"--{name} {','.join(words)}" for name, words in given if words != fields[name].default]
+
 
 Settings = TypeVar("Settings", bound=StudySettings)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from matplotlib.figure import Figure
@@ -86,24 +86,17 @@ def faults_table(rows: Sequence[FaultRow]) -> TextTable:
         effect = ALL_EFFECTS[name]
         entries = [effect.words, effect.shown(effect.good), effect.shown(effect.middling)]
         for equipment in shown:
-            largest = f"({effect.shown(effect.sizes[-1])})"
-            entries.append(first_failing(of.get((name, equipment)), effect.unit, largest))
+            none = f"– ({effect.shown(effect.sizes[-1])})"
+            entries.append(first_failing(of.get((name, equipment)), effect.shown, none))
         lines.append(entries)
     return TextTable(("one effect alone", "good robot", "middling robot", *shown), lines)
 
 
-def first_failing(climb: Climb | None, unit: str = "", largest: str = "") -> str:
-    """Return the smallest size at which a run fails, "" where there are no runs.
-
-    Args:
-        climb: of the runs.
-        unit: behind the size.
-        largest: behind the dash where no run fails.
-    """
+def first_failing(climb: Climb | None, shown: Callable[[float], str], none: str = "–") -> str:
+    """Return the smallest size at which a run fails, as it is shown; "" without runs, and `none` where no run fails."""
     if climb is None:
         return ""
-    size = climb.first_size
-    return f"– {largest}".rstrip() if size is None else f"{size:.3g} {unit}".rstrip()
+    return none if climb.first_size is None else shown(climb.first_size)
 
 
 def _survived(rows: Sequence[FaultRow], effect: str, equipment: str) -> str:

@@ -49,7 +49,7 @@ def survived_table(rows: Sequence[FaultRow]) -> TextTable:
     for name in dict.fromkeys(row.effect for row in rows):
         effect, entries = ALL_EFFECTS[name], list[str]()
         for law in laws:
-            sizes = [first_failing(of.get((name, f"{law}, {sensors}"))) for sensors in SENSORS]
+            sizes = [first_failing(of.get((name, f"{law}, {sensors}")), "{:.3g}".format) for sensors in SENSORS]
             entries.append("; ".join(sizes))
         lines.append((f"{effect.words} ({effect.unit})", *entries))
     return TextTable(("one effect alone", *laws), lines)

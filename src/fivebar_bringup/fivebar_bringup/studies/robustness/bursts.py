@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from enum import StrEnum
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,9 +41,6 @@ LIMIT = longest_gap(RATE_HZ)
 BURSTS = {Lost.COMMANDS: (1, 5, LIMIT, 15), Lost.SAMPLES: (1, 5, LIMIT - 1)}
 """How many are lost one after the other. The readings after the last burst of samples are the limit after those before:
 with one more missing the estimator gives up."""
-
-WITH_GYRO = "unified, gyro"
-"""The one equipment that has a gyroscope."""
 
 COLOURS = (BLUE, GREEN, VERMILION, PURPLE)
 """In the figure, in turn."""
@@ -95,12 +91,11 @@ class LossRow(NamedTuple):
     cause: str
 
 
-@lru_cache(maxsize=4)
 def series_of(settings: LossSettings) -> tuple[LossSeries, ...]:
     """Return the cases of the study."""
     equipment = []
     for controller in settings.controllers:
-        equipment += [f"{controller}, encoders", *([WITH_GYRO] if WITH_GYRO.startswith(f"{controller}, ") else [])]
+        equipment += [f"{controller}, encoders", *(["unified, gyro"] if controller == "unified" else [])]
     pairs = itertools.product(Lost, equipment)
     return tuple(LossSeries(name, lost, burst) for lost, name in pairs for burst in (0, *BURSTS[lost]))
 
@@ -266,8 +261,7 @@ def losses_report(settings: LossSettings, rows: Sequence[LossRow]) -> StudyRepor
 
 def command_of(settings: LossSettings) -> str:
     """Return the command that repeats the study."""
-    usual, words = LossSettings().controllers, "fivebar robustness --losses"
-    return words if settings.controllers == usual else f"{words} --controllers {','.join(settings.controllers)}"
+    return " ".join(["fivebar robustness --losses", *settings.options("controllers")])
 
 
 LOSSES = Study(

@@ -74,10 +74,7 @@ def command_of(settings: RobustnessSettings) -> str:
     usual, words = RobustnessSettings(), ["fivebar robustness"]
     words += [f"--robot {settings.robot}"] if settings.robot != usual.robot else []
     words += ["--quick"] if settings.draws == QUICK["draws"] else []
-    for name in ("effects", "controllers"):
-        if getattr(settings, name) != getattr(usual, name):
-            words += [f"--{name} {','.join(getattr(settings, name))}"]
-    return " ".join(words)
+    return " ".join([*words, *settings.options("effects", "controllers")])
 
 
 def _as_json(climb: Climb) -> dict[str, Any]:

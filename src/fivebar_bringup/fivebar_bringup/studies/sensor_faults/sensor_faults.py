@@ -120,10 +120,8 @@ def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFau
 
 def command_of(settings: SensorFaultSettings) -> str:
     """Return the command that repeats the study."""
-    words = [f"fivebar robustness --rig {settings.rig} --cases {settings.cases} --seed {settings.seed}"]
-    if settings.controllers != SensorFaultSettings().controllers:
-        words.append(f"--controllers {','.join(settings.controllers)}")
-    return " ".join(words)
+    words = f"fivebar robustness --rig {settings.rig} --cases {settings.cases} --seed {settings.seed}"
+    return " ".join([words, *settings.options("controllers")])
 
 
 SENSOR_FAULTS = Study(

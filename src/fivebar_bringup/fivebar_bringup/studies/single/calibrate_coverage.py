@@ -24,7 +24,7 @@ from fivebar_bringup.simulation.guided import guide
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, TraceRow
 from fivebar_bringup.studies.rigs.named import find_rig, shipped_rigs
 from fivebar_bringup.studies.rigs.rig import Rig, merged
-from fivebar_bringup.studies.single.calibrated_crossings import robot_of_rig
+from fivebar_bringup.studies.single.calibrated_crossings import actual_geometry, robot_of_rig
 from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points, dragged_lag
 from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.closure import GEOMETRY
@@ -173,8 +173,7 @@ def recorded(scenario: Scenario) -> CalibrationRecord:
 
 def errors_of(scenario: Scenario, found: Calibration) -> Calibrated:
     """Return the errors of a calibration of a simulated robot."""
-    plant, count = scenario.plant, len(GEOMETRY)
-    actual = found.start[:count] + np.array([*plant.links[:6], plant.encoders.zero_1, plant.encoders.zero_2])
+    count, actual = len(GEOMETRY), actual_geometry(found, scenario.plant)
     error = found.values[:count] - actual
     rows = np.array([row for _, row in found.crossings])
     return Calibrated(

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fivebar_bringup.odds.intervals import clopper_pearson
 from fivebar_bringup.odds.robot_errors import drawn_effects, drawn_gyro_bias, drawn_scales
@@ -32,9 +33,11 @@ from fivebar_bringup.studies.rigs.rig import Rig, merged
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import run_case
 from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows
+from fivebar_control.calibration.result import Calibration
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import validate, yaml_text
+from fivebar_sim.effects.settings import PlantSettings
 
 MOTIONS = {
     "dextar": ("calibration", "calibration_below"),
@@ -118,11 +121,19 @@ def touched_places(scenario: Scenario, samples: list[GuidedSample], deviation: f
     return {"deviation_m": deviation, "points": points}
 
 
+def actual_geometry(found: Calibration, plant: PlantSettings) -> NDArray[np.float64]:
+    """Return the geometry of the simulated robot whose file was calibrated: float64[8], m and rad."""
+    actual: NDArray[np.float64] = found.start[: len(GEOMETRY)] + np.array(
+        [*plant.links[:6], plant.encoders.zero_1, plant.encoders.zero_2]
+    )
+    return actual
+
+
 def left_error(result: CalibrationResult) -> LeftError:
     """Return what a calibration leaves, by the geometry of the simulated robot that its scenario has."""
     assert result.scenario is not None
     found, plant, count = result.found, result.scenario.plant, len(GEOMETRY)
-    actual = found.start[:count] + np.array([*plant.links[:6], plant.encoders.zero_1, plant.encoders.zero_2])
+    actual = actual_geometry(found, plant)
     error, rows, tolerances = found.values[:count] - actual, locus_rows(actual), result.tolerances()
     return LeftError(
         float(np.sqrt(np.mean(error[:ZERO_1] ** 2))),

@@ -105,8 +105,7 @@ def _of_cases(settings: SweepSettings) -> str:
     declared = settings.rig.removeprefix(OF_ROBOT) if settings.rig.startswith(OF_ROBOT) else ""
     words += [f"--rig {settings.rig}"] if settings.rig and not declared else []
     words += [f"--robot {settings.robot or declared}"] if settings.robot or declared else []
-    words += [f"--controllers {','.join(settings.controllers)}"] if settings.controllers != SWEPT else []
-    return " ".join(words)
+    return " ".join([*words, *settings.options("controllers")])
 
 
 def sweep_report(settings: SweepSettings, rows: Sequence[SweepRow]) -> StudyReport:

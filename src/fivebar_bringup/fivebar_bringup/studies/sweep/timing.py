@@ -11,7 +11,7 @@ from fivebar_bringup.odds.alternatives import Alternatives, Candidate, best_of_a
 from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import UNIFORM
-from fivebar_bringup.odds.trials import ROBOTS, odds_of
+from fivebar_bringup.odds.trials import ROBOTS, trials_of
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, plan_of
 from fivebar_bringup.studies.sweep.screening import limits_for, planned, screened
@@ -65,7 +65,7 @@ def timed(case: Draw) -> TimedCase:
     errors, seed = find_rig(case.rig).errors._replace(distribution=UNIFORM), odds_seed(case)
     scenario = first.scenario(PLANNED_FOR)
     feasible = screened(first, PLANNED_FOR, judge_loads=False).feasible
-    by_loads = TimedCase(first, odds_of(scenario, errors, seed, range(ROBOTS)) if feasible else Odds())
+    by_loads = TimedCase(first, trials_of(scenario, errors, seed, range(ROBOTS)).odds if feasible else Odds())
     if feasible and by_loads.likely:
         return by_loads
 
