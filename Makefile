@@ -44,12 +44,12 @@ CLOCK = $(shell grep -rl --include='test_*.py' 'mark\.clock' tests/ros tests/sys
 
 .PHONY: test
 test: setup ## run the tests
-	@# six at a time on two processors, because half of the tests wait for nodes (tests/conftest.py has the order); what
+	@# five at a time on two processors, because half of the tests wait for nodes (tests/conftest.py has the order); what
 	# follows the clock by itself, one after the other, and also where the others have failed; machine code is optimised
 	# less, which takes a quarter off its compilation, and kept apart from what users run and the long tests test
 	status=0
 	export NUMBA_OPT=1 NUMBA_CACHE_DIR=$(CURDIR)/.numba
-	$(BIN)/python -m pytest tests src -q -n 6 --dist loadfile --no-loadscope-reorder -m "not clock and not extra" --durations=10 || status=$$?
+	$(BIN)/python -m pytest tests src -q -n 5 --dist loadfile --no-loadscope-reorder -m "not clock and not extra" --durations=10 || status=$$?
 	$(BIN)/python -m pytest $(CLOCK) -q -m "clock and not extra" --durations=10 || status=$$?
 	exit $$status
 
