@@ -6,7 +6,7 @@ import statistics
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -39,7 +39,7 @@ class SeriesKind(NamedTuple):
         rate_hz: its rate.
         rehearsed: whether it goes over the bridge and emulated drives.
         sharing: which nodes share a process, None as in a run.
-        segment_s: duration of each segment (s), None for that of the scenario.
+        laps: how often the scenario's motion, which ends where it begins, is made.
         most_runs: how many runs are made at most.
     """
 
@@ -48,15 +48,14 @@ class SeriesKind(NamedTuple):
     rate_hz: int
     rehearsed: bool = False
     sharing: Sharing | None = None
-    segment_s: float | None = None
+    laps: int = 1
     most_runs: int = 1000
 
     def loaded(self) -> Scenario:
         """Return the scenario of a run."""
-        changed: dict[str, Any] = {"rate_hz": self.rate_hz}
-        if self.segment_s is not None:
-            changed["segment_duration"] = self.segment_s
-        return load_scenario(self.scenario).model_copy(update=changed)
+        scenario = load_scenario(self.scenario)
+        first, *others = scenario.waypoints
+        return scenario.model_copy(update={"rate_hz": self.rate_hz, "waypoints": (first, *others * self.laps)})
 
 
 KINDS = (
@@ -71,7 +70,7 @@ KINDS = (
     SeriesKind("together", "middle_robot", 500, rehearsed=True, sharing=Sharing.ROBOT),
     SeriesKind("odrive_together", "middle_odrive", 500, rehearsed=True, sharing=Sharing.ROBOT),
     SeriesKind("moteus_together", "middle_moteus", 500, rehearsed=True, sharing=Sharing.ROBOT),
-    SeriesKind("minute", "middle_moteus", 1000, rehearsed=True, sharing=Sharing.ROBOT, segment_s=30.0, most_runs=1),
+    SeriesKind("minute", "middle_odrive", 1000, rehearsed=True, sharing=Sharing.ROBOT, laps=30, most_runs=1),
 )
 
 
