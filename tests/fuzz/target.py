@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
 # what reads input; a function that numba compiles must not be instrumented
 with atheris.instrument_imports(
     include=[
-        "fivebar_description.file_format",
+        "fivebar_description.strict_yaml",
         "fivebar_description.run_plan",
         "fivebar_description.strict_yaml",
         "fivebar_bringup.live.commands",

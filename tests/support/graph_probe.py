@@ -47,8 +47,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.joint_sample import MessageError
-from fivebar_description.ros.messages import message_class, stamp_of
-from fivebar_description.ros.qos import qos_profile
+from fivebar_description.ros.messages import message_class, qos_profile, stamp_of
 from fivebar_description.ros.run import use_local_network_only
 from fivebar_description.run_plan import plan_text, read_epoch
 

@@ -33,14 +33,13 @@ from fivebar_control.planning.motion_queue import read_goal
 from fivebar_control.planning.program import Program, read_program
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.vision.camera_file import read_calibration
-from fivebar_description.file_format import read_versioned
 from fivebar_description.interface import JOINT_STATES, JOINTS, RUN_EPOCH
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.outside_text import is_number, read_object
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.run_plan import epoch_text, read_epoch, read_plan
 from fivebar_description.status_texts import read_goal_status, read_program_status, read_run_status
-from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, validate
+from fivebar_description.strict_yaml import InputError, StrictModel, read_versioned, read_yaml, validate
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.protocol import (
     COMMAND,

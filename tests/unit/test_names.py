@@ -32,7 +32,6 @@ ELSEWHERE = {
         "fivebar_sim.passive_encoder",
     ),
     "unit/control/estimation/test_gyro_watch.py": ("fivebar_control.estimation.trips",),
-    "unit/control/estimation/test_constants.py": ("fivebar_control.estimation.watch_limits",),
     "unit/control/estimation/test_step.py": ("fivebar_control.estimation.causes",),
     "unit/control/estimation/test_measurement_rows.py": ("fivebar_description.tolerances",),
     "unit/control/estimation/test_readings.py": ("fivebar_description.known_sensors",),
@@ -62,7 +61,6 @@ ELSEWHERE = {
     "unit/control/planning/test_passage.py": ("fivebar_bringup.studies.single.passage_study",),
     "unit/control/test_known_cogging.py": ("fivebar_control.estimation.platform_motion",),
     "unit/control/trajectory/test_passage_torques.py": ("fivebar_control.trajectory.way",),
-    "unit/control/trajectory/test_planner.py": ("fivebar_control.trajectory.locus_search",),
     "unit/control/vision/test_camera_calibration.py": (
         "fivebar_control.vision.camera_file",
         "fivebar_control.vision.native_output",
@@ -140,7 +138,6 @@ ELSEWHERE = {
         "fivebar_control.ros.ros2_control",
         "fivebar_sim.ros.ros2_control",
     ),
-    "ros/test_domain_member.py": ("fivebar_description.ros.qos",),
     "unit/control/planning/test_stopping.py": ("fivebar_control.trajectory.stopped",),
     "ros/test_goals.py": (
         "fivebar_bringup.nodes.goal_client",

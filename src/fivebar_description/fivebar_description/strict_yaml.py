@@ -1,17 +1,21 @@
-"""YAML 1.2 files read into typed, immutable models; every mistake is named by file, key, value and expectation."""
+"""YAML 1.2 files read into typed, immutable models; every mistake is named by file, key, value and expectation.
+
+The version of a file's format is checked first.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from fivebar_description.errors import InputError
 from fivebar_description.refusals import problems_in
+from fivebar_description.settings import Setting
 from fivebar_description.share import placed_beside
 from fivebar_description.text_file import read_text
 
@@ -36,6 +40,17 @@ MOST_VALUES = 100_000
 """Values of a text in which parts refer to others, counted as often as they are referred to."""
 
 NESTED_TOO_DEEPLY = "is nested too deeply"
+
+KEY = "format"
+
+NEWEST = 1
+"""Of scenarios, robot files and programs, and that of files without the key, which it stays after there is a 2."""
+
+OTHERS = {
+    True: "a newer release of fivebar reads this file",
+    False: "fivebar 1.0.0 brings a file of format 0 up to date: fivebar migrate",
+}
+"""What to do with a file of another format, by whether it is newer."""
 
 
 class StrictModel(BaseModel):
@@ -194,3 +209,52 @@ def validate(content: object, model: type[M], source: str) -> M:
         return model.model_validate(content)
     except ValidationError as error:
         raise InputError(f"{source}: {problems_in(error, content=content, schema=model.model_json_schema)}") from error
+
+
+def _is_newest(number: int) -> str | None:
+    return None if number == NEWEST else f"expected {NEWEST}"
+
+
+Format = Annotated[
+    int, Setting("Version of the file's format; docs/reference/stability.md says what it promises.", check=_is_newest)
+]
+"""The key in a model."""
+
+
+def read_versioned(path: Path, model: type[M], placed: Callable[[Any], Any] | None = None) -> M:
+    """Read one file into `model`.
+
+    Args:
+        path: of the file.
+        model: what it has to fit.
+        placed: returns the parsed content with what depends on the place of the file, such as names of other files.
+
+    Raises:
+        InputError: the file is missing, not YAML, of another format, or does not fit the model.
+    """
+    return parse_versioned(read_text(path), str(path), model, placed)
+
+
+def parse_versioned(text: str, source: str, model: type[M], placed: Callable[[Any], Any] | None = None) -> M:
+    """Read the text of a file as `read_versioned` does; `source` starts every error.
+
+    Raises:
+        InputError: it is not YAML, of another format, or does not fit the model.
+    """
+    content = parse_versioned_content(text, source)
+    return validate(content if placed is None else placed(content), model, source)
+
+
+def parse_versioned_content(text: str, source: str) -> object:
+    """Return the content of a file's text as plain values; `source` starts every error.
+
+    Raises:
+        InputError: it is not YAML, or names another format, whatever else it holds.
+    """
+    content = parse_yaml(text, source)
+    number = content.get(KEY, NEWEST) if isinstance(content, dict) else NEWEST
+    if type(number) is int and number == NEWEST:
+        return content
+    known = type(number) is int and (number == 0 or number > NEWEST)
+    advice = f"; {OTHERS[number > NEWEST]}" if known else ""
+    raise InputError(f"{source}: {KEY}: {number!r}: this release understands format {NEWEST}{advice}")

@@ -15,7 +15,7 @@ from fivebar_sim.effects.cable import cable_force, stretched_energy
 from fivebar_sim.effects.encoders import EncoderReading, read_at, seen
 from fivebar_sim.effects.friction import friction
 from fivebar_sim.effects.heating import heat_after, hot_share
-from fivebar_sim.effects.loads import held, push_at
+from fivebar_sim.effects.loads import felt_weight, held, push_at
 from fivebar_sim.effects.mechanism import Mechanism, longest_step, mechanism_of
 from fivebar_sim.effects.motors import current_after, motor_torque
 from fivebar_sim.effects.observation import ImuMotion
@@ -24,7 +24,6 @@ from fivebar_sim.effects.simulation import started_at
 from fivebar_sim.effects.supply import supplied_share
 from fivebar_sim.effects.timing import moments_after
 from fivebar_sim.effects.transmission import transmitted
-from fivebar_sim.effects.vibration import felt_weight
 from fivebar_sim.mujoco_robot import MujocoRobot, mujoco_robot
 
 MAX_STEP = 1e-4

@@ -11,13 +11,12 @@ from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderDisc
 from fivebar_sim.effects.friction import FrictionCurve
 from fivebar_sim.effects.heating import Heating
-from fivebar_sim.effects.loads import Push
+from fivebar_sim.effects.loads import Push, Shaking
 from fivebar_sim.effects.mechanism import LegNumbers, Mechanism, mechanism_of
 from fivebar_sim.effects.motors import Motor
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.supply import Supply
 from fivebar_sim.effects.timing import Delays
-from fivebar_sim.effects.vibration import Shaking
 from fivebar_sim.mujoco_model import mjcf_text
 
 STEP = 1e-4

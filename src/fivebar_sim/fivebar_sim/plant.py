@@ -18,12 +18,12 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import JOINTS
 from fivebar_description.parameters import FiveBar, has_external_force
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.loads import tilt_angle
 from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.effects.mechanism_state import Moved
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.simulation import EffectsMotion
+from fivebar_sim.effects.timing import lost_commands
 from fivebar_sim.engines import SimulatedMechanism, is_mechanism, motion_of
 from fivebar_sim.imu import Imu, ImuReading
 from fivebar_sim.sensors import Encoder, TorqueOutput

@@ -18,13 +18,12 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.transmission import Transmission
-from fivebar_sim.effects.bus import BusEffects, lost_commands
 from fivebar_sim.effects.cable import Cable, cable_force
 from fivebar_sim.effects.encoders import EncoderDisc, EncoderErrors, angle_seen_as, seen
 from fivebar_sim.effects.friction import FrictionCurve, FrictionEffects, bristle_after, friction, stribeck
 from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import LinkErrors, with_another_model, with_links
-from fivebar_sim.effects.loads import LOCUS, Push, Tilt, push_at
+from fivebar_sim.effects.loads import LOCUS, Push, Tilt, Vibration, push_at
 from fivebar_sim.effects.mechanism import MAX_STEP, Mechanism, actual_robot, mechanism_of
 from fivebar_sim.effects.mechanism_state import MechanismState
 from fivebar_sim.effects.motion import advanced, closed, started
@@ -33,8 +32,8 @@ from fivebar_sim.effects.observation import energy, joints_of
 from fivebar_sim.effects.platform_joint import PlatformJoint, joint_force
 from fivebar_sim.effects.settings import PlantSettings, has_effects, without_effects
 from fivebar_sim.effects.supply import Supply, supplied_share
+from fivebar_sim.effects.timing import BusEffects, lost_commands
 from fivebar_sim.effects.transmission import transmitted
-from fivebar_sim.effects.vibration import Vibration
 from fivebar_sim.plant import Plant
 from fivebar_sim.sensors import TorqueOutput
 

@@ -16,21 +16,19 @@ from fivebar_description.settings import as_numbers, sections
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.transmission import Transmission
 from fivebar_sim import mujoco_motion, mujoco_robot
-from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.gyroscope import GyroscopeFaults
 from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import LinkErrors
-from fivebar_sim.effects.loads import LOCUS, Push, Tilt
+from fivebar_sim.effects.loads import LOCUS, Push, Tilt, Vibration
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.supply import Supply
-from fivebar_sim.effects.timing import Timing
-from fivebar_sim.effects.vibration import Vibration
+from fivebar_sim.effects.timing import BusEffects, Timing
 from fivebar_sim.engines import SimulatedMechanism, check_engine, motion_of
 from fivebar_sim.mujoco_model import links_of
 from fivebar_sim.mujoco_motion import MujocoMotion

@@ -58,9 +58,9 @@ def odds(
 
     Example: `fivebar odds my_scenario.yaml --robots 200`
     """
-    from fivebar_bringup.odds.declared import SEED, declared_odds
-    from fivebar_bringup.odds.drawn_robots import declared_errors, has_odds
     from fivebar_bringup.odds.relief import reliefs
+    from fivebar_bringup.odds.robot_errors import declared_errors, has_odds
+    from fivebar_bringup.odds.trials import SEED, declared_odds
     from fivebar_bringup.scenarios.scenario_files import load_scenario
 
     with input_errors(), keyboard_interrupts():
@@ -88,8 +88,8 @@ def odds(
 
 
 def _show_limits(scenario: Scenario, errors: RobotErrors, robots: int, as_json: bool) -> None:
-    from fivebar_bringup.odds.declared import SEED
     from fivebar_bringup.odds.misfit_limits import FEWEST, as_settings, fitted_limits, sound_maxima
+    from fivebar_bringup.odds.trials import SEED
 
     if not scenario.estimated:
         raise InputError(f"{scenario.name}: estimator: none has no watch: expected estimator: ekf")

@@ -93,7 +93,7 @@ def likely_crossings(session: Session, robots: int) -> tuple[list[TriedCrossing]
         GateClosed: no motion is feasible.
     """
     # here, because the compiled engine takes long to load
-    from fivebar_bringup.odds.declared import declared_odds
+    from fivebar_bringup.odds.trials import declared_odds
 
     try:
         first = planned_crossing(session, Speed.COMFORTABLE)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, NodeSpec
-from fivebar_bringup.odds.drawn_robots import has_odds
+from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import GOAL_CONTROLLERS
 from fivebar_control.ros.node_settings import HOLD

@@ -13,8 +13,8 @@ from fivebar_bringup.motions.request import (
     scenario_of,
     task_of_request,
 )
-from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds, kept_odds
+from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.places import TimedCourse, courses_elsewhere
 from fivebar_control.planning.timing import Speed

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from typing import Any
 
-from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.machine_code import expect_many_motions
@@ -62,7 +62,7 @@ class LikelyOrders:
 
     def warm_up(self) -> None:
         """Load what the first odds need, and by the clock what would take some of their time: map and machine code."""
-        from fivebar_bringup.odds.declared import declared_odds
+        from fivebar_bringup.odds.trials import declared_odds
 
         declared_odds(self._scenario, 1)
         if math.isfinite(self._odds_time):
@@ -129,9 +129,8 @@ class LikelyOrders:
 
     def together(self, orders: Iterable[PlanningRequest]) -> Odds:
         """Return how many robots make the motions of all these requests, on robots that had no part in a choice."""
-        from fivebar_bringup.odds.declared import SEED
-        from fivebar_bringup.odds.drawn_robots import declared_errors
-        from fivebar_bringup.odds.trials import LAST_ROBOTS, trials_of
+        from fivebar_bringup.odds.robot_errors import declared_errors
+        from fivebar_bringup.odds.trials import LAST_ROBOTS, SEED, trials_of
 
         errors = declared_errors(self._scenario)
         failed: set[int] = set()

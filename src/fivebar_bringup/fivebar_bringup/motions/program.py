@@ -14,8 +14,8 @@ from fivebar_bringup.graph.standing import LONGEST, check_takes_goals
 from fivebar_bringup.motions.likely_orders import LikelyOrders
 from fivebar_bringup.motions.request import within_drives
 from fivebar_bringup.motions.stand import standing_graph
-from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds, kept_odds
+from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary

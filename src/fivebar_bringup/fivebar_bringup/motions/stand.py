@@ -10,7 +10,7 @@ from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import Work, crossing_graph
 from fivebar_bringup.graph.node_spec import Mode, NodeSpec
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
-from fivebar_bringup.odds.drawn_robots import has_odds
+from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, Progress, run_graph

@@ -34,9 +34,15 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.joint_sample import MessageError
-from fivebar_description.ros.messages import checked_stamp, own_fields, received_joint_state, stamp_of, to_stamp
+from fivebar_description.ros.messages import (
+    best_effort,
+    checked_stamp,
+    own_fields,
+    received_joint_state,
+    stamp_of,
+    to_stamp,
+)
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.qos import best_effort
 from fivebar_description.ros.run import run_node
 
 BACKLOG = 256

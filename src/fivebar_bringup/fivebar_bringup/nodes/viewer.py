@@ -26,9 +26,8 @@ from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.keys import scenario_of
 from fivebar_description.interface import GOAL, GOAL_STATUS
 from fivebar_description.parameters import FiveBar
-from fivebar_description.ros.messages import goal_message, new_request_id
+from fivebar_description.ros.messages import goal_message, new_request_id, qos_profile
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import REALTIME

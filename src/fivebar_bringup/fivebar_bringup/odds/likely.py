@@ -8,11 +8,10 @@ from collections.abc import Iterator
 from typing import Generic, NamedTuple
 
 from fivebar_bringup.odds.alternatives import Alternatives, Candidate, M, best_of_all
-from fivebar_bringup.odds.declared import SEED
-from fivebar_bringup.odds.drawn_robots import declared_errors
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import most_relieved
-from fivebar_bringup.odds.trials import ROBOTS, trials_of
+from fivebar_bringup.odds.robot_errors import declared_errors
+from fivebar_bringup.odds.trials import ROBOTS, SEED, trials_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_description.stages import stage

@@ -11,10 +11,8 @@ from itertools import islice
 from multiprocessing import parent_process
 from typing import NamedTuple
 
-from fivebar_bringup.odds.drawn_robots import with_drawn_robot
-from fivebar_bringup.odds.odds import Odds
-from fivebar_bringup.odds.robot_errors import RobotErrors
-from fivebar_bringup.odds.success import judged_peak, shortcomings
+from fivebar_bringup.odds.odds import Odds, judged_peak, shortcomings
+from fivebar_bringup.odds.robot_errors import UNIFORM, RobotErrors, declared_errors, with_drawn_robot
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import Outcome
@@ -35,6 +33,9 @@ FRESH_ROBOTS = LAST_ROBOTS.stop
 
 SOFTNESS = 0.15
 """How far beyond the tolerance, as a share of it, a run still says something for its motion."""
+
+SEED = 20_011
+"""Of the drawn robots: all motions are tried on the same ones."""
 
 
 class Trials(NamedTuple):
@@ -148,3 +149,13 @@ def _side_by_side(run: Callable[[int], Try | None], robots: Iterable[int], threa
     with ThreadPoolExecutor(threads) as pool:
         while group := list(islice(left, threads)):
             yield from pool.map(run, group)
+
+
+def declared_odds(scenario: Scenario, robots: int = ROBOTS, distribution: str = UNIFORM) -> Odds:
+    """Return the odds of a scenario's motion on so many robots, whose errors are distributed in some way.
+
+    Raises:
+        PlanRefused: the motion cannot be made.
+    """
+    errors = declared_errors(scenario)._replace(distribution=distribution)
+    return trials_of(scenario, errors, SEED, range(robots)).odds

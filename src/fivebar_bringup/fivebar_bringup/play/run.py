@@ -30,9 +30,9 @@ from fivebar_control.model.singularity import STRETCHED
 from fivebar_control.model.state import Joints
 from fivebar_control.root_search import zero_between
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_control.trajectory.locus_search import SEARCH_STEPS
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.planner import Crossing, crossing_at
+from fivebar_control.trajectory.way import SEARCH_STEPS
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.loads import Push
 from fivebar_sim.effects.mechanism import Mechanism

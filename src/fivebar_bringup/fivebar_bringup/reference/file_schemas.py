@@ -14,9 +14,8 @@ from typing import Any
 from fivebar_bringup.reference.summary_schema import summary_schema
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.program import Program
-from fivebar_description.file_format import KEY, NEWEST
 from fivebar_description.robot_file import RobotFile
-from fivebar_description.strict_yaml import StrictModel
+from fivebar_description.strict_yaml import KEY, NEWEST, StrictModel
 
 
 def file_schema(model: type[StrictModel], title: str) -> str:

@@ -14,10 +14,9 @@ from fivebar_bringup.studies.map.map import check_that_legs_meet
 from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.planning.postures import place_at
 from fivebar_description.errors import InputError
-from fivebar_description.file_format import parse_versioned
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
-from fivebar_description.strict_yaml import yaml_text
+from fivebar_description.strict_yaml import parse_versioned, yaml_text
 
 Ask = Callable[[str], str]
 """Shows a question, and returns the line that answers it; raises EOFError where there is none."""

@@ -9,8 +9,7 @@ from sensor_msgs.msg import Imu
 from fivebar_description.imu import Vector3
 from fivebar_description.interface import IMU_DATA
 from fivebar_description.ros.domain_member import DomainMember
-from fivebar_description.ros.messages import stamp_of
-from fivebar_description.ros.qos import best_effort
+from fivebar_description.ros.messages import best_effort, stamp_of
 
 DEPTH = 1000
 """Readings that may wait to be taken."""

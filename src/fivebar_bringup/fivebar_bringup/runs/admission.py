@@ -105,14 +105,14 @@ def _has_odds(scenario: Scenario) -> bool:
     if not scenario.declares_errors:
         return False
     # here, because few scenarios declare any
-    from fivebar_bringup.odds.drawn_robots import has_odds
+    from fivebar_bringup.odds.robot_errors import has_odds
 
     return has_odds(scenario)
 
 
 def _tried(scenario: Scenario) -> Odds:
     # here, because the compiled engine takes long to load
-    from fivebar_bringup.odds.declared import declared_odds
+    from fivebar_bringup.odds.trials import declared_odds
 
     with stage("trying drawn robots"):
         return declared_odds(scenario)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.graph.sensor_nodes import has_compiled_estimator
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.estimator import estimator_of
+from fivebar_bringup.simulation.settings import estimator_of
 
 
 def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> None:
@@ -15,7 +15,7 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
     """
     if finds_odds:
         # here, because the engine takes long to load
-        from fivebar_bringup.odds.declared import declared_odds
+        from fivebar_bringup.odds.trials import declared_odds
 
         declared_odds(scenario, 1)
     if not has_compiled_estimator(scenario, mode):

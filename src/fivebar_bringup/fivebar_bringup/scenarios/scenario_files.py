@@ -11,10 +11,9 @@ from fivebar_bringup.scenario import SEEN, Scenario
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.scenario.keys import parameters_in
 from fivebar_control.scenario.sensors import check_sensors
-from fivebar_description.file_format import read_versioned
 from fivebar_description.scenario_file import scenario_path, with_files_beside
 from fivebar_description.settings import with_keys
-from fivebar_description.strict_yaml import InputError
+from fivebar_description.strict_yaml import InputError, read_versioned
 from fivebar_sim.engines import check_engine, check_plant
 
 NONE: Mapping[str, Any] = {}

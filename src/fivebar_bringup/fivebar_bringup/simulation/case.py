@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.estimator import estimator_model_of
-from fivebar_bringup.simulation.settings import cycle_settings
+from fivebar_bringup.simulation.settings import cycle_settings, estimator_model_of
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
@@ -21,11 +20,11 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.bus import lost_commands
 from fivebar_sim.effects.gyroscope import ImuClock, SampleSpan, frozen_samples, gain, jumps, missing_samples
 from fivebar_sim.effects.links import with_modelled_geometry
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects, without_effects
+from fivebar_sim.effects.timing import lost_commands
 from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.passive_encoder import PassiveNumbers, passive_numbers
 from fivebar_sim.plant import steps_of_period

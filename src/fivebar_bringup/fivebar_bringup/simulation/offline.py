@@ -271,7 +271,7 @@ class _Run:
         self._estimator: StateEstimator | None = None
         if scenario.estimated:
             # here, because most runs measure all joints
-            from fivebar_bringup.simulation.estimator import estimator_of
+            from fivebar_bringup.simulation.settings import estimator_of
 
             self._estimator = estimator_of(scenario)
         self._imu_check = ImuCheck(self._robot, self._plan.mode1, self._plan.mode2, self._rate_hz, scenario.imu)

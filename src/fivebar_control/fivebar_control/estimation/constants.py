@@ -8,7 +8,6 @@ from typing import NamedTuple
 from fivebar_control.estimation.ekf import EkfSettings, FilterModel, filter_model
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.mirror import AmbiguityLimits
-from fivebar_control.estimation.watch_limits import largest_bending, share_of_one, watch_limits
 from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
@@ -16,6 +15,22 @@ from fivebar_description.readings import LONGEST_LATENCY
 from fivebar_description.settings import as_numbers
 from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
 from fivebar_description.tolerances import EXACT, Tolerances
+
+OFFSET, JUMP, MISFIT = 9.0, 10.0, 50.0
+"""Least limits, the first two in standard deviations."""
+
+JUMP_WITH_PLAY = 6.0
+"""The same with `play`: what is declared of it leaves more room than counts do."""
+
+OFFSET_WITH_ZEROS = 6.0
+"""Of the first with `play`, and zeros that may be wrong by more than it."""
+
+REVERSED = 4.0
+"""Travel of a rotor over the static bending under the torque that reverses: from one side to the other, and as far
+again, since it overshoots."""
+
+FASTER = 1.5
+"""The assembled robot swings at up to so many times the frequency of its transmissions with locked rotors."""
 
 
 class Drives(NamedTuple):
@@ -137,3 +152,56 @@ def _history(rate_hz: int, settings: EkfSettings, passive: PassiveEncoder) -> in
     if settings.camera:
         return history_samples(rate_hz, max(LONGEST_LATENCY, settings.camera_latency))
     return history_samples(rate_hz) if settings.gyro or passive.leg else 2
+
+
+class WatchLimits(NamedTuple):
+    """Limits of the watch, by their names among the settings of the estimator."""
+
+    misfit_limit: float
+    offset_limit: float
+    jump_limit: float
+
+
+NO_LIMITS = WatchLimits(1e9, math.inf, math.inf)
+
+
+def share_of_one(rate_hz: int, time: float) -> float:
+    """Return the weight of an innovation in a mean over a time (s)."""
+    return 1.0 - math.exp(-1.0 / (rate_hz * time))
+
+
+def largest_bending(robot: FiveBar, frequency: float, torque: float) -> float:
+    """Return by how much a torque (Nm) bends the transmissions of a robot (rad), 0 for rigid ones.
+
+    Their frequency (Hz) is that of a leg's inertia on the stiffness; the leg with the smaller inertia bends more.
+    """
+    if frequency == 0.0:
+        return 0.0
+    speed = 2.0 * math.pi * frequency
+    return torque / (min(robot.leg1.inertia, robot.leg2.inertia) * speed * speed)
+
+
+def watch_limits(settings: EkfSettings, rate_hz: int, bending: float = 0.0, zero: float = 0.0) -> WatchLimits:
+    """Return the limits of an estimator: those that are set, and derived ones for those that are 0.
+
+    Args:
+        settings: of the estimator.
+        rate_hz: samples per second.
+        bending: largest one of the transmissions under a torque (rad), see `largest_bending`.
+        zero: tolerance of the encoders' zeros (rad).
+    """
+    given = (settings.misfit_limit, settings.offset_limit, settings.jump_limit)
+    derived = (MISFIT, math.inf, math.inf)
+    if settings.gyro:
+        share = share_of_one(rate_hz, settings.offset_time)
+        swing = 2.0 * math.pi * FASTER * settings.play_frequency * settings.play / settings.gyro_noise
+        offset, jump = OFFSET, JUMP
+        if bending > settings.play:
+            offset, jump = math.inf, math.inf
+        elif settings.play > 0.0:
+            jump = math.hypot(JUMP_WITH_PLAY, REVERSED * bending / settings.play)
+            offset = OFFSET_WITH_ZEROS if zero > settings.play else OFFSET
+        if settings.force_deviation == 0.0:
+            offset = math.inf
+        derived = (max(MISFIT, swing * swing), offset * math.sqrt(share / (2.0 - share)), jump)
+    return WatchLimits(*(one if one != 0.0 else other for one, other in zip(given, derived, strict=True)))

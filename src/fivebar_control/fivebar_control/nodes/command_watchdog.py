@@ -17,8 +17,8 @@ from fivebar_control.hardware.controlled_joints import WATCHDOG, load_joints
 from fivebar_control.hardware.held_command import HeldCommand
 from fivebar_control.ros.node_settings import WatchdogSettings
 from fivebar_description.interface import ALL_WELL, CONTROL_QOS, DRIVES_STATE, FAULTS
+from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import DELIVERY_TIME, GraphNode
-from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run import run_node
 
 LOOKS = 4

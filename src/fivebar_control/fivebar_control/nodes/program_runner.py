@@ -36,10 +36,15 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.outside_text import LONGEST_TEXT, one_line
-from fivebar_description.ros.messages import checked_stamp, goal_message, new_request_id, received_joint_state
+from fivebar_description.ros.messages import (
+    best_effort,
+    checked_stamp,
+    goal_message,
+    new_request_id,
+    received_joint_state,
+)
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import Sender
-from fivebar_description.ros.qos import best_effort
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.status_texts import read_goal_status

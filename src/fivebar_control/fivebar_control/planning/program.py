@@ -16,11 +16,18 @@ from fivebar_control.planning.motion_queue import MOST_VIA, via_fields
 from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.planner import LONGEST_SEGMENT
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
-from fivebar_description.file_format import NEWEST, Format, parse_versioned
 from fivebar_description.parameters import MOST_PAYLOAD
 from fivebar_description.scenario_file import FILES_NAMED
 from fivebar_description.share import placed_beside
-from fivebar_description.strict_yaml import InputError, StrictModel, read_text, yaml_nodes
+from fivebar_description.strict_yaml import (
+    NEWEST,
+    Format,
+    InputError,
+    StrictModel,
+    parse_versioned,
+    read_text,
+    yaml_nodes,
+)
 
 MOST_INSTRUCTIONS = 10_000
 """Instructions of a program, loops written out."""

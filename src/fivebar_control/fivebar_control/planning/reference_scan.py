@@ -6,13 +6,16 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.loop.supervisor import Supervisor
-from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, inverse_condition_rate
+from fivebar_control.machine_code import as_machine_code
+from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, inverse_condition_rate, type1_margin
 from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, WORKSPACE, Figure
-from fivebar_control.planning.reference_sample import ReferenceSample, larger, samples_of
-from fivebar_control.planning.reference_torque import ReferenceTorque
+from fivebar_control.planning.reference_torque import ReferenceTorque, full_torque
 from fivebar_control.root_search import minimum_between, zero_between
 from fivebar_control.safety.forbidden import CLEAR, time_to_posture
 from fivebar_control.safety.stages import Area
@@ -21,7 +24,9 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_description.forbidden import NamedBounds
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, with_floats
+
+FloatArray = NDArray[np.float64]
 
 COARSE_SAMPLES = 200
 """Samples per segment of the coarse pass; around crossings and extremes every sample is evaluated."""
@@ -37,6 +42,51 @@ FAR_FROM_FORBIDDEN = 1.0
 
 NEAR_PASS = 2.0 * NEAR_LOCUS
 """Below this kappa every sample around a local minimum is evaluated."""
+
+
+class ReferenceSample(NamedTuple):
+    """The reference at one sample: torque (Nm), speed (rad/s), |sin q_i2|, kappa, place (m)."""
+
+    torque: float
+    speed: float
+    serial: float
+    kappa: float
+    x: float
+    y: float
+
+
+def sample_of(robot: FiveBar, reference: Reference) -> ReferenceSample:
+    """Return the quantities of a desired instant, with the torque of its inverse dynamics."""
+    state, torque = reference.state, full_torque(robot, reference)
+    return ReferenceSample(
+        torque=larger(torque.tau1, torque.tau2),
+        speed=larger(state.leg1.dq1, state.leg2.dq1),
+        # a motion that is planned in the motors' angles is meant to meet Type 1
+        serial=math.inf if reference.by_motors else type1_margin(state),
+        kappa=inverse_condition(state),
+        x=state.x,
+        y=state.y,
+    )
+
+
+def samples_of(robot: FiveBar, references: FloatArray) -> list[ReferenceSample]:
+    """Return the quantities of desired instants, given as `write_reference` writes them."""
+    samples = np.empty((len(references), len(ReferenceSample._fields)))
+    as_machine_code(write_samples)(with_floats(robot), references, samples)
+    return [ReferenceSample(*row) for row in samples.tolist()]
+
+
+def write_samples(robot: FiveBar, references: FloatArray, samples: FloatArray) -> None:
+    """Write the quantities of desired instants into rows, [N, 6] as in `ReferenceSample`."""
+    for number in range(len(references)):
+        for index, value in enumerate(sample_of(robot, reference_of(references[number]))):
+            samples[number, index] = value
+
+
+def larger(one: float, two: float) -> float:
+    """Return the larger magnitude, NaN if one is NaN (`max` alone would lose it)."""
+    one, two = abs(one), abs(two)
+    return one if one >= two or math.isnan(one) else two
 
 
 class Dwell(NamedTuple):

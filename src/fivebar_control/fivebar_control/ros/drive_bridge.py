@@ -46,9 +46,8 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
 from fivebar_description.ros.latency_watch import LatencyWatch
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
+from fivebar_description.ros.messages import JointMessage, qos_profile, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
 from fivebar_description.strict_yaml import InputError

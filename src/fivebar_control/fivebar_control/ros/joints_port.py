@@ -31,8 +31,7 @@ from fivebar_control.hardware.state_grid import SLOWEST, GridSample, JointStates
 from fivebar_control.ros.controller_watch import ControllerWatch
 from fivebar_description.interface import JOINT_STATES, NANOSECONDS
 from fivebar_description.joint_sample import JointSample, MessageError, part_of
-from fivebar_description.ros.messages import SampleReader, read_fields
-from fivebar_description.ros.qos import best_effort
+from fivebar_description.ros.messages import SampleReader, best_effort, read_fields
 from fivebar_description.ros.run import NodeExecutor
 
 NODE = "controlled_joints"

@@ -48,7 +48,6 @@ from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeLaw, ZoneSettings, plan_motion
 from fivebar_control.trajectory.rounded import BLEND_RADIUS
 from fivebar_description.camera import NO_CAMERA, CameraSettings
-from fivebar_description.file_format import NEWEST, Format
 from fivebar_description.forbidden import NamedBounds, kept_clear_of, numbers_of
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_sensors import KnownSensors
@@ -61,7 +60,7 @@ from fivebar_description.robot_file import ElbowsPass, load_robot, read_robot
 from fivebar_description.scenario_file import ESTIMATOR
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
-from fivebar_description.strict_yaml import InputError, StrictModel, yaml_text
+from fivebar_description.strict_yaml import NEWEST, Format, InputError, StrictModel, yaml_text
 from fivebar_description.tolerances import EXACT, Tolerances
 
 Sign = Literal[-1, 1]

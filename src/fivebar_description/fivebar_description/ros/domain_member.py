@@ -22,8 +22,7 @@ from fivebar_description.interface import Topic
 from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.outside_text import one_line
-from fivebar_description.ros.messages import message_class
-from fivebar_description.ros.qos import qos_profile
+from fivebar_description.ros.messages import message_class, qos_profile
 from fivebar_description.ros.run import use_local_network_only
 from fivebar_description.ros_environment import check_ros_environment
 

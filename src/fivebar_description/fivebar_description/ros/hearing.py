@@ -23,8 +23,7 @@ from rclpy.subscription import Subscription
 from fivebar_description.errors import InputError
 from fivebar_description.interface import Topic
 from fivebar_description.ros.endpoints import node_name
-from fivebar_description.ros.messages import message_class
-from fivebar_description.ros.qos import best_effort, qos_profile
+from fivebar_description.ros.messages import best_effort, message_class, qos_profile
 
 if TYPE_CHECKING:
     from fivebar_description.ros.node import GraphNode

@@ -9,11 +9,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from builtin_interfaces.msg import Time
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
 
 from fivebar_description.imu import Vector3
-from fivebar_description.interface import BASE_FRAME, LATEST_STAMP_NS, NANOSECONDS, Topic
+from fivebar_description.interface import BASE_FRAME, LATEST_STAMP_NS, NANOSECONDS, Qos, Topic
 from fivebar_description.joint_sample import JointSample, MessageError, checked_fields, part_of
 
 
@@ -174,3 +175,26 @@ def own_fields(
     """
     sample = sampled(message)
     return read_fields(part_of(sample, names) or sample, names, fields, allow_nan)
+
+
+def qos_profile(qos: Qos, depth: int | None = None) -> QoSProfile:
+    """Return the rclpy profile; `depth` overrides the history depth, which each side chooses."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth if depth is not None else qos.depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if qos.transient_local else DurabilityPolicy.VOLATILE,
+    )
+
+
+def best_effort(depth: int) -> QoSProfile:
+    """Return the profile of who only looks on: the publishers of a topic neither wait for it nor keep anything for it.
+
+    What is lost is not asked for again, and the newest `depth` messages are kept.
+    """
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.VOLATILE,
+    )

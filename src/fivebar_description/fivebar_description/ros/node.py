@@ -40,11 +40,10 @@ from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameter_names import is_key, meant_by
 from fivebar_description.ros.hearing import Hearing, make_publisher
-from fivebar_description.ros.messages import JointMessage, SampleReader
+from fivebar_description.ros.messages import JointMessage, SampleReader, qos_profile
 from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.publisher_watch import PublisherWatch
-from fivebar_description.ros.qos import qos_profile
 from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
 from fivebar_description.ros.twins import Twinned, twin_of

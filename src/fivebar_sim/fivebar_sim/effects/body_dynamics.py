@@ -13,14 +13,13 @@ from typing import NamedTuple
 from fivebar_sim.effects.cable import cable_force
 from fivebar_sim.effects.friction import friction
 from fivebar_sim.effects.heating import hot_share
-from fivebar_sim.effects.loads import push_at
+from fivebar_sim.effects.loads import felt_weight, push_at
 from fivebar_sim.effects.mechanism import LegNumbers, Mechanism
 from fivebar_sim.effects.mechanism_state import Bristles, PerBody
 from fivebar_sim.effects.motors import motor_torque
 from fivebar_sim.effects.platform_joint import Force, joint_force
 from fivebar_sim.effects.supply import supplied_share
 from fivebar_sim.effects.transmission import transmitted
-from fivebar_sim.effects.vibration import felt_weight
 
 
 class LegDynamics(NamedTuple):

@@ -15,12 +15,11 @@ from fivebar_sim.effects.encoders import EncoderDisc, disc_of
 from fivebar_sim.effects.friction import FrictionCurve, curve_of
 from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import axis_turn, bar_of, with_links
-from fivebar_sim.effects.loads import Push, weight_on
+from fivebar_sim.effects.loads import Push, Shaking, shaking_of, weight_on
 from fivebar_sim.effects.motors import Motor, motor_of
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.supply import Supply
 from fivebar_sim.effects.timing import Delays, delays_of
-from fivebar_sim.effects.vibration import Shaking, shaking_of
 
 MAX_STEP = 1e-3
 """Longest integration step (s), that of the plant without effects."""

@@ -8,9 +8,9 @@ from typing import NamedTuple
 from fivebar_sim.effects.body_dynamics import accelerations, chain
 from fivebar_sim.effects.cable import stretched_energy
 from fivebar_sim.effects.encoders import EncoderReading
+from fivebar_sim.effects.loads import felt_weight
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.mechanism_state import MechanismState, PerBody
-from fivebar_sim.effects.vibration import felt_weight
 
 
 class JointMotion(NamedTuple):

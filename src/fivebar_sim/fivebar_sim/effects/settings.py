@@ -7,19 +7,17 @@ from typing import Annotated, Any, NamedTuple
 from fivebar_description.settings import Section, Setting, sections
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, DelaySamples, DriveTorqueLimit, EncoderCounts
 from fivebar_description.transmission import Transmission
-from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.gyroscope import GyroscopeFaults
 from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import LinkErrors
-from fivebar_sim.effects.loads import Push, Tilt
+from fivebar_sim.effects.loads import Push, Tilt, Vibration
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.supply import Supply
-from fivebar_sim.effects.timing import Timing
-from fivebar_sim.effects.vibration import Vibration
+from fivebar_sim.effects.timing import BusEffects, Timing
 
 MassScale = Annotated[float, Setting("Factor on the platform's mass.", at_least=1e-3, at_most=1e3)]
 InertiaScale = Annotated[float, Setting("Factor on the legs' inertias.", at_least=1e-3, at_most=1e3)]

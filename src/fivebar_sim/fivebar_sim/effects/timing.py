@@ -1,7 +1,7 @@
-"""Commands that take effect later than their sample, and encoders that are read earlier than their stamp.
+"""Commands that take effect later than their sample or are lost, and encoders that are read before their stamp.
 
-Both by a part of a sample; whole samples are `delay_samples`. The jitter of a sample follows from seed and number, so
-that any sample can be asked for in any order.
+Delays are a part of a sample; whole samples are `delay_samples`. The jitter of a sample follows from seed and number,
+so that any sample can be asked for in any order.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 from fivebar_description.settings import Setting
 from fivebar_description.strict_yaml import InputError
 
-STREAM = 4
-"""Of the random numbers from which the jitter is made."""
+JITTER_STREAM, LOSS_STREAM = 4, 3
+"""Of the random numbers from which the jitter is made, and that choose the lost commands."""
 
 RANGE = 2**31
 MIXING = 73244475
@@ -86,7 +86,7 @@ def delays_of(timing: Timing, seed: int, period: float) -> Delays:
                 f"plant.timing.{name}: {longest:g} s with its jitter: expected at most a sample, {period:g} s; whole"
                 " samples are plant.delay_samples"
             )
-    keys = np.random.default_rng([seed, STREAM]).integers(0, RANGE, 2).tolist()
+    keys = np.random.default_rng([seed, JITTER_STREAM]).integers(0, RANGE, 2).tolist()
     command, command_jitter, age, age_jitter = map(float, timing)
     return Delays(command, command_jitter, age, age_jitter, *keys)
 
@@ -107,3 +107,27 @@ def moments_after(delays: Delays, number: int, period: float) -> Moments:
     if delays.reading_jitter > 0.0:
         age += delays.reading_jitter * drawn(delays.reading_key, number + 1)
     return Moments(min(obeyed, period), max(0.0, period - age))
+
+
+class BusEffects(NamedTuple):
+    """Lost commands: each holds the one before.
+
+    A command that is late by a sample is lost, as the next one overtakes it, and so is that of a sample whose
+    measurement is lost or late.
+    """
+
+    lost_commands: Annotated[
+        int, Setting("How many commands are lost, chosen by the seed; typical: 0 to 3.", at_least=0, at_most=10_000)
+    ] = 0
+    lost_from: Annotated[
+        float, Setting("Begin of the time in which they are lost, from sample 0.", "s", at_least=0.0, at_most=1e4)
+    ] = 0.0
+    lost_within: Annotated[float, Setting("Length of that time.", "s", above=0.0, at_most=100.0)] = 1.0
+
+
+def lost_commands(bus: BusEffects, seed: int, rate_hz: int) -> tuple[int, ...]:
+    """Return the samples whose commands are lost, in order."""
+    first = round(bus.lost_from * rate_hz)
+    samples = max(1, round(bus.lost_within * rate_hz))
+    chosen = np.random.default_rng([seed, LOSS_STREAM]).permutation(samples)[: bus.lost_commands]
+    return tuple(sorted(first + number for number in chosen.tolist()))

@@ -13,7 +13,7 @@ from fivebar_bringup.odds.misfit_limits import (
     fitted_limits,
     rounded_up,
 )
-from fivebar_control.estimation.watch_limits import WatchLimits
+from fivebar_control.estimation.constants import WatchLimits
 
 ALARMS = 1000.0
 

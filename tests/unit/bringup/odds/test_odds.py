@@ -16,13 +16,20 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.cli.odds import Distribution
 from fivebar_bringup.odds import choice
 from fivebar_bringup.odds.choice import likeliest
-from fivebar_bringup.odds.declared import declared_odds
-from fivebar_bringup.odds.drawn_robots import ASSUMED, declared_errors, has_odds, with_drawn_robot
 from fivebar_bringup.odds.misfit_limits import sound_maxima
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.relief import reliefs
-from fivebar_bringup.odds.robot_errors import NO_ERRORS, NORMAL, UNIFORM, RobotErrors
-from fivebar_bringup.odds.trials import ROBOTS, Trials, trials_of
+from fivebar_bringup.odds.robot_errors import (
+    ASSUMED,
+    NO_ERRORS,
+    NORMAL,
+    UNIFORM,
+    RobotErrors,
+    declared_errors,
+    has_odds,
+    with_drawn_robot,
+)
+from fivebar_bringup.odds.trials import ROBOTS, Trials, declared_odds, trials_of
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario

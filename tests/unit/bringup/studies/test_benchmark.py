@@ -14,7 +14,7 @@ from full_disk import full_disk
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.odds.intervals import Interval, clopper_pearson
+from fivebar_bringup.odds.odds import Interval, clopper_pearson
 from fivebar_bringup.studies.benchmark.crossings import (
     CROSSINGS,
     BenchmarkCrossing,

@@ -21,8 +21,8 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import Sample, simulate, write_bag
+from fivebar_bringup.simulation.settings import estimator_of
 from fivebar_bringup.studies.estimate.changes import changed_scenario
 from fivebar_bringup.studies.estimate.estimate import estimate_bag
 from fivebar_bringup.studies.estimate.page import SETTINGS_FILE

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.odds.drawn_robots import has_odds
+from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.bench import planning_times
 from fivebar_bringup.studies.bench.planning_times import KINDS, RIG, Times, Watch, prepared

@@ -17,7 +17,7 @@ from full_disk import full_disk
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.odds.success import shortcomings
+from fivebar_bringup.odds.odds import shortcomings
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.studies.engine import running as engine

@@ -9,7 +9,7 @@ from estimator_at_rest import RATE_HZ, ROBOT, TIGHT, model_of
 
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import draw
-from fivebar_control.estimation.constants import Drives, history_samples
+from fivebar_control.estimation.constants import Drives, history_samples, largest_bending, watch_limits
 from fivebar_control.estimation.covariance import ERRORS, L12, ZERO2
 from fivebar_control.estimation.ekf import NO_ERRORS, EkfSettings, Estimate, error_deviations
 from fivebar_control.estimation.readings import (
@@ -20,7 +20,6 @@ from fivebar_control.estimation.readings import (
     no_pattern,
     strain,
 )
-from fivebar_control.estimation.watch_limits import largest_bending, watch_limits
 from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.tolerances import Tolerances

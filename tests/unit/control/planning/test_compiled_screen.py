@@ -17,8 +17,7 @@ from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.passage import displacement
 from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate
 from fivebar_control.planning.predicted_run import predict_run
-from fivebar_control.planning.reference_sample import samples_of
-from fivebar_control.trajectory import locus_search
+from fivebar_control.planning.reference_scan import samples_of
 from fivebar_control.trajectory.desired import (
     REFERENCE_VALUES,
     desired_along,
@@ -27,7 +26,7 @@ from fivebar_control.trajectory.desired import (
     write_reference,
 )
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
-from fivebar_control.trajectory.way import StraightWay
+from fivebar_control.trajectory.way import StraightWay, locus_fractions, write_determinants
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder
@@ -50,11 +49,11 @@ def as_in_a_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_only_who_judges_many_motions_loads_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert machine_code.as_machine_code(locus_search.write_determinants) is not locus_search.write_determinants
+    assert machine_code.as_machine_code(write_determinants) is not write_determinants
     monkeypatch.setattr(machine_code, "_many", False)
-    assert machine_code.as_machine_code(locus_search.write_determinants) is locus_search.write_determinants
+    assert machine_code.as_machine_code(write_determinants) is write_determinants
     machine_code.expect_many_motions()
-    assert machine_code.as_machine_code(locus_search.write_determinants) is not locus_search.write_determinants
+    assert machine_code.as_machine_code(write_determinants) is not write_determinants
 
 
 @pytest.fixture
@@ -76,8 +75,8 @@ def test_where_a_way_crosses_the_locus(
     way = StraightWay(segment.start_x, segment.start_y, segment.end_x, segment.end_y)
 
     def places() -> tuple[float, ...]:
-        locus_search.locus_fractions.cache_clear()
-        return locus_search.locus_fractions(dextar, plan.mode1, plan.mode2, way)
+        locus_fractions.cache_clear()
+        return locus_fractions(dextar, plan.mode1, plan.mode2, way)
 
     found = places()
     assert len(found) == 1

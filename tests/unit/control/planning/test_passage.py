@@ -19,8 +19,7 @@ from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import LOADS, Feasibility
 from fivebar_control.planning.limits import MotionLimits, Risk
 from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
-from fivebar_control.planning.passage import displacement, exposure, unavoidable
-from fivebar_control.planning.passage_response import LOST
+from fivebar_control.planning.passage import LOST, displacement, exposure, unavoidable
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused

@@ -104,9 +104,9 @@ def _name(one: TriedCrossing) -> str:
 
 def _advice(unlikely: list[TriedCrossing], session: Session) -> str:
     """Return why the gate is closed, and what would raise the odds most."""
-    from fivebar_bringup.odds.declared import SEED
-    from fivebar_bringup.odds.drawn_robots import declared_errors
     from fivebar_bringup.odds.relief import most_relieved
+    from fivebar_bringup.odds.robot_errors import declared_errors
+    from fivebar_bringup.odds.trials import SEED
 
     if not unlikely:
         return "no duration is feasible"

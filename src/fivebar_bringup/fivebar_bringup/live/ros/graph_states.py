@@ -23,8 +23,8 @@ from fivebar_description.interface import (
     node_of_status,
 )
 from fivebar_description.outside_text import one_line
+from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.qos import qos_profile
 from fivebar_description.status_texts import read_goal_status, read_run_status
 
 R = TypeVar("R")

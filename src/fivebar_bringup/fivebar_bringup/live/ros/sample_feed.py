@@ -24,9 +24,8 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.parameters import FiveBar
-from fivebar_description.ros.messages import own_fields, received_joint_state
+from fivebar_description.ros.messages import best_effort, own_fields, qos_profile, received_joint_state
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.qos import best_effort, qos_profile
 from fivebar_description.run_plan import read_epoch
 
 QUEUE_DEPTH = 50

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from fivebar_bringup.odds.success import PEAK_LIMIT, success_rule
+from fivebar_bringup.odds.odds import PEAK_LIMIT, success_rule
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.studies.assess.reach import RobotReach, reach_of

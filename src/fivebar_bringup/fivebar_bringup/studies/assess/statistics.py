@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.studies.assess.rows import ACCEPTED, RANDOM, UNLIKELY, AssessRow
 from fivebar_bringup.studies.rigs.declared import DECLARED, REMOVED, SENSORS, TUNINGS, VARIANTS
 

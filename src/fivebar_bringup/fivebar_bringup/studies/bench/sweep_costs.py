@@ -22,7 +22,7 @@ PARTS: Mapping[tuple[str, str], str] = {
     ("fivebar_control.planning.feasibility", "screen"): "screen of references",
     ("fivebar_bringup.simulation.case", "sampled"): "plan at the samples",
     ("fivebar_bringup.simulation.case", "case_of"): "constants and random numbers of the runs",
-    ("fivebar_bringup.odds.drawn_robots", "with_drawn_robot"): "constants and random numbers of the runs",
+    ("fivebar_bringup.odds.robot_errors", "with_drawn_robot"): "constants and random numbers of the runs",
     ("fivebar_description.strict_yaml", "validate"): "scenarios, checked",
     ("fivebar_control.planning.predicted_estimate", "predict_estimate"): "estimate that is predicted",
 }

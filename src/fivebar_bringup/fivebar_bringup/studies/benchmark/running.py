@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.odds.success import FINAL_LIMIT, PEAK_LIMIT
+from fivebar_bringup.odds.odds import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.simulation.uncompiled import crossing as run_crossing

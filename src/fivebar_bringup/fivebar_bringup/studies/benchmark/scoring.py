@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.intervals import Interval, clopper_pearson
-from fivebar_bringup.odds.success import FINAL_LIMIT, PEAK_LIMIT
+from fivebar_bringup.odds.odds import FINAL_LIMIT, PEAK_LIMIT, Interval, clopper_pearson
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.sweep.drawing import TORQUE_LIMIT

@@ -15,7 +15,7 @@ from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.style import BLUE, GREY, house_style, new_figure, png
 from fivebar_bringup.studies.estimate.changes import SECTIONS
 from fivebar_bringup.studies.estimate.estimate import EstimationComparison
-from fivebar_control.estimation.watch_limits import watch_limits
+from fivebar_control.estimation.constants import watch_limits
 from fivebar_description.strict_yaml import yaml_text
 
 SETTINGS_FILE = "settings.yaml"

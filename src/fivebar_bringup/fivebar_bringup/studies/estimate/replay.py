@@ -11,7 +11,7 @@ import numpy as np
 
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.estimator import estimator_of
+from fivebar_bringup.simulation.settings import estimator_of
 from fivebar_bringup.studies.estimate.record import EstimatorRecord
 from fivebar_control.estimation.estimator import JointEstimate, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted

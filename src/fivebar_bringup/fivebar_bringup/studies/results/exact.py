@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.pages.style import GREY
 from fivebar_bringup.studies.compare.figures import look_of
 from fivebar_bringup.studies.engine.running import FinishedStudy

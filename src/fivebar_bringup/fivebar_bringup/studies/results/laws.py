@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.pages.style import legend_below
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, benchmark
 from fivebar_bringup.studies.benchmark.scoring import scores

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.odds.intervals import Interval, clopper_pearson
+from fivebar_bringup.odds.odds import Interval, clopper_pearson
 from fivebar_bringup.pages.style import AMBER, BLUE, GREEN, GREY, PURPLE, SKY, VERMILION
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable

@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.odds import PEAK_LIMIT, clopper_pearson
 from fivebar_bringup.odds.robot_errors import NORMAL
-from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.pages.style import BLUE, GREY, INK, VERMILION
 from fivebar_bringup.simulation.outcome import LEFT
 from fivebar_bringup.studies.engine.running import FinishedStudy

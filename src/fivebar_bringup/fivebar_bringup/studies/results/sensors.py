@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from fivebar_bringup.odds.intervals import upper_bound
 from fivebar_bringup.odds.misfit_limits import alarm_rate
+from fivebar_bringup.odds.odds import upper_bound
 from fivebar_bringup.pages.style import BLUE, GREY, VERMILION
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable

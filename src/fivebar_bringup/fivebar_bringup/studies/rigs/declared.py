@@ -10,9 +10,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from fivebar_bringup.odds.drawn_robots import ASSUMED, errors_within
-from fivebar_bringup.odds.robot_errors import RobotErrors
-from fivebar_bringup.odds.success import PEAK_LIMIT
+from fivebar_bringup.odds.odds import PEAK_LIMIT
+from fivebar_bringup.odds.robot_errors import ASSUMED, RobotErrors, errors_within
 from fivebar_bringup.studies.rigs.rig import OF_ROBOT, Rig, check_rig, merged
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.robot_sizes import ELASTIC_DISTURBANCE_RATE, bandwidth_of, size_ratio, torque_ratio

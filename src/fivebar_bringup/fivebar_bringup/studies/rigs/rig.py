@@ -15,12 +15,11 @@ from fivebar_control.laws.registry import CONTROLLERS, find_controller
 from fivebar_control.scenario.scenario import PATH
 from fivebar_control.scenario.sensors import check_sensors
 from fivebar_description.errors import InputError
-from fivebar_description.file_format import NEWEST, Format, read_versioned
 from fivebar_description.scenario_file import with_files_beside
 from fivebar_description.settings import Section, Setting
 from fivebar_description.share import placed_beside
 from fivebar_description.shared_settings import Robot
-from fivebar_description.strict_yaml import StrictModel, validate
+from fivebar_description.strict_yaml import NEWEST, Format, StrictModel, read_versioned, validate
 from fivebar_description.suggestion import expected_one_of
 from fivebar_sim.effects.mechanism import mechanism_of
 

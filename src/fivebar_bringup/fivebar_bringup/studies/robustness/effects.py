@@ -15,19 +15,17 @@ import numpy as np
 from fivebar_description.imu import ImuSettings
 from fivebar_description.tolerances import Tolerances
 from fivebar_description.transmission import Transmission
-from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.heating import Heating
 from fivebar_sim.effects.links import LinkErrors
-from fivebar_sim.effects.loads import LOCUS, Push, Tilt
+from fivebar_sim.effects.loads import LOCUS, Push, Tilt, Vibration
 from fivebar_sim.effects.motors import MotorEffects
 from fivebar_sim.effects.platform_joint import PlatformJoint
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.supply import Supply
-from fivebar_sim.effects.timing import Timing
-from fivebar_sim.effects.vibration import Vibration
+from fivebar_sim.effects.timing import BusEffects, Timing
 
 STEPS = 12
 """Sizes of an effect."""

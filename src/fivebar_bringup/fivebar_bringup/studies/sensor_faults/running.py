@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.drawn_robots import with_drawn_robot
+from fivebar_bringup.odds.robot_errors import with_drawn_robot
 from fivebar_bringup.odds.trials import FRESH_ROBOTS
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of

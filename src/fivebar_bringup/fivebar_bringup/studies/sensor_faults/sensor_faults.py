@@ -7,8 +7,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from fivebar_bringup.odds.intervals import clopper_pearson, upper_bound
 from fivebar_bringup.odds.misfit_limits import alarm_rate
+from fivebar_bringup.odds.odds import clopper_pearson, upper_bound
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.studies.engine.program import program_digest

@@ -30,7 +30,7 @@ from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.closure import GEOMETRY
 from fivebar_control.calibration.record import CalibrationRecord
 from fivebar_control.calibration.result import Calibration
-from fivebar_control.estimation.watch_limits import WatchLimits
+from fivebar_control.estimation.constants import WatchLimits
 from fivebar_control.laws.robot_sizes import bandwidth_of
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import validate

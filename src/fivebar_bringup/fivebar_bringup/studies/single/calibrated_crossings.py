@@ -19,9 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.odds import PEAK_LIMIT, clopper_pearson
 from fivebar_bringup.odds.robot_errors import drawn_effects, drawn_gyro_bias, drawn_scales
-from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.recorded.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario

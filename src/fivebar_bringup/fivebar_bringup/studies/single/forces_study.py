@@ -26,7 +26,7 @@ from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.planning.reference_torque import full_torque
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import CRITERION, Plan
-from fivebar_description.forces import Forces
+from fivebar_description.loads import Forces
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError, yaml_text
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.success import PEAK_LIMIT
+from fivebar_bringup.odds.odds import PEAK_LIMIT
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.screening import accepted, planned

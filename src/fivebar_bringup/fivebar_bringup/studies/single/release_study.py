@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_bringup.odds.intervals import clopper_pearson
+from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.odds.robot_errors import drawn_effects
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.robot import later_with_effects

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.drawn_robots import with_sections
+from fivebar_bringup.odds.odds import PEAK_LIMIT
 from fivebar_bringup.odds.robot_errors import (
     NO_ERRORS,
     RobotErrors,
@@ -17,8 +17,8 @@ from fivebar_bringup.odds.robot_errors import (
     drawn_effects,
     drawn_gyro_bias,
     drawn_scales,
+    with_sections,
 )
-from fivebar_bringup.odds.success import PEAK_LIMIT
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.rigs.proportion import in_proportion

@@ -19,11 +19,11 @@ from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_description.transmission import Transmission
-from fivebar_sim.effects.bus import BusEffects
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.loads import Push, Tilt
 from fivebar_sim.effects.platform_joint import PlatformJoint
+from fivebar_sim.effects.timing import BusEffects
 
 Content = dict[str, Any]
 

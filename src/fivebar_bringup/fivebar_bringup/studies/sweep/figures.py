@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 
 from fivebar_bringup.bag.recording import FloatArray
-from fivebar_bringup.odds.success import FINAL_LIMIT, PEAK_LIMIT
+from fivebar_bringup.odds.odds import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.style import GREEN, GREY, INK, VERMILION, house_style, log_axis, new_figure, png
 from fivebar_bringup.report.workspace import draw_map, survey

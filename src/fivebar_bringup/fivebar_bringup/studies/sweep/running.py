@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from fivebar_bringup.odds.odds import Odds
-from fivebar_bringup.odds.success import PEAK_LIMIT, shortcomings
+from fivebar_bringup.odds.odds import PEAK_LIMIT, Odds, shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fivebar_bringup.bag.recording import FloatArray
-from fivebar_bringup.odds.success import PEAK_LIMIT
+from fivebar_bringup.odds.odds import PEAK_LIMIT
 from fivebar_bringup.pages.style import GREY, INK, MOTORS, ZONE, house_style, new_figure, png
 from fivebar_bringup.recorded.results import new_directory, write_results
 from fivebar_bringup.report.workspace import draw_base, draw_map, draw_robot, frame, survey

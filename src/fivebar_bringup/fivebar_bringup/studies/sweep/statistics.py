@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from fivebar_bringup.odds.intervals import clopper_pearson
-from fivebar_bringup.odds.success import PEAK_LIMIT
+from fivebar_bringup.odds.odds import PEAK_LIMIT, clopper_pearson
 from fivebar_bringup.pages.content import Cell, Entry, Line, Table, table
 from fivebar_bringup.simulation.outcome import LEFT
 from fivebar_bringup.studies.sweep.drawing import DELAYS, ENCODERS

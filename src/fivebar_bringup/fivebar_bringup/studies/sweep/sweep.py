@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import field_validator
 
-from fivebar_bringup.odds.success import success_rule
+from fivebar_bringup.odds.odds import success_rule
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings

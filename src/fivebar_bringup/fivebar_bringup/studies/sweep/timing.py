@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.alternatives import Alternatives, Candidate, best_of_all
-from fivebar_bringup.odds.drawn_robots import has_odds
 from fivebar_bringup.odds.odds import Odds
-from fivebar_bringup.odds.robot_errors import UNIFORM
+from fivebar_bringup.odds.robot_errors import UNIFORM, has_odds
 from fivebar_bringup.odds.trials import ROBOTS, trials_of
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, plan_of
