@@ -41,7 +41,7 @@ class Motion(NamedTuple):
 
     @property
     def duration(self) -> float:
-        """Of the whole motion (s)."""
+        """Duration of the whole motion (s)."""
         return sum(self.transfer.durations)
 
     @property

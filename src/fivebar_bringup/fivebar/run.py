@@ -35,7 +35,7 @@ class Run(NamedTuple):
 
     @property
     def scenario(self) -> Scenario:
-        """What was run, with every default."""
+        """The scenario that was run, with every default."""
         return self.analysis.scenario
 
     @property
@@ -45,7 +45,7 @@ class Run(NamedTuple):
 
     @property
     def outcome(self) -> RunOutcome:
-        """What became of the run, as in summary.json: succeeded, off_reference, stopped, refused or interrupted."""
+        """The outcome of the run, as in summary.json: succeeded, off_reference, stopped, refused or interrupted."""
         return self.summary.outcome
 
     @property

@@ -10,13 +10,13 @@ import sys
 from collections.abc import Callable
 
 MOST_STEPS = 100
-"""Of the search of a zero."""
+"""Largest number of steps of the search of a zero."""
 
 MOST_CALLS = 500
-"""Of the function whose minimum is searched."""
+"""Largest number of calls of the function whose minimum is searched."""
 
 RESOLUTION = 4.0 * sys.float_info.epsilon
-"""Of a zero, relative to it."""
+"""Resolution of a zero, relative to it."""
 
 FLAT = math.sqrt(2.2e-16)
 """Relative change of the variable within which a function is flat at its minimum."""

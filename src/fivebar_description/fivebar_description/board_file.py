@@ -1,4 +1,4 @@
-"""What the bridge's configuration of a motor board and the file of the emulated board have in common.
+"""Common keys of the bridge's configuration of a motor board and of the file of the emulated board.
 
 Each side reads a file of its own, as on a real robot, so that each checks the other; what a key means and which values
 it takes stands here once.
@@ -14,7 +14,7 @@ from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import StrictModel
 
 BY_THE_CLOCK = "clock"
-"""What moves a real robot on."""
+"""The pace of a real robot."""
 
 TORQUE_CONSTANT = 0.062
 """Measured torque constant (Nm/A) of the bench's GM3506 motors."""

@@ -1,4 +1,4 @@
-"""What the bridge's configuration of bus and drives and the file of the emulated drives have in common.
+"""Common keys of the bridge's configuration of bus and drives and of the file of the emulated drives.
 
 Each side reads a file of its own, as on a real robot, so that each checks the other; what a key means and which values
 it takes stands here once.

@@ -14,7 +14,7 @@ from fivebar_description.modules import module_command
 from fivebar_description.ros_environment import BAD_INPUT
 
 ROS_ARGUMENTS = "--ros-args"
-"""What parameters and remappings of a node follow."""
+"""The argument that parameters and remappings of a node follow."""
 
 HELP = frozenset({"-h", "--help"})
 """Words that ask for help."""

@@ -180,7 +180,8 @@ ESTIMATE_STATE = _chain_topic("estimate/state", "std_msgs/msg/String", STATE_QOS
 RUN_STATUS = Topic("run/status", "std_msgs/msg/String", STATE_QOS)
 RUN_READY = Topic("run/ready", "std_msgs/msg/String", LATCHED_QOS)
 RUN_PLAN = _chain_topic("run/plan", "std_msgs/msg/String", STATE_QOS)
-"""What the nodes of a run must agree on, from the trajectory generator: JSON with a digest and the values by name."""
+"""The facts on which the nodes of a run must agree, from the trajectory generator: JSON with a digest and the
+values by name."""
 RUN_EPOCH = _chain_topic("run/epoch", "std_msgs/msg/String", STATE_QOS)
 """The stamp of sample 0 (ns), from the node that keeps the time, plant or bridge: JSON {"epoch_ns": ...}; null while no
 run is on. Nodes number samples from stamps, so they answer only once they know it."""
@@ -248,7 +249,7 @@ PROGRAM_STATUS = Topic("program/status", "std_msgs/msg/String", STATE_QOS)
 """The text of a program to carry out, and how far it has come. No node of the control cycle waits for them."""
 
 WORK_TOPICS = (PAYLOAD, PROGRAM, PROGRAM_STATUS)
-"""What a bag holds of a robot that takes programs."""
+"""Topics that a bag holds besides for a robot that takes programs."""
 
 OUTPUTS = "outputs/"
 """Begin of the names of the topics of output pins."""
@@ -269,7 +270,7 @@ TORQUE_LATENCY = "torque_latency_ms"
 """Value on /diagnostics of a bridge: as JSON, how long after the reading of a sample its torque was with the drives."""
 
 TASK = "health"
-"""What a node reports on /diagnostics."""
+"""Name of a node's report on /diagnostics."""
 
 
 def status_name(node: str) -> str:
@@ -283,7 +284,7 @@ def node_of_status(name: str) -> str:
 
 
 RUN_BEGIN = Topic("run/begin", "std_msgs/msg/Header", STATE_QOS)
-"""What `run/epoch` says: the stamp of sample 0, zero while no run is on."""
+"""The content of `run/epoch` in a standard message: the stamp of sample 0, zero while no run is on."""
 RUN_PATH = Topic("run/path", "nav_msgs/msg/Path", STATE_QOS)
 GOAL_PATH = Topic("goal/path", "nav_msgs/msg/Path", STATE_QOS)
 GOAL_TARGET = Topic("goal/target", "geometry_msgs/msg/PoseStamped", STATE_QOS)
@@ -293,16 +294,18 @@ VALUES = {
     topic: Topic(f"{topic.name}/values", "diagnostic_msgs/msg/DiagnosticStatus", STATE_QOS)
     for topic in (RUN_STATUS, GOAL_STATUS, PROGRAM_STATUS, SAFETY_STATE, DRIVES_STATE)
 }
-"""By the topic of a status that is a text, that of its twin with level, message and values."""
+"""Twins of statuses that are texts, with level, message and values, by the topic of the text."""
 
 TWIN_OF_TEXT = {RUN_EPOCH: RUN_BEGIN, **VALUES}
-"""By the topic of a text, that of the standard message which says the same; who publishes one publishes both."""
+"""Topics of the standard messages that say the same as a text, by the topic of the text; who publishes one
+publishes both."""
 
 TWINS = (*TWIN_OF_TEXT.values(), RUN_PATH, GOAL_PATH, GOAL_TARGET)
-"""What the graph says in texts, in standard messages, for tools that show and plot these. No node waits for them."""
+"""Standard messages that say what the graph says in texts, for tools that show and plot these. No node waits for
+them."""
 
 RECORDED_BESIDES = (GOAL, GOAL_POSE, GOAL_TRAJECTORY, GOAL_STATUS, DIAGNOSTICS, *TWINS)
-"""What a bag holds besides, without the recorder waiting for it."""
+"""Topics that a bag holds besides, without the recorder waiting for them."""
 
 SCENE = Topic("scene", "visualization_msgs/msg/MarkerArray", Qos(depth=8, transient_local=True))
 SCENE_TRAIL = Topic("scene/trail", "visualization_msgs/msg/MarkerArray", STATE_QOS)
@@ -315,10 +318,10 @@ CONTROL_CHAIN = tuple(one for one in tuple(globals().values()) if isinstance(one
 """The topics by which the robot moves, each with one publisher; that of a law from elsewhere belongs to them too."""
 
 JOINT_SOURCES = tuple(one for one in CONTROL_CHAIN if one.of_joints)
-"""Those that a robot of its own may publish where others publish other joints."""
+"""Topics that a robot of its own may publish where others publish other joints."""
 
 READ_BESIDES = tuple(one for one in CONTROL_CHAIN if one.reader_reports)
-"""Those that neither blender nor plant or bridge reads: who reads them reports their faults."""
+"""Topics that neither blender nor plant or bridge reads: who reads them reports their faults."""
 
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)
 """Topics of the torque candidates of this project's laws; a run has those of its controller."""

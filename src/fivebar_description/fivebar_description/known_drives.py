@@ -1,4 +1,4 @@
-"""What is known of a robot's motors, encoders and drives: the section `drives` of a robot file."""
+"""The robot's motors, encoders and drives, as far as they are known: the section `drives` of a robot file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a calibration has found out about a robot's sensors: the section `sensors` of a robot file."""
+"""The findings of a calibration on a robot's sensors: the section `sensors` of a robot file."""
 
 from __future__ import annotations
 

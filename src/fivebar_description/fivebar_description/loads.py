@@ -1,4 +1,4 @@
-"""What acts on a robot from outside: the known `forces` of a robot file, and the `loads` that it has to bear."""
+"""Actions on a robot from outside: the known `forces` of a robot file, and the `loads` that it has to bear."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import Any
 from fivebar_description.errors import InputError
 
 RUN_MODULE = "import sys; del sys.path[0]; import runpy; runpy.run_module({!r}, run_name='__main__', alter_sys=True)"
-"""What `python -P -m` does, in words that Python 3.10 understands, too."""
+"""The effect of `python -P -m`, in words that Python 3.10 understands, too."""
 
 PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 """MODULE:NAME."""

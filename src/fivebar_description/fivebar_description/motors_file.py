@@ -1,4 +1,4 @@
-"""What the bridge's configuration of two motors and the file of their emulation have in common.
+"""Common keys of the bridge's configuration of two motors and of the file of their emulation.
 
 Each side reads a file of its own, as on a real robot, so that each checks the other; what a key means and which values
 it takes stands here once.

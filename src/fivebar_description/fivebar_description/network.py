@@ -1,4 +1,4 @@
-"""What is wrong with the network of this machine, where nodes do not hear each other or a bus cannot be opened."""
+"""Faults of this machine's network, where nodes do not hear each other or a bus cannot be opened."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong with the name of a parameter that a node does not have: a slip, or a name of a former release.
+"""Faults in the name of a parameter that a node does not have: a slip, or a name of a former release.
 
 Parameters of other nodes are no mistake: a launch file sets some for all nodes of a group.
 """

@@ -10,16 +10,16 @@ from typing import Annotated
 from pydantic import Field
 
 Positive = Annotated[float, Field(ge=1e-9, le=1e9)]
-"""Of any unit."""
+"""A positive value of any unit."""
 
 Duration = Annotated[float, Field(ge=1e-4, le=1e9)]
-"""Of a motion (s); a robot's limits decide long before, and a sample takes 0.1 ms at least."""
+"""Duration of a motion (s); a robot's limits decide long before, and a sample takes 0.1 ms at least."""
 
 Length = Annotated[float, Field(ge=1e-4, le=10.0)]
-"""Of a link, or between the bases (m)."""
+"""Length of a link, or between the bases (m)."""
 
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
-"""Of a place, or of a centre of mass along its link (m)."""
+"""Coordinate of a place, or of a centre of mass along its link (m)."""
 
 MassOrInertia = Annotated[float, Field(gt=0.0, le=1000.0)]
 """kg, or kg m^2."""
@@ -37,4 +37,4 @@ CoulombFriction = Annotated[float, Field(ge=0.0, le=1e4)]
 """Nm."""
 
 FrictionWidth = Annotated[float, Field(gt=0.0, le=1e3)]
-"""Of the smoothing of Coulomb friction (rad/s)."""
+"""Width of the smoothing of Coulomb friction (rad/s)."""

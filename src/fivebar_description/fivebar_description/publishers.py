@@ -11,7 +11,7 @@ SECOND_PUBLISHER = "second_publisher"
 """Name of the fault."""
 
 UNKNOWN_NAME = "_NODE_NAME_UNKNOWN_"
-"""What ROS calls the node of a publisher whose name has not been announced yet."""
+"""ROS' name for the node of a publisher whose name has not been announced yet."""
 
 UNNAMED = "a node whose name is not known yet"
 """How such a node is called in a fault."""
@@ -39,7 +39,7 @@ class PublisherOf(NamedTuple):
 
     @property
     def machine(self) -> bytes:
-        """What its identity shares with all others of its machine, b"" where that is not known."""
+        """The part of its identity that all publishers of its machine share, b"" where that is not known."""
         return self.gid[:4] if self.gid[:2] == FAST_DDS else b""
 
     @property

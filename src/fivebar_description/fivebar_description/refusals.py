@@ -1,4 +1,4 @@
-"""What a validation by pydantic found wrong, in the words of these messages: KEY: VALUE: expected WHAT."""
+"""Refusals of a validation by pydantic, in the words of these messages: KEY: VALUE: expected WHAT."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXPECTED = {
     "mapping": "keys with values",
     "model": "keys with values",
 }
-"""What each kind of value is called; pydantic's types of errors begin with the kind."""
+"""Words for each kind of value; pydantic's types of errors begin with the kind."""
 
 BOUNDS = {
     "greater_than_equal": ("at least", "ge"),

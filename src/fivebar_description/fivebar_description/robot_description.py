@@ -31,7 +31,7 @@ Element = ElementTree.Element
 Point = tuple[float, float, float]
 
 SIDES = ("left", "right")
-"""Of leg 1 and leg 2, in the names of links."""
+"""Names of leg 1 and leg 2, in the names of links."""
 
 PLATFORM_FRAME, LOOP_FRAME = "platform", "left_tip"
 """Frames that the closed loop brings together: the end of the distal link of leg 2, and that of leg 1."""
@@ -46,7 +46,7 @@ LARGEST_WIDTH, WIDTH_SHARE = 0.016, 0.2
 """Width of the links (m): at most this, and at most this share of the shortest length."""
 
 MOTOR_RADIUS, MOTOR_SHARE, MOTOR_HEIGHT = 0.025, 0.4, 0.05
-"""Of the motor housings under the base plate (m), and the largest share of their distance."""
+"""Sizes of the motor housings under the base plate (m), and the largest share of their distance."""
 
 PLATE = 0.010
 """Thickness of the base plate (m); its upper side is z = 0."""

@@ -165,7 +165,7 @@ class Links(NamedTuple):
 
 
 NO_EFFECTOR = EndEffector(mass_kg=0.0)
-"""Of a robot whose distal links end in a pin that belongs to one of them."""
+"""The end effector of a robot whose distal links end in a pin that belongs to one of them."""
 
 
 class RobotFile(StrictModel):

@@ -1,4 +1,4 @@
-"""What all nodes of a run share: the plan, values on which they must agree, by name, and the stamp of sample 0.
+"""Facts that all nodes of a run share: the plan, values on which they must agree, and the stamp of sample 0.
 
 Nothing here needs ROS.
 """
@@ -25,7 +25,7 @@ HOMING = "homing (first waypoint)"
 LEAD_SAMPLES = "lead_samples (delay of the drives, where the state is estimated)"
 
 START = "start"
-"""What the plant is told of a motion: the fields of `MotionStart`."""
+"""Key of the facts for the plant: the fields of `MotionStart`."""
 
 
 PLAN_FIELDS = {
@@ -44,7 +44,7 @@ EPOCH_FIELDS = {
 
 
 class MotionStart(NamedTuple):
-    """What the plant is told of a motion.
+    """The facts of a motion for the plant.
 
     Attributes:
         samples: number of its last sample.
@@ -66,7 +66,7 @@ class RunPlan(NamedTuple):
 
     @property
     def start(self) -> MotionStart | None:
-        """What the plant is told; None where the plan does not say it, or not rightly."""
+        """The facts for the plant; None where the plan does not say them, or not rightly."""
         told = self.values.get(START)
         if not isinstance(told, dict) or set(told) != set(MotionStart._fields):
             return None

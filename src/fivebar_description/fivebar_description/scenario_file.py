@@ -18,7 +18,7 @@ from fivebar_description.text_file import is_file
 DEFAULT_ROBOT = "dextar"
 
 DEFAULT_SCENARIO = "middle"
-"""What a node takes that is told of no scenario."""
+"""Scenario of a node that is told of none."""
 
 KEYS = (
     "format",

@@ -28,7 +28,7 @@ S = TypeVar("S", bound=tuple[Any, ...])
 
 @dataclass(frozen=True)
 class Setting:
-    """What a setting means, as metadata of its annotation; pydantic checks range, choices and `check` by it.
+    """The meaning of a setting, as metadata of its annotation; pydantic checks range, choices and `check` by it.
 
     Attributes:
         description: one sentence on what it does.
@@ -125,8 +125,8 @@ REQUIRED = object()
 """In place of the default of a setting that has none."""
 
 NO_LIMIT: dict[Any, Any] = {float: 0.0, int: 0, str: ""}
-"""What stands for None, for infinity and, as its one element, for an empty array among a node's parameters, by type:
-ROS parameters know no null and no infinity, and an empty array of theirs has no type."""
+"""Sentinels, by type, that stand for None, for infinity and, as its one element, for an empty array among a node's
+parameters: ROS parameters know no null and no infinity, and an empty array of theirs has no type."""
 
 
 COUNT_WORDS = {2: "two", 3: "three", 4: "four"}

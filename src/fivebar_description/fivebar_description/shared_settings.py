@@ -60,7 +60,7 @@ LARGEST_COUNTS = 1_000_000_000
 """Encoder counts per revolution."""
 
 LONGEST_DELAY = 100
-"""Of the drives, in samples."""
+"""Longest delay of the drives, in samples."""
 
 EncoderCounts = Annotated[
     int | None,

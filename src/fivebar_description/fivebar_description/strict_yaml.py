@@ -44,13 +44,14 @@ NESTED_TOO_DEEPLY = "is nested too deeply"
 KEY = "format"
 
 NEWEST = 1
-"""Of scenarios, robot files and programs, and that of files without the key, which it stays after there is a 2."""
+"""Newest format of scenarios, robot files and programs, and that of files without the key, which it stays after
+there is a 2."""
 
 OTHERS = {
     True: "a newer release of fivebar reads this file",
     False: "fivebar 1.0.0 brings a file of format 0 up to date: fivebar migrate",
 }
-"""What to do with a file of another format, by whether it is newer."""
+"""Advice for a file of another format, by whether it is newer."""
 
 
 class StrictModel(BaseModel):

@@ -1,4 +1,4 @@
-"""What the JointStates of each topic hold, by which a message that is none of the graph's is recognised."""
+"""The contents of the JointStates of each topic, by which a message that is none of the graph's is recognised."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ CONTENTS = {
     VISION_PLATFORM.name: Content(VISION_NAMES, ("position",)),
     VISION_ERROR.name: Content(PLATFORM_NAMES, ("position",)),
 }
-"""By topic; the candidates of laws are torques too."""
+"""Contents by topic; the candidates of laws are torques too."""
 
 
 def content_of(topic: Topic) -> Content | None:

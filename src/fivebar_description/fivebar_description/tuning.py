@@ -1,4 +1,4 @@
-"""What suits a robot: the section `tuning` of a robot file, the defaults of its scenarios."""
+"""Settings that suit a robot: the section `tuning` of a robot file, the defaults of its scenarios."""
 
 from __future__ import annotations
 

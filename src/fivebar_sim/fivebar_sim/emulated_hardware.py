@@ -1,4 +1,4 @@
-"""What emulated drives and emulated boards have in common for those who run and judge a rehearsal."""
+"""The common interface of emulated drives and emulated boards, for those who run and judge a rehearsal."""
 
 from __future__ import annotations
 

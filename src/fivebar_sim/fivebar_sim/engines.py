@@ -1,4 +1,4 @@
-"""What can move the mechanism of a robot with effects: this project's equations, or MuJoCo."""
+"""The engines that move the mechanism of a robot with effects: this project's equations, or MuJoCo."""
 
 from __future__ import annotations
 

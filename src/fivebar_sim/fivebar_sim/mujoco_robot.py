@@ -24,7 +24,7 @@ STEP = 1e-4
 
 
 class LegForces(NamedTuple):
-    """What is applied to a leg.
+    """The torques and forces on a leg.
 
     Attributes:
         motor, disc: as in the mechanism.

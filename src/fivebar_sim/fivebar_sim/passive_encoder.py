@@ -12,7 +12,7 @@ from fivebar_sim.effects.encoders import EncoderDisc, seen
 from fivebar_sim.sensors import counted
 
 STREAM = 5
-"""Of the random number that is the phase of the eccentricity."""
+"""Stream of the random number that is the phase of the eccentricity."""
 
 
 class PassiveNumbers(NamedTuple):

@@ -10,7 +10,7 @@ SIGNS = (
     "too many open files",
     "resource temporarily unavailable",
 )
-"""What they contain, in any case of letters: the types of such errors differ from library to library."""
+"""Parts of the messages of such errors, in any case of letters: their types differ from library to library."""
 
 
 def exhaustion(error: BaseException) -> str | None:

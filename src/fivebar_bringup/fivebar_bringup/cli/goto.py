@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from fivebar_bringup.motions.start import Start
 
 DEFAULT_CONTROLLER = "unified"
-"""Of a motion that `goto` runs itself."""
+"""Controller of a motion that `goto` runs itself."""
 
 LONGEST_WAIT = 120.0
 """s, for the end of a motion on a running graph."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fivebar_control.identification.motor_map import MotorMap, MotorValue
 
 MOST_PERIODS = 1000
-"""Of cogging in a turn."""
+"""Largest number of periods of cogging in a turn."""
 
 
 @command(Group.ROBOT)

@@ -1,4 +1,4 @@
-"""What the command prints: words of the user as they are, never as markup, on a stream of any encoding."""
+"""Prints what a command says: words of the user as they are, never as markup, on a stream of any encoding."""
 
 from __future__ import annotations
 

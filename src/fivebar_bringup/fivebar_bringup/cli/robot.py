@@ -18,7 +18,7 @@ from fivebar_description.interrupts import keyboard_interrupts
 
 
 class RobotAction(StrEnum):
-    """What to do with a robot file."""
+    """An action on a robot file."""
 
     NEW = "new"
     CHECK = "check"

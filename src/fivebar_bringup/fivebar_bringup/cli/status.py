@@ -45,7 +45,7 @@ DomainOption = Annotated[
         help="ROS_DOMAIN_ID of the graph [default: that of the one run of `fivebar run`, else the environment's]",
     ),
 ]
-"""Which running graph is meant; `graph_domain` says what it is by default."""
+"""Option for the running graph that is meant; `graph_domain` says which one it is by default."""
 
 
 @command(Group.RUN)

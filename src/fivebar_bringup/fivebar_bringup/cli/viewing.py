@@ -37,7 +37,7 @@ PAGE_TIMEOUT = 30.0
 STOP_TIMEOUT = 10.0
 
 ADDRESS, OPENED, TOLD = "view: http", "view: a page is open", "view: the pages have been told"
-"""What the viewer prints once it serves the page, once somebody looks, and once it has sent the end of the run."""
+"""Lines of the viewer: once it serves the page, once somebody looks, and once it has sent the end of the run."""
 
 ViewOption = Annotated[
     bool,

@@ -99,4 +99,4 @@ WORDS = {
     "drive_files": _drive_files,
     "mock_component": _mock_component,
 }
-"""What each place stands for."""
+"""Words by the place that they stand for."""

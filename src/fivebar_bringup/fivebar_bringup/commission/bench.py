@@ -1,4 +1,4 @@
-"""What a commissioning asks of the robot, real or simulated: drives, a hand that leads it, and runs under control."""
+"""The robot as a commissioning needs it, real or simulated: drives, a hand that leads it, and runs under control."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class RobotBench(Protocol):
 
     @property
     def imu(self) -> ImuSettings | None:
-        """What is known beforehand of the gyroscope on the distal link of leg 2; None without one."""
+        """Prior knowledge of the gyroscope on the distal link of leg 2; None without one."""
         ...
 
     @property

@@ -21,7 +21,7 @@ COUNTS = "counts_per_revolution"
 
 
 class MotorValues(NamedTuple):
-    """What a configuration says of a motor.
+    """Values of a motor in a configuration.
 
     Attributes:
         sign: whether the drive counts up or down as the joint angle grows.

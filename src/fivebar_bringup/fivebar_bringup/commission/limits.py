@@ -75,7 +75,7 @@ class AllowedDrives:
 
     @property
     def notes(self) -> list[str]:
-        """What the drives say of their set-up."""
+        """Notes of the drives on their set-up."""
         return list(self._drives.notes)
 
 

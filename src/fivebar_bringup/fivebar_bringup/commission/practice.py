@@ -51,7 +51,7 @@ from fivebar_sim.readings import ReadingQueue, imu_queue
 DEGREE = math.pi / 180.0
 
 GRIP = 10.0
-"""By how much stiffer a hand is that puts the platform on a mark than one that leads it."""
+"""Stiffness of a hand that puts the platform on a mark, relative to that of one that leads it."""
 
 LOADING = 600.0
 """Longest time (s) by the clock until the simulated motors have power."""
@@ -296,7 +296,7 @@ class PracticeBench:
 
     @property
     def imu(self) -> ImuSettings | None:
-        """What a data sheet says of the gyroscope: its rate, range and low-pass, and how late its readings come."""
+        """Data sheet of the gyroscope: its rate, range and low-pass, and how late its readings come."""
         true = self._file.imu
         if true is None:
             return None

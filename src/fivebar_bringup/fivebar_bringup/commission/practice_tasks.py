@@ -1,4 +1,4 @@
-"""What a hand is to do to a robot, as a line of text between two processes."""
+"""Tasks for a hand at a robot, as lines of text between two processes."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ class RealBench:
 
     @property
     def imu(self) -> ImuSettings | None:
-        """What is known beforehand of the gyroscope."""
+        """Prior knowledge of the gyroscope."""
         return self._imu
 
     @property

@@ -42,7 +42,7 @@ AWAY = 0.015
 
 
 class Session:
-    """What the steps work with."""
+    """The state that the steps share."""
 
     def __init__(
         self, folder: Path, state: CommissionState, bench: RobotBench, person: Person, tell: Callable[[str], None]
@@ -67,7 +67,7 @@ class Session:
 
     @property
     def robot(self) -> RobotFile:
-        """What is known of the robot."""
+        """The robot, as far as it is known."""
         return read_robot(str(self.robot_path))
 
     @property
@@ -82,7 +82,7 @@ class Session:
 
     @property
     def drives(self) -> DrivesFile:
-        """What is known of the drives."""
+        """The drives, as far as they are known."""
         return DrivesFile(self.drives_path)
 
     def learn(self, **update: Any) -> None:

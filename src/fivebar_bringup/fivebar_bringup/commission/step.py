@@ -1,4 +1,4 @@
-"""What a step of a commissioning is, and how it ends."""
+"""A step of a commissioning, and how it ends."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def fault_or_outcome(summary: Summary) -> str:
 
 
 class Findings(NamedTuple):
-    """What a step that was passed has found out.
+    """The findings of a step that was passed.
 
     Attributes:
         words: in a sentence.

@@ -1,4 +1,4 @@
-"""Which drives a run is on, emulated or real, and the files that it needs."""
+"""Choice of the drives that a run is on, emulated or real, and the files that it needs."""
 
 from __future__ import annotations
 

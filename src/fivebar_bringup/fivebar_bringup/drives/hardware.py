@@ -1,4 +1,4 @@
-"""What a run controls: the simulated robot, or drives."""
+"""The hardware that a run controls: the simulated robot, or drives."""
 
 from __future__ import annotations
 

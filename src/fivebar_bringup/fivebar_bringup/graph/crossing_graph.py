@@ -55,7 +55,7 @@ from fivebar_description.settings import to_parameters
 
 
 class Work(NamedTuple):
-    """What a robot does after its plan: the path of a program, if any, from an instruction on, with its pins."""
+    """Work of a robot after its plan: the path of a program, if any, from an instruction on, with its pins."""
 
     program: str = ""
     begin: int = 0

@@ -16,13 +16,13 @@ class Mode(StrEnum):
 
 
 class Sharing(StrEnum):
-    """Which nodes share a process."""
+    """Groups of nodes that share a process."""
 
     NONE = "none"
     CHAIN = "chain"
-    """Those of the control chain."""
+    """The control chain."""
     ROBOT = "robot"
-    """Those of the control chain and the bridge to the robot: a torque is written to the drives before its sample is
+    """The control chain and the bridge to the robot: a torque is written to the drives before its sample is
     published to other processes."""
 
 

@@ -1,4 +1,4 @@
-"""What the commanded torque reaches: the simulated plant, emulated drives, or the bridge to real ones."""
+"""The nodes that the commanded torque reaches: the simulated plant, emulated drives, or the bridge to real ones."""
 
 from __future__ import annotations
 

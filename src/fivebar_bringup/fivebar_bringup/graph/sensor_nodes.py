@@ -1,4 +1,4 @@
-"""What measures and estimates: state estimator, IMU listener, camera and vision listener."""
+"""The nodes that measure and estimate: state estimator, IMU listener, camera and vision listener."""
 
 from __future__ import annotations
 

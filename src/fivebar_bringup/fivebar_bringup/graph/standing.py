@@ -12,7 +12,7 @@ from fivebar_description.strict_yaml import InputError
 GENERATOR = "trajectory_generator"
 
 PLANNER = "fivebar_bringup.motions.likely_orders:planner_of"
-"""What plans requests where robots can be drawn to find out how likely they are to succeed."""
+"""Planner of requests where robots can be drawn to find out how likely they are to succeed."""
 
 LONGEST = 100_000_000
 """Number of the last sample of a plant that goes on until it is stopped: 55 hours at 500 Hz."""

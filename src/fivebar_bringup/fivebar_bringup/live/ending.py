@@ -1,4 +1,4 @@
-"""What a command tells the viewer that it started, and this the pages: what became of the run."""
+"""Messages of a command to the viewer that it started, and of this to the pages: what became of the run."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from fivebar_description.modules import load_part
 
 
 class Advice(NamedTuple):
-    """What a fault means, and what to do."""
+    """The meaning of a fault, and its recovery."""
 
     meaning: str
     recovery: str

@@ -54,7 +54,7 @@ PROGRAM_FILE = "program.yaml"
 
 
 STILL = Planned()
-"""What is planned where nothing moves."""
+"""The plan of a step in which nothing moves."""
 
 
 class PlannedStep(NamedTuple):

@@ -1,4 +1,4 @@
-"""What a motion might be instead: in another duration, by another time law, or across the locus in another place."""
+"""Alternatives of a motion: another duration, another time law, or another place of crossing."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Candidate(NamedTuple, Generic[M]):
 
 
 class Alternatives(NamedTuple, Generic[M]):
-    """What a motion might be instead.
+    """Alternatives of a motion.
 
     Attributes:
         planned: returns the motion along a course in given durations, None where it is not feasible.

@@ -1,4 +1,4 @@
-"""What would raise the odds of a motion most: each declared uncertainty taken away in turn, on the same robots."""
+"""Changes that raise the odds of a motion most: each declared uncertainty is removed in turn, on the same robots."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEAST_GAIN = 2
 
 
 class Remedy(NamedTuple):
-    """What takes an uncertainty away, in words, and the errors that are none then."""
+    """A remedy in words, and the errors that it removes."""
 
     words: str
     errors: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""By how much the robots of a rig differ from their file and from each other, and the robot that random numbers make.
+"""Errors of the robots of a rig, from their file and from each other, and the robot that random numbers make.
 
 Every error is uniform between minus and plus its bound, or between 0 and its bound, and independent of the others. What
 is known of masses, lengths, zeros, torque constants and gyroscope may be distributed normally instead.

@@ -35,11 +35,11 @@ SOFTNESS = 0.15
 """How far beyond the tolerance, as a share of it, a run still says something for its motion."""
 
 SEED = 20_011
-"""Of the drawn robots: all motions are tried on the same ones."""
+"""Seed of the drawn robots: all motions are tried on the same ones."""
 
 
 class Trials(NamedTuple):
-    """What has come of trying a motion on some robots.
+    """The results of trying a motion on some robots.
 
     Attributes:
         odds: how many make it.

@@ -1,1 +1,1 @@
-"""What reports and studies share: page templates, tables, pictures and the style of figures."""
+"""Parts that reports and studies share: page templates, tables, pictures and the style of figures."""

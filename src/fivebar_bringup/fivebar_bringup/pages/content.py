@@ -1,4 +1,4 @@
-"""What pages show: pictures and tables."""
+"""The content of pages: pictures and tables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page is made of besides its functions: robot, controllers, loci and the recorded runs, as constants."""
+"""Constants of the page: robot, controllers, loci and the recorded runs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TRANSLATED = ("ctc", "multi_joint", "multi_cartesian", "unified")
 RECORDED = "mpc"
 
 RATE_HZ, TORQUE_LIMIT = 500, 10.0
-"""Of the middle crossing of the thesis: samples per second, and torque of the drives (Nm)."""
+"""The middle crossing of the thesis: samples per second, and torque of the drives (Nm)."""
 
 START, GOAL = (0.0, 0.15), (0.0, 0.02)
 DURATION = 1.0

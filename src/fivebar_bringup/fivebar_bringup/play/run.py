@@ -1,4 +1,4 @@
-"""What the page computes: a straight motion through the Type 2 locus, and what each controller makes of it.
+"""Computations of the page: a straight motion through the Type 2 locus, and the run of each controller.
 
 The closed loop, the laws, the model and both simulated robots are the project's own; here is what binds them together
 without arrays, as scalar functions that are translated. A run is the same as one of `fivebar simulate`.
@@ -54,7 +54,7 @@ class PlayMotion(NamedTuple):
 
 
 class PlayRun(NamedTuple):
-    """What a run is made of.
+    """The parts of a run.
 
     Attributes:
         control: of the control cycle, with the robot as the controllers know it.
@@ -88,7 +88,7 @@ class PlayRobot(NamedTuple):
 
 
 class PlaySample(NamedTuple):
-    """What is shown of a sample: platform (m), motors (rad), distance from the reference (m), det A, sigma, torque.
+    """The shown values of a sample: platform (m), motors (rad), distance from the reference (m), det A, sigma, torque.
 
     Torques (Nm) are what the controller asks for and what is commanded; none is asked for once a fault has stopped it.
     """

@@ -1,4 +1,4 @@
-"""What Python does and JavaScript does not, as JavaScript functions that translated code calls."""
+"""Functions of Python that JavaScript lacks, as JavaScript functions that translated code calls."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HELPERS = {
     " if (x === null) return false; throw new TypeError(`no condition: ${x}`); }",
     "$raise": "(name) => { throw new Error(name); }",
 }
-"""By the names under which translated code calls them; `$` is in no name of Python."""
+"""Functions by the names under which translated code calls them; `$` is in no name of Python."""
 
 BUILTINS = {abs: "Math.abs", min: "$min", max: "$max", round: "$round", range: "$range"}
 """The functions of Python that translated code may call."""
@@ -45,7 +45,7 @@ MATHEMATICS: dict[Any, str] = {
 """The functions of Python's `math` that it may call."""
 
 CONDITIONS = {"Number.isNaN", "Number.isFinite", "$isinf"}
-"""Those that return true or false."""
+"""Functions that return true or false."""
 
 RESERVED = frozenset(
     re.findall(

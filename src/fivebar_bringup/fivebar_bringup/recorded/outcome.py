@@ -1,4 +1,4 @@
-"""What became of a run, as one word, and the exit status of a command that made it."""
+"""The outcome of a run, as one word, and the exit status of a command that made it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ENDED_BADLY = ("node_died", "node_stuck", "node_failed")
 
 
 class RunOutcome(StrEnum):
-    """What became of a run."""
+    """The outcome of a run."""
 
     SUCCEEDED = "succeeded"
     """The whole motion was made without a fault, and the platform stayed within the scenario's tolerance."""
@@ -40,7 +40,7 @@ EXIT_STATUS = {
     RunOutcome.INTERRUPTED: 1,
     RunOutcome.REFUSED: 2,
 }
-"""Of a command that made a run; 2 also of one that refuses its input."""
+"""Exit status of a command that made a run; 2 is also that of one that refuses its input."""
 
 
 def outcome_of(

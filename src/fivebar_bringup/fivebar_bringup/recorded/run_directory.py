@@ -41,7 +41,7 @@ class RunDirectory(NamedTuple):
 
     @property
     def timing(self) -> Path:
-        """What only the process that made the run knows: mode, wall time, latencies and detected faults."""
+        """Facts that only the process that made the run knows: mode, wall time, latencies and detected faults."""
         return self.path / "timing.json"
 
     @property

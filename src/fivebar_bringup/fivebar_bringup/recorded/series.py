@@ -166,7 +166,7 @@ DERIVED = {
         ("estimate_error",), ("m",), "distance of the estimated platform from the exact one, prediction included"
     ),
 }
-"""What follows from the recorded quantities, by the field of :class:`RunSeries`, in the order of the columns."""
+"""Quantities that follow from the recorded ones, by the field of :class:`RunSeries`, in the order of the columns."""
 
 ALWAYS = frozenset(
     (

@@ -12,7 +12,7 @@ from fivebar_description.interface import NANOSECONDS, VISION_NAMES, VISION_PLAT
 
 
 class VisionSeries(NamedTuple):
-    """What the camera saw, in order of the exposures.
+    """Observations of the camera, in order of the exposures.
 
     Attributes:
         time: [n], of the exposures (s).

@@ -28,7 +28,7 @@ DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
 }
 
 REPLAYED = frozenset({"hero", "torques", "acceleration"})
-"""What the charts of a replay show too, so that a page with one leaves these pictures out."""
+"""Pictures whose content the charts of a replay show too, so that a page with one leaves them out."""
 
 
 def draw(run: RunAnalysis, name: str) -> bytes:

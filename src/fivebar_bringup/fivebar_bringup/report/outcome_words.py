@@ -1,4 +1,4 @@
-"""What became of a run in words: for the last lines of a command and the first one of the page."""
+"""The outcome of a run in words: for the last lines of a command and the first one of the page."""
 
 from __future__ import annotations
 

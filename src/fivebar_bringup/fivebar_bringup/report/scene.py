@@ -1,4 +1,4 @@
-"""What does not move on a canvas: assembly modes, loci, path and waypoints of a robot, as plain lists in mm."""
+"""The fixed parts of a canvas: assembly modes, loci, path and waypoints of a robot, as plain lists in mm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the thesis shows of the same motion: the counterparts of the report's figures."""
+"""The thesis' results for the same motion: the counterparts of the report's figures."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Counterpart(NamedTuple):
 
 
 class ThesisFigures(NamedTuple):
-    """What the thesis states for a run, for the table of results; None where it states nothing."""
+    """The thesis' statements on a run, for the table of results; None where it states nothing."""
 
     mode_changes: str | None = None
     torque: str | None = None

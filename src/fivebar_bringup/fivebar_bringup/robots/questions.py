@@ -1,4 +1,4 @@
-"""What has to be known of a robot for its file: questions, their usual answers, and what is allowed."""
+"""Questions for a robot file, with their usual answers and what is allowed."""
 
 from __future__ import annotations
 

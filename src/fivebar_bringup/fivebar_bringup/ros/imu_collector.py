@@ -32,7 +32,7 @@ class ImuCollector(DomainMember):
         """Join a DDS domain."""
         super().__init__("fivebar_commission", domain)
         self.readings: list[StampedReading] = []
-        """What has come so far."""
+        """Readings so far."""
         self.node.create_subscription(Imu, IMU_DATA.name, self._keep, best_effort(DEPTH))
 
     def take_those_there(self) -> None:

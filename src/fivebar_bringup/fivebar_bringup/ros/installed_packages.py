@@ -1,4 +1,4 @@
-"""Which packages of ROS a launch file finds installed."""
+"""Finds out which packages of ROS are installed, for launch files."""
 
 from __future__ import annotations
 

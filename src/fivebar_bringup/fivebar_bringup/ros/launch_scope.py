@@ -1,4 +1,4 @@
-"""What a launch file finds set around it: a pushed namespace, and parameters and remappings for all nodes."""
+"""The scope in which a launch file is included: a pushed namespace, and parameters and remappings for all nodes."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ FIRST_PORT, PORTS_OF_A_DOMAIN = 7400, 250
 participants."""
 
 RESERVED_PORT = 2
-"""Of the ports of a domain, the one that is taken to reserve it; the standard uses none from 2 to 9."""
+"""Index of the port of a domain that is taken to reserve it; the standard uses none from 2 to 9."""
 
 LOOPBACK = "127.0.0.1"
 

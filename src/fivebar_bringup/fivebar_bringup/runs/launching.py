@@ -1,4 +1,4 @@
-"""What the launch files start: the same run as `fivebar run`, its nodes one by one, and the robot in RViz.
+"""The processes that launch files start: the same run as `fivebar run`, its nodes one by one, and the robot in RViz.
 
 With the system's interpreter, so nothing is imported here that only an environment of `packaging/jazzy.sh` has.
 """
@@ -29,7 +29,7 @@ NO_HARDWARE = "none"
 
 
 class ControlRequest(NamedTuple):
-    """What `control.launch.py` is to start, in words that go through JSON.
+    """A request for what `control.launch.py` starts, in words that go through JSON.
 
     Attributes:
         scenario: by name or path.

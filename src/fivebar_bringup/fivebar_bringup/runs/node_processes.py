@@ -26,7 +26,7 @@ REGULAR = "[INFO]"
 """How a log line begins that reports nothing wrong."""
 
 WAITS, NOT_READY, READY = ": waits for ", "not ready: ", "ready: all inputs are there"
-"""What a node logs once it looks for the others, while it lacks some of them, and once it has all."""
+"""Log lines of a node: once it looks for the others, while it lacks some of them, and once it has all."""
 
 PIPE_SIZE = 65536
 

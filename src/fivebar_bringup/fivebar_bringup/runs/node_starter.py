@@ -36,7 +36,7 @@ COMMON_MODULES = (
     "fivebar_control.trajectory.planner",
     "fivebar_sim.plant",
 )
-"""What takes most of the time in which a node starts; none of it loads ROS libraries."""
+"""Modules that take most of the time in which a node starts; none of them loads ROS libraries."""
 
 LONGEST_NAME = 15
 """Characters that Linux keeps of the name of a process."""
@@ -59,7 +59,7 @@ class NodeCommand(NamedTuple):
 
 
 class StartRequest(NamedTuple):
-    """What is to be started.
+    """The nodes that are to be started.
 
     Attributes:
         launcher: process id of the launcher.

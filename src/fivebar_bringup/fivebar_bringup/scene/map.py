@@ -1,4 +1,4 @@
-"""What stands still in the picture of a run: the loci, the planned path and the blending zones on it."""
+"""The fixed parts of the picture of a run: the loci, the planned path and the blending zones on it."""
 
 from __future__ import annotations
 

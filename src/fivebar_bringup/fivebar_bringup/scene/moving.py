@@ -1,4 +1,4 @@
-"""What moves in the picture of a run: links, platform and its trail, reference, torques and forces."""
+"""The moving parts of the picture of a run: links, platform and its trail, reference, torques and forces."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ LINK_COLOURS = (BLUE, VERMILION)
 
 
 class SceneSample(NamedTuple):
-    """What is known of one sample.
+    """The known values of one sample.
 
     Attributes:
         state: of the robot.

@@ -126,7 +126,7 @@ class Numbers(NamedTuple):
 
 
 class EngineRun(NamedTuple):
-    """What the functions of the engine's loop take as its run.
+    """The run that the functions of the engine's loop take.
 
     Attributes:
         case: the crossing.

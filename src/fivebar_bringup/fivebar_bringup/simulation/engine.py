@@ -71,7 +71,7 @@ PARTS: tuple[Callable[..., Any], ...] = (
     with_readings,
     estimator_step,
 )
-"""What the loops of all controllers share: the types of their arguments do not depend on the laws."""
+"""Functions that the loops of all controllers share: the types of their arguments do not depend on the laws."""
 
 for part in PARTS:
     kept_by_itself(part)

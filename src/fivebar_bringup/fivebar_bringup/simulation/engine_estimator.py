@@ -1,4 +1,5 @@
-"""What the controllers know of the robot in the engine's loop: measured, or estimated as `StateEstimator` does."""
+"""The state of the robot as controllers know it in the engine's loop: measured, or estimated as `StateEstimator`
+does."""
 
 from __future__ import annotations
 
@@ -46,7 +47,7 @@ class LateReadings(NamedTuple):
 
 
 class EngineKnown(NamedTuple):
-    """What is known of the robot at a sample: see `closed_loop.Known`, and the estimator's own.
+    """The knowledge of the robot at a sample: see `closed_loop.Known`, and the estimator's own.
 
     Attributes:
         memory: of the filter, without meaning where there is no estimator.

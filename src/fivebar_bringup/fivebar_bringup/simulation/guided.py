@@ -35,7 +35,8 @@ from fivebar_sim.readings import ReadingQueue, imu_queue
 from fivebar_sim.sensors import Encoder
 
 STIFFNESS, DAMPING = 3700.0, 110.0
-"""Of the hand, for each kg of the platform: N/m and N s/m. It follows the waypoints at some 10 Hz on any robot."""
+"""Stiffness and damping of the hand, for each kg of the platform: N/m and N s/m. It follows the waypoints at some
+10 Hz on any robot."""
 
 
 class GuidedSample(NamedTuple):

@@ -369,7 +369,8 @@ class _Sensors:
         self.imu: list[tuple[int, ImuReading]] = []
         self.elbows: list[tuple[int, float]] = []
         self.vision: tuple[VisionSample, ...] = ()
-        """What came with the sample: IMU readings by their stamps (ns), angles (rad) by their samples, positions."""
+        """Readings that came with the sample: of the IMU by their stamps (ns), angles (rad) by their samples,
+        positions."""
 
     def read(self, number: int) -> None:
         """Read all at a sample, and take what comes with it."""

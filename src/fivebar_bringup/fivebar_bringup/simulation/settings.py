@@ -35,7 +35,7 @@ def cycle_settings(scenario: Scenario) -> CycleSettings:
 
 
 class _Declared(NamedTuple):
-    """What an estimator knows besides the robot, in the order of the arguments of `estimator_model`."""
+    """Declarations that an estimator has besides the robot, in the order of the arguments of `estimator_model`."""
 
     rate_hz: int
     drives: Drives

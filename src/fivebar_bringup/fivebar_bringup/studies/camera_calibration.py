@@ -21,7 +21,7 @@ LARGEST_PICTURE = 100_000_000
 """Bytes of a file with a picture."""
 
 PRINTED_PIXELS = 80
-"""Of a square of the board as it is printed or rendered."""
+"""Pixels of a square of the board as it is printed or rendered."""
 
 __all__ = ["Board", "calibrate_files", "calibrate_simulated", "write_board"]
 

@@ -1,4 +1,4 @@
-"""What a recording does not show: directions of the geometry in which it says less than was known before."""
+"""Directions of the geometry that a recording does not show: it says less about them than was known before."""
 
 from __future__ import annotations
 

@@ -83,7 +83,7 @@ READINGS = (
     _motors("the angles of both motors count from the y axis: expected from the x axis", turn=(1.0, 1.0)),
     _motors("the angles of both motors count from the -y axis: expected from the x axis", turn=(-1.0, -1.0)),
 )
-"""What is tried on a recording that contradicts its robot."""
+"""Explanations that are tried on a recording that contradicts its robot."""
 
 TURNED = math.radians(15.0)
 """Least angle (rad) between the axis that the gyroscope turns about and the declared one for it to be named."""

@@ -1,4 +1,4 @@
-"""What a calibration finds, and how exactly it is known before."""
+"""The parameters of a calibration, and how exactly they are known before."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SENSOR = ("gyro_bias", "gyro_scale", "imu_delay")
 """Bias (rad/s), sensitivity and delay (s) of the gyroscope's readings."""
 
 DRIVE = ("play_1", "play_2", "compliance_1", "compliance_2")
-"""By how much a motor is ahead of its link: half of the play (rad), and rad per Nm of torque."""
+"""Lead of a motor over its link: half of the play (rad), and rad per Nm of torque."""
 
 CAMERA = ("camera_x", "camera_y", "camera_turn", "camera_delay")
 """Where origin and axes of the camera's positions are in the robot's frame (m, rad), and the delay of its stamps (s).
@@ -25,7 +25,7 @@ CAMERA = ("camera_x", "camera_y", "camera_turn", "camera_delay")
 Their scale is taken for right: it is the one that the calibration gets from them."""
 
 PARAMETERS = (*GEOMETRY, *SENSOR, *DRIVE)
-"""What is calibrated; with a camera's positions `CAMERA` besides."""
+"""Calibrated parameters; with a camera's positions `CAMERA` besides."""
 
 BIAS, SCALE, DELAY = range(len(GEOMETRY), len(GEOMETRY) + len(SENSOR))
 PLAY = slice(DELAY + 1, DELAY + 3)

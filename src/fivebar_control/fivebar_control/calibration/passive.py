@@ -23,7 +23,7 @@ LEAST_BLOCKS = 3
 
 
 class PassiveReadings(NamedTuple):
-    """What an encoder on a passive joint read.
+    """Readings of an encoder on a passive joint.
 
     Attributes:
         leg: 1 or 2.

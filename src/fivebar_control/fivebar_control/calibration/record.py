@@ -1,4 +1,4 @@
-"""What a calibration is made from: recorded angles and angular velocities, made ready."""
+"""The data of a calibration: recorded angles and angular velocities, made ready."""
 
 from __future__ import annotations
 

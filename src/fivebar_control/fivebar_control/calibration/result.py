@@ -13,7 +13,7 @@ from fivebar_control.calibration.record import Turning
 FloatArray = NDArray[np.float64]
 
 CONFIDENCE, QUANTILE = 0.95, 1.959964
-"""Of the intervals, and of the normal distribution for it."""
+"""Confidence of the intervals, and the quantile of the normal distribution for it."""
 
 
 class LocusPassage(NamedTuple):

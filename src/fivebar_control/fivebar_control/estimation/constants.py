@@ -23,7 +23,7 @@ JUMP_WITH_PLAY = 6.0
 """The same with `play`: what is declared of it leaves more room than counts do."""
 
 OFFSET_WITH_ZEROS = 6.0
-"""Of the first with `play`, and zeros that may be wrong by more than it."""
+"""`OFFSET` with `play`, and zeros that may be wrong by more than it."""
 
 REVERSED = 4.0
 """Travel of a rotor over the static bending under the torque that reverses: from one side to the other, and as far

@@ -122,7 +122,7 @@ class StateEstimator:
         self._memory: EstimatorMemory | None = None
         self.fault: Fault | None = None
         self.squared = NO_READINGS
-        """Of the last sample: mean squares of the innovations in units of their variances, NaN without a reading."""
+        """Mean squares of the innovations of the last sample in units of their variances, NaN without a reading."""
         self._last = 0
         self._found_again = False
         self._near = self._expected_motors()

@@ -26,7 +26,7 @@ deviations of a reading, while it has read the same."""
 
 
 class GyroHeard(NamedTuple):
-    """What has been heard of the gyroscope.
+    """The readings of the gyroscope so far.
 
     Attributes:
         unheard: periods since a reading came.

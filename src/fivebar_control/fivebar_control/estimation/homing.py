@@ -20,7 +20,7 @@ SEEN_TOLERANCE = 0.005
 """Largest distance (m) between the platform by the camera and by the encoders at the start."""
 
 SEEN_APART = 2.0
-"""By how many such distances the other assembly mode must be away."""
+"""Least distance of the other assembly mode, in units of such distances."""
 
 
 class HomingContradicted(InputError):

@@ -23,7 +23,7 @@ TEST_KAPPA = 0.1
 
 
 class Mirror(NamedTuple):
-    """By how much the mirrored platform differs, along the unit normal of the elbow line: m and m/s."""
+    """The distance of the mirrored platform along the unit normal of the elbow line, and its rate: m and m/s."""
 
     normal_x: float
     normal_y: float

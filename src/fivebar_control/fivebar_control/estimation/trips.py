@@ -20,4 +20,4 @@ TRIP_NAMES = {
     GYROSCOPE_FROZEN: "gyroscope_frozen",
     GYROSCOPE_EARLY: "gyroscope_early",
 }
-"""By these numbers, beside those of the guard's stages and of the closed loop."""
+"""Names by number, beside those of the guard's stages and of the closed loop."""

@@ -1,4 +1,4 @@
-"""What a bridge knows of drives before it opens them."""
+"""The knowledge of a bridge of its drives before it opens them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a session asks of two drives, whatever they are: configure, enable, exchange once per cycle, stop, release.
+"""The protocol of two drives, whatever they are: configure, enable, exchange once per cycle, stop, release.
 
 `DriveBus` talks to two CiA 402 drives on a CAN bus, `MotorBoard` to the motor board of the MOTKIN bench, `TwoMotors` to
 drives of any other interface.
@@ -75,7 +75,7 @@ class DriveInterface(Protocol):
 
     @property
     def notes(self) -> Sequence[str]:
-        """What the operator may want to know about the set-up."""
+        """Notes on the set-up for the operator."""
         ...
 
     def set_up(self) -> None:

@@ -120,7 +120,7 @@ class DriveSession:
 
     @property
     def warning(self) -> str | None:
-        """Which frames and samples were not used; None where all were."""
+        """A warning that says which frames and samples were not used; None where all were."""
         if self._drives is None:
             return None
         unused = self._drives.unused

@@ -33,7 +33,7 @@ NO_SUCH_OBJECT = (0x06020000, 0x06090011)
 
 
 class Sdo(Protocol):
-    """What is used of canopen's SDO client."""
+    """The part of canopen's SDO client that is used."""
 
     def upload(self, index: int, subindex: int) -> bytes:
         """Read an object."""

@@ -25,7 +25,7 @@ loop; from twice that on it is whole."""
 
 
 class MotorSetPoint(NamedTuple):
-    """What the board is given besides the current: gains in A/rad and A/(rad/s), targets in rad and rad/s."""
+    """A set point for the board besides the current: gains in A/rad and A/(rad/s), targets in rad and rad/s."""
 
     kp: float
     kd: float

@@ -77,7 +77,7 @@ class MoteusLink(Bus):
 
 
 class MoteusDrive(DriveOnBus):
-    """What is known of one drive."""
+    """The known state of one drive."""
 
     def __init__(self, motor: DrivenMotor, joint: str, watchdog: float) -> None:
         super().__init__(motor.id, joint, "id")
@@ -86,7 +86,7 @@ class MoteusDrive(DriveOnBus):
         self.mode: float = Mode.STOPPED
         self.answer: dict[int, float] = {}
         self.tag: int | None = None
-        """That of the answer which is awaited; None where any is taken."""
+        """Tag of the answer that is awaited; None where any is taken."""
         self.text = b""
         self.polled = False
 

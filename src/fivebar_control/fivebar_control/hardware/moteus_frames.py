@@ -41,7 +41,7 @@ class BusFrame(NamedTuple):
 
 
 class _Queried(moteus.QueryResolution):
-    """What every answer has: mode, motion, torque, voltage, temperature, fault, and the tag of the command."""
+    """The values of every answer: mode, motion, torque, voltage, temperature, fault, and the tag of the command."""
 
     _extra: ClassVar = {Register.COMMAND_TIMEOUT: moteus.F32}
 

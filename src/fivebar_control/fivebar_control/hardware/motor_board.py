@@ -89,7 +89,7 @@ class MotorBoard:
 
     @property
     def counters(self) -> BoardCounters:
-        """What did not arrive so far."""
+        """Counts of what did not arrive so far."""
         return BoardCounters(self._lost + self._client.state_drops, self._unanswered, self._without_state)
 
     @property

@@ -87,7 +87,7 @@ FAULTS: Mapping[str, tuple[str, str]] = {
 
 
 class Axis(DriveOnBus):
-    """What is known of one drive."""
+    """The known state of one drive."""
 
     def __init__(self, node: int, joint: str) -> None:
         super().__init__(node, joint, "node")

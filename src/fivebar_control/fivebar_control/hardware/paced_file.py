@@ -1,4 +1,4 @@
-"""What configurations of drives have in common, whatever the drives are: the period, what is waited for, and where."""
+"""Common keys of configurations of drives, whatever the drives are: the period, what is waited for, and where."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which sample a measurement belongs to, by the clock of the board that made it."""
+"""Assigns a measurement to its sample, by the clock of the board that made it."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class ShaftReading(NamedTuple):
 
 
 class PairCommand(NamedTuple):
-    """What both drives are told in one cycle.
+    """The command for both drives in one cycle.
 
     Attributes:
         power: whether they are to have power.
@@ -60,7 +60,7 @@ class PairCommand(NamedTuple):
 
 
 class PairAnswer(NamedTuple):
-    """What both drives have answered.
+    """The answer of both drives.
 
     Attributes:
         readings: as the command found each motor; None where no answer has come in time.

@@ -29,13 +29,13 @@ from fivebar_description.parameters import FiveBar, LegParameters
 FloatArray = NDArray[np.float64]
 
 PARAMETERS = ("zz_11R", "zz_21R", "m", "f_s11", "f_s21", "f_off11", "f_off21")
-"""What is identified, by the names of the robot file, in the order of the regressor's first columns."""
+"""Identified parameters, by the names of the robot file, in the order of the regressor's first columns."""
 
 BESIDE = ("f_v11", "f_v21", "passive", "m_apart", "passive_apart")
-"""What is identified beside them: viscous friction (Nm s/rad), Coulomb friction of each passive joint (Nm), and by how
-much the mass (kg) and that friction are larger in the equation of motor 1, and smaller in that of motor 2, than their
-mean: torques are commanded ones, and torque constants that are off by different shares scale each equation by its own.
-"""
+"""Parameters that are identified beside them: viscous friction (Nm s/rad), Coulomb friction of each passive joint
+(Nm), and by how much the mass (kg) and that friction are larger in the equation of motor 1, and smaller in that of
+motor 2, than their mean: torques are commanded ones, and torque constants that are off by different shares scale
+each equation by its own."""
 
 COLUMNS = (*PARAMETERS, *BESIDE)
 MASS, VISCOUS, PASSIVE, MASS_APART, PASSIVE_APART = (

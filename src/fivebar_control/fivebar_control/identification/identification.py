@@ -38,7 +38,7 @@ LEAST_INDEPENDENT = 5.0
 """Independent rows that each motor must have."""
 
 LARGEST_CONDITION = 100.0
-"""Of the regressor with unit columns: above it some parameters cannot be distinguished."""
+"""Largest condition number of the regressor with unit columns: above it some parameters cannot be distinguished."""
 
 NAMED = 0.3
 """Least part of a parameter in the weakest direction for it to be named."""

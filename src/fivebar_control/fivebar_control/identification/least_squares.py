@@ -18,7 +18,7 @@ from scipy.special import stdtrit
 FloatArray = NDArray[np.float64]
 
 CONFIDENCE = 0.95
-"""Of the intervals."""
+"""Confidence of the intervals."""
 
 MODEL_SHARE = 0.75
 """Part of the difference between filters that counts as an error of the model: larger cut-offs change less than lower

@@ -1,4 +1,4 @@
-"""What the motors do besides the links' inertia: torque per commanded torque, friction, and cogging over the angle.
+"""The motors' part besides the links' inertia: torque per commanded torque, friction, and cogging over the angle.
 
 The links are known here, weighed or identified before: the torque that they need shows how much of the commanded torque
 arrives. Torques of friction and cogging are those that have to be commanded, in units of its command.

@@ -41,7 +41,7 @@ LEAST_KAPPA = 0.2
 """Least 1/cond(A) of the posture: near the Type 2 locus the inertia changes within the chirp's amplitude."""
 
 LEAST_POWER = 0.02
-"""Of the torques' spectrum, relative to its largest value: what is not swept has less."""
+"""Least power of the torques' spectrum, relative to its largest value: what is not swept has less."""
 
 LOWEST_HZ, HIGHEST = 8.0, 0.4
 """Frequencies that are used: from here on, where the motors' holding no longer matters, to this part of the rate."""
@@ -49,16 +49,16 @@ LOWEST_HZ, HIGHEST = 8.0, 0.4
 LEAST_FREQUENCIES = 30
 
 MODEL_ERROR = 0.05
-"""Of the response, beside its noise: what the model lacks, friction's dependence on amplitude above all."""
+"""Error of the response beside its noise: what the model lacks, friction's dependence on amplitude above all."""
 
 LEAST_GAIN = 1.5
-"""By which factor the elastic model has to lower the squared misfit of a rigid one, at least, to be believed."""
+"""Least factor by which the elastic model has to lower the squared misfit of a rigid one to be believed."""
 
 WIDEST = 0.2
 """Half width of a frequency's interval, relative to the frequency, beyond which it is not determined."""
 
 FREQUENCY_ERROR = 0.03
-"""Of a frequency, beside its noise: what the model lacks, in simulated robots whose inertias are known."""
+"""Error of a frequency beside its noise: what the model lacks, in simulated robots whose inertias are known."""
 
 STRONG, WEAK = 0.8, (0.2, 0.7)
 """Root mean square of the torques over a window, relative to its largest value, of the parts with the larger and with
@@ -96,7 +96,7 @@ LIMITS = (
     np.array([math.log(5.0), math.log(1e-3), -4.0, -10.0, -0.5] * 2 + [-2.0]),
     np.array([math.log(2000.0), 0.0, 4.0, 10.0, 0.5] * 2 + [10.0]),
 )
-"""Of the unknowns, for the steps of the fit."""
+"""Limits of the unknowns, for the steps of the fit."""
 
 
 class NoResonance(NotIdentifiable):
@@ -154,7 +154,7 @@ class LegResonance(NamedTuple):
 
 
 class Resonance(NamedTuple):
-    """What a chirp shows.
+    """The findings from a chirp.
 
     Attributes:
         legs: of both legs.

@@ -19,7 +19,8 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
 
 HIGHEST = 0.4
-"""Of the sampling rate: a held torque has little left of its sine beyond, and its images come close."""
+"""Highest frequency as a share of the sampling rate: a held torque has little left of its sine beyond, and its
+images come close."""
 
 
 class ChirpSettings(NamedTuple):

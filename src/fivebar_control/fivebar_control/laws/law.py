@@ -214,7 +214,7 @@ class TunedLaw(NamedTuple):
 
     @property
     def samples_ahead(self) -> int:
-        """Of how many samples that follow it needs the reference."""
+        """Number of samples ahead whose reference the law needs."""
         return self.law.samples_ahead(self.settings)
 
     @property

@@ -11,7 +11,7 @@ from fivebar_description.friction import lost_torque
 from fivebar_description.parameters import FiveBar, external_acceleration, has_external_force
 
 DAMPING = 0.02
-"""Of det A in `held_torque`: the torque is whole where det A is much larger."""
+"""Damping of det A in `held_torque`: the torque is whole where det A is much larger."""
 
 
 class Reference(NamedTuple):

@@ -110,7 +110,7 @@ class TunedController(NamedTuple):
 
     @property
     def samples_ahead(self) -> int:
-        """Of how many samples that follow its laws need the reference."""
+        """Number of samples ahead whose reference the laws need."""
         return max(law.samples_ahead for law in self.laws)
 
 

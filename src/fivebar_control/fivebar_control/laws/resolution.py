@@ -59,7 +59,7 @@ def resolved(
 
 
 class Load(NamedTuple):
-    """What is needed besides m alpha: torques (Nm) of the legs, and a force (N) of theirs on the platform along v1."""
+    """The load besides m alpha: torques (Nm) of the legs, and a force (N) of theirs on the platform along v1."""
 
     load1: float
     load2: float

@@ -37,8 +37,9 @@ what an estimator makes of the motors' encoders, and where it feeds back the lin
 the derivation and what was measured."""
 
 ELASTIC_DISTURBANCE_RATE = 0.1
-"""Of the estimator's noises on a robot whose bandwidth the transmissions limit, for DexTAR's torques (Nm per root s):
-a faster disturbance follows the oscillation between motor and link, which the estimator's model does not have."""
+"""Rate of the estimator's disturbance noise on a robot whose bandwidth the transmissions limit, for DexTAR's
+torques (Nm per root s): a faster disturbance follows the oscillation between motor and link, which the estimator's
+model does not have."""
 
 
 def inertia_of(robot: FiveBar) -> float:

@@ -39,7 +39,7 @@ class LoopSettings(NamedTuple):
 
 
 class Known(NamedTuple):
-    """What the controllers know of the robot at a sample.
+    """The controllers' knowledge of the robot at a sample.
 
     Attributes:
         present: whether the sample reaches them at all; else the last command holds.

@@ -1,4 +1,4 @@
-"""What a control cycle needs before its first sample: steps of the laws, settings as numbers, initial memory."""
+"""The set-up of a control cycle before its first sample: steps of the laws, settings as numbers, initial memory."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ PERIOD = 0.02
 """Period (s) on the steady clock at which the runner checks what is due; the time that counts is that of the robot."""
 
 ON_TOPIC = "/program"
-"""What errors of a program call it that came on the topic."""
+"""Name in errors of a program that came on the topic."""
 
 
 class ProgramRunner(GraphNode):

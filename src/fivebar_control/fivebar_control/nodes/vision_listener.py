@@ -40,10 +40,10 @@ from fivebar_description.run_plan import LEAD_SAMPLES, robot_value
 from fivebar_description.shared_settings import REALTIME
 
 PICTURES = 16
-"""That wait at most; older ones are of no use."""
+"""Largest number of pictures that wait; older ones are of no use."""
 
 FRESH_PICTURES = 2
-"""That wait at most in real time."""
+"""Largest number of pictures that wait in real time."""
 
 
 class VisionListener(GraphNode):

@@ -1,4 +1,4 @@
-"""What would make a motion safe that is refused for the tolerances of the robot: one change at a time, tried out."""
+"""Changes that would make a motion safe that is refused for the robot's tolerances: one at a time, tried out."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HALVINGS = 5
 """How often a tolerance is halved."""
 
 MEASURED = {"length": ("lengths", "mm"), "base": ("base joints", "mm"), "zero": ("encoder zeros", "mrad")}
-"""What one calibrates: fields of `Tolerances`, in words, and the unit that is a thousandth of theirs."""
+"""Fields of `Tolerances` that one calibrates, in words, and the unit that is a thousandth of theirs."""
 
 Judge = Callable[[Sensing], bool]
 """Whether a motion is feasible with a sensing."""

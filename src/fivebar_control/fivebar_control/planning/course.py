@@ -91,4 +91,4 @@ class Course(NamedTuple):
 
 
 NO_COURSE = Course(())
-"""That of a refused request, and of a step that moves nothing."""
+"""The course of a refused request, and of a step that moves nothing."""

@@ -113,7 +113,7 @@ class Feasibility(NamedTuple):
 
     @property
     def reasons(self) -> list[str]:
-        """What is not kept, in words."""
+        """The limits that are not kept, in words."""
         return [str(figure) for figure in self.figures if not figure.kept]
 
     @property

@@ -1,4 +1,4 @@
-"""What a motion has to keep to be feasible, and how that depends on who follows it."""
+"""The limits of a feasible motion, and how they depend on who follows it."""
 
 from __future__ import annotations
 

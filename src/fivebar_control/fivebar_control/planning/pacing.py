@@ -44,7 +44,7 @@ SLOWEST_SHARE = 0.5
 
 
 class Task(NamedTuple):
-    """What a motion is planned for.
+    """The conditions that a motion is planned for.
 
     Attributes:
         robot, working_mode, rate_hz, follower, limits: robot, its working mode, the controllers' rate (Hz), which of

@@ -41,13 +41,14 @@ LONGEST_WINDOW = 1.0
 """Time (s) on either side of a crossing in which the response is followed at most."""
 
 LONGEST_STEP = 2e-3
-"""Of the integration (s)."""
+"""Longest step of the integration (s)."""
 
 ONSETS = (0.5, 1.0)
 """When the push begins, as a share of its length before the crossing."""
 
 SLOWEST_SHIFT, SHIFT_STEPS = 1e-3, 400
-"""Of `unavoidable`: the root of beta below which the closed form does, and steps of the search for the largest."""
+"""Limits of `unavoidable`: the root of beta below which the closed form does, and steps of the search for the
+largest."""
 
 FloatArray = NDArray[np.float64]
 

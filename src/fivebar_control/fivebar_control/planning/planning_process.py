@@ -42,11 +42,11 @@ from fivebar_description.strict_yaml import InputError
 WORKER = "fivebar_control.planning.planning_worker"
 
 Order = PlanningRequest | TrajectoryRequest | StopRequest
-"""What is planned."""
+"""An order to plan."""
 
 
 class Conditions(NamedTuple):
-    """What requests are planned for.
+    """The conditions that requests are planned for.
 
     Attributes:
         robot: name or path.

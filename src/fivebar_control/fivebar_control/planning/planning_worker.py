@@ -13,7 +13,7 @@ from queue import SimpleQueue
 from typing import Any
 
 NICENESS = 10
-"""By how much the planning process gives way to others."""
+"""Niceness of the planning process."""
 
 
 def main() -> None:

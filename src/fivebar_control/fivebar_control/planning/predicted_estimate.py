@@ -29,7 +29,7 @@ from fivebar_description.tolerances import Tolerances
 
 
 class Sensing(NamedTuple):
-    """What an estimator has to work with, as declared.
+    """The means of an estimator, as declared.
 
     Attributes:
         drives: encoders and drives.
@@ -54,7 +54,7 @@ class Sensing(NamedTuple):
 
 
 class PredictedEstimate(NamedTuple):
-    """What an estimate is predicted to be worth, where it is least.
+    """The predicted quality of an estimate, where it is least.
 
     Attributes:
         mirror: fewest standard deviations from the estimate to the other assembly mode with the same motor angles and

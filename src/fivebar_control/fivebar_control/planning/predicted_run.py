@@ -66,7 +66,7 @@ class PredictedSample(NamedTuple):
 
 
 class PredictedRun(NamedTuple):
-    """What a run is predicted to come to.
+    """The prediction of a run.
 
     Attributes:
         error: largest distance from the reference (m), infinite where the run cannot go on.

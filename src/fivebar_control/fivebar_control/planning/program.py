@@ -290,7 +290,7 @@ def _count(steps: Sequence[Step], depth: int, source: str) -> int:
 
 
 class _Running(NamedTuple):
-    """What a step finds, left by those before it."""
+    """The state that the steps before have left."""
 
     torque: float = 1.0
     speed: float = 1.0

@@ -66,7 +66,7 @@ class ReleaseRefused(InputError):
 
 
 class RestMotion(NamedTuple):
-    """What a torque does to a robot at rest on the Type 2 locus.
+    """The effect of a torque on a robot at rest on the Type 2 locus.
 
     Attributes:
         along: acceleration along v1 (m/s^2).

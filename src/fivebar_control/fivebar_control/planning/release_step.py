@@ -43,11 +43,11 @@ SPEED_TIME = 0.004
 """Time constant (s) of the low-pass on the motors' speeds."""
 
 REST_ANGLE, REST_RATE = 0.01, 0.5
-"""By how much a motor may turn (rad) and the gyroscope's readings may differ (rad/s) while the robot rests."""
+"""Largest turn of a motor (rad) and largest difference of the gyroscope's readings (rad/s) while the robot rests."""
 
 UNSURE, UNFIT = 0.03, 0.25
-"""By how much (rad) one hypothesis has to fit the gyroscope better than the other, and how far it may be off at most:
-at rest the platform may have been beside the line, or not quite where it was said to be."""
+"""Least lead (rad) of one hypothesis over the other in fitting the gyroscope, and its largest own error: at rest
+the platform may have been beside the line, or not quite where it was said to be."""
 
 
 class Release(NamedTuple):

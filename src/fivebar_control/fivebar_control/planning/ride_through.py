@@ -34,7 +34,7 @@ GRID_HZ = 500
 
 
 class HeldTorque(NamedTuple):
-    """What holding the torque of an earlier moment comes to.
+    """The effect of holding the torque of an earlier moment.
 
     Attributes:
         time: longest time (s) for which every torque of the motion may be held.

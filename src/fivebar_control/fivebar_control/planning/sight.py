@@ -1,4 +1,4 @@
-"""What lies on a straight line in the workspace, whatever the speed: the Type 1 margin and the Type 2 locus."""
+"""The figures of a straight line in the workspace, whatever the speed: the Type 1 margin and the Type 2 locus."""
 
 from __future__ import annotations
 

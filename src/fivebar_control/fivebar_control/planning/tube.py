@@ -27,7 +27,7 @@ from fivebar_description.parameters import FiveBar
 FloatArray = NDArray[np.float64]
 
 REMAINDER, FLOOR = 0.5, 2e-5
-"""What the linear system leaves out, as assumed: a share of its response, and a distance (m)."""
+"""Assumed remainder of the linear system: a share of its response, and a distance (m)."""
 
 STEPS = 1e-6, 1e-6, 1e-4, 1e-4
 """Steps (m, m, m/s, m/s) of the differences of a_0."""

@@ -61,7 +61,7 @@ class ControllerWatch:
 
     @property
     def fault(self) -> Fault | None:
-        """What is wrong; None while nothing is."""
+        """The present fault; None while there is none."""
         reported = self._reported
         if reported is not None and time.monotonic() - reported > WATCHDOG_TIME:
             return Fault("watchdog_missing", f"{self._watchdog}: nothing heard for {WATCHDOG_TIME:g} s")

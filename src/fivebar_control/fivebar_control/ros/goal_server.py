@@ -114,9 +114,9 @@ class GoalServer:
         self._notice = STOP_NOTICE
         self._cancelled = self._pauses = self._paused = False
         self._rest: ResumedSegment | None = None
-        """What is left of the motion that pauses, or is to."""
+        """The rest of the motion that pauses, or is to."""
         self._rest_references: tuple[float, ...] = ()
-        """Of what is left, where the law has to know them."""
+        """References of the rest, where the law has to know them."""
         self._payload = self._planned_payload = 0.0
         self._status = node.advertise(GOAL_STATUS)
         self._shown = ShownMotions(node)

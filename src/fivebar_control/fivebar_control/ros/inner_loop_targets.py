@@ -1,4 +1,4 @@
-"""What a bridge follows besides the torque where its drives close an inner loop."""
+"""The targets that a bridge follows besides the torque where its drives close an inner loop."""
 
 from __future__ import annotations
 

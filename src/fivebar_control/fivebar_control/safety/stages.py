@@ -56,7 +56,7 @@ STAGE_NAMES = {
     TORQUE_EXCESSIVE: "torque_excessive",
     FORBIDDEN_POSTURE: "forbidden_posture",
 }
-"""Of these faults."""
+"""Names of these faults."""
 
 EVERYWHERE = Area(-math.inf, math.inf, -math.inf, math.inf)
 

@@ -1,4 +1,4 @@
-"""By what requests for a motion are judged in a run: the limits, sensors and loads of its scenario."""
+"""The conditions by which requests for a motion are judged in a run: the limits, sensors and loads of its scenario."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which keys of a scenario a node of the control chain uses, and a scenario as the parameters that hold it."""
+"""The keys of a scenario that a node of the control chain uses, and a scenario as the parameters that hold it."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from fivebar_description.settings import Declared, keys_of, section_keys, value_
 from fivebar_description.strict_yaml import validate
 
 ROBOT = ("robot", "rate_hz", "working_mode")
-"""What every node knows of the robot."""
+"""Keys of the robot, which every node has."""
 
 LEAD = ("estimator", "plant.delay_samples")
-"""What decides by how much answers are ahead of their samples."""
+"""Keys that decide by how much answers are ahead of their samples."""
 
 MOTION = (
     *ROBOT,
@@ -27,7 +27,7 @@ MOTION = (
     "blend_radius",
     "zone",
 )
-"""What decides the plan."""
+"""Keys that decide the plan."""
 
 LAWS = (
     "gains",
@@ -39,16 +39,16 @@ LAWS = (
     "safety.torque_rate_limit",
     "ekf.feed_forward",
 )
-"""What decides the laws, besides the section `law`."""
+"""Keys that decide the laws, besides the section `law`."""
 
 SENSORS = ("plant", "ekf", "imu", "sensors", "camera", "tolerances")
-"""What an estimator works with."""
+"""Keys of an estimator."""
 
 STOPPING = (*MOTION, *LAWS, "safety", "tracking_error_limit")
-"""What stops the robot, and for how long a torque is held before that."""
+"""Keys that decide what stops the robot, and for how long a torque is held before that."""
 
 GOALS = (*STOPPING, *SENSORS, "loads", "risk", "error_tolerance")
-"""By what requests for motions are judged."""
+"""Keys by which requests for motions are judged."""
 
 
 def parameters_of(scenario: ControlScenario, names: Sequence[str]) -> dict[str, Any]:

@@ -68,7 +68,7 @@ Pair = Annotated[tuple[float, float], Field(strict=False)]
 Mode = Annotated[tuple[Sign, Sign], WORKING_MODE]
 
 TRACKING_ERROR_LIMIT = setting_named(SafetySettings, "tracking_error_limit")
-"""Of the safety settings, but a key outside of the section `safety`."""
+"""One of the safety settings, but a key outside of the section `safety`."""
 
 
 def _file_name(name: str) -> str | None:
@@ -85,7 +85,7 @@ DECLARED, SEEN = "declared", "seen"
 """How the place and the modes are known in which the robot starts."""
 
 TIMED, PATH = "timed", "path"
-"""By which distance of the platform a run is judged."""
+"""The distance of the platform by which a run is judged."""
 
 KEPT_TO = {TIMED: "reference", PATH: "path"}
 """From what that distance is, in words."""

@@ -47,7 +47,7 @@ polynomial become singular, and what is left of the acceleration is 1e-5 of its 
 
 
 FIXED_POINT_STEPS = 60
-"""Of an equation whose slope is below 1/2 for the |rho| < 2 of any path."""
+"""Steps for an equation whose slope is below 1/2 for the |rho| < 2 of any path."""
 
 
 class CriterionLaw(NamedTuple):

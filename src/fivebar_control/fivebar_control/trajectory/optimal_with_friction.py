@@ -50,7 +50,7 @@ HELD = 0.04
 """Share of the way on either side of a crossing within which the criterion holds, on a path of one leg."""
 
 HELD_WITHIN = 1.0 / 300.0
-"""What is left of s'' - rho s'^2 there, as a share of what 1 Nm gives to s'' along the way."""
+"""Remainder of s'' - rho s'^2 there, as a share of what 1 Nm gives to s'' along the way."""
 
 
 def optimal_law_with_friction(

@@ -158,7 +158,7 @@ def torque_rows(robot: FiveBar, mode1: int, mode2: int, way: Way) -> TorqueRows:
 
 
 class Demand(NamedTuple):
-    """What a time law has to meet.
+    """The conditions of a time law.
 
     Attributes:
         place: where it crosses, a share of the way.

@@ -91,7 +91,7 @@ class RoundedPolyline(NamedTuple):
 
     @property
     def legs(self) -> int:
-        """Of how many legs it is."""
+        """Number of legs."""
         return len(self.points) - 1
 
     @property

@@ -30,7 +30,7 @@ class StraightWay(NamedTuple):
 
     @property
     def legs(self) -> int:
-        """Of how many legs it is."""
+        """Number of legs."""
         return 1
 
     def at(self, s: float) -> tuple[float, float, float, float, float, float]:

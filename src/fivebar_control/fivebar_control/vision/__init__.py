@@ -1,1 +1,1 @@
-"""What a camera sees of the robot: tags, the platform's position, and the calibration of the camera."""
+"""The camera's view of the robot: tags, the platform's position, and the calibration of the camera."""

@@ -19,10 +19,10 @@ LEAST_FOCAL, LARGEST_FOCAL = 1.0, 1e6
 """Focal lengths (px) of any camera."""
 
 LARGEST_COEFFICIENT = 1e6
-"""Of a lens."""
+"""Largest coefficient of a lens."""
 
 LARGEST_SIDE = 100_000
-"""Of a picture (px)."""
+"""Largest side of a picture (px)."""
 
 PictureSide = Annotated[int, Field(ge=1, le=LARGEST_SIDE)]
 

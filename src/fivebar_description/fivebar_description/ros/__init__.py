@@ -1,1 +1,1 @@
-"""What both ends of a topic share: quality of service, packing and checking of messages, the executor, parameters."""
+"""Both ends of a topic: quality of service, packing and checking of messages, the executor, parameters."""

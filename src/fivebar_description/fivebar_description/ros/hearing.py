@@ -1,4 +1,4 @@
-"""What a node hears of a topic, whatever quality of service its publishers offer, and of which it hears nothing."""
+"""The publishers that a node hears on a topic, whatever their quality of service, and those that it does not hear."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ WRONG_OVERRIDE = (
     RuntimeError,
     AssertionError,
 )
-"""What rclpy raises for a policy that it does not know."""
+"""Exceptions of rclpy for a policy that it does not know."""
 
 
 def _refused(node: GraphNode, topic: Topic, error: Exception) -> InputError:
@@ -129,7 +129,7 @@ class Hearing:
 
     @property
     def problem(self) -> str:
-        """Which publishers are not heard, and why; empty where all are."""
+        """The publishers that are not heard, and why; empty where all are."""
         if not self._policy:
             return ""
         asked = self._first.qos_profile

@@ -135,7 +135,7 @@ class GraphNode(Node):
         self.exit_status: int | None = None
         """Set by a node that has finished; the process then exits with this status."""
         self.agreement: RunAgreement | None = None
-        """What the node shares with the others of a run, if it is part of one; not ready before the plan agrees."""
+        """The agreement with the other nodes of a run, if it is part of one; not ready before the plan agrees."""
         self._awaited_nodes: set[str] = set()
         self._announcements: list[Subscription[Any]] = []
         self._ready = self.advertise(RUN_READY)

@@ -9,7 +9,7 @@ from fivebar_description.settings import Setting
 
 
 class RateStatistics(NamedTuple):
-    """What a stretch of time held.
+    """Statistics of a stretch of time.
 
     Attributes:
         answers: number of answers.

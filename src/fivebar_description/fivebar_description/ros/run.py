@@ -47,7 +47,7 @@ and again, with the mutex that the callback needs.
 """
 
 MIDDLEWARE_LEFT = "the middleware did not shut down: all messages had been delivered, and the process ends without it"
-"""What a process prints then, after the name of the program."""
+"""Line that a process prints then, after the name of the program."""
 
 SWITCH_INTERVAL = 2e-4
 """Switch interval (s) of Python's global interpreter lock; the default of 5 ms is more than two periods at 500 Hz."""

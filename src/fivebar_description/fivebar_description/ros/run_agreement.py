@@ -1,4 +1,4 @@
-"""What the nodes of a run must share: each compares its parameters with the plan, and numbers samples from stamps.
+"""The agreement of the nodes of a run: each compares its parameters with the plan, and numbers samples from stamps.
 
 The trajectory generator publishes the plan once, latched: what the nodes of the run were started with. Whoever keeps
 the time, plant or bridge, publishes the epoch, the stamp of sample 0.
@@ -91,7 +91,7 @@ class RunAgreement:
 
     @property
     def start(self) -> MotionStart | None:
-        """What the plan says of the start of the motion, None before it has come."""
+        """The start of the motion according to the plan, None before it has come."""
         return None if self._plan is None else self._plan.start
 
     def stamp(self, sample: int) -> int:

@@ -27,7 +27,7 @@ def _unknown_states(names: tuple[str, ...]) -> str | None:
 
 
 class ExternalInputs(NamedTuple):
-    """Which states come from outside of the graph."""
+    """The states that come from outside of the graph."""
 
     external_inputs: Annotated[
         tuple[str, ...],

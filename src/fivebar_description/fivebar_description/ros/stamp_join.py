@@ -17,7 +17,7 @@ would make every sample in between an old one."""
 
 
 class Arrival(Enum):
-    """What a message turned out to be: of a sample still open, of the one answered last, of an older one, or a leap."""
+    """Kinds of messages: of a sample still open, of the one answered last, of an older one, or a leap."""
 
     NEW = 0
     REPEATED = 1

@@ -14,7 +14,7 @@ from fivebar_description.settings import Setting
 from fivebar_sim.effects.timing import MOMENT, RANGE, drawn, moment_setting
 
 STREAM = 7
-"""Of the random number from which the clock's jitter is made."""
+"""Stream of the random number from which the clock's jitter is made."""
 
 
 class GyroscopeFaults(NamedTuple):

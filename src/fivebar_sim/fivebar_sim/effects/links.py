@@ -86,7 +86,8 @@ def with_modelled_geometry(links: LinkErrors) -> LinkErrors:
 
 
 class DistalBar(NamedTuple):
-    """What a distal link has besides its model: mass (kg), its centre from the elbow (m), inertia about it (kg m^2)."""
+    """The part of a distal link that its model lacks: mass (kg), its centre from the elbow (m), inertia about it
+    (kg m^2)."""
 
     mass: float
     centre: float

@@ -15,7 +15,7 @@ from fivebar_sim.effects.platform_joint import Force
 PLANE, LOCUS = "plane", "locus"
 
 VIBRATION_STREAM = 9
-"""Of the random number that is the phase of the vibration."""
+"""Stream of the random number that is the phase of the vibration."""
 
 
 class Tilt(NamedTuple):

@@ -32,7 +32,7 @@ oscillation by a ratio of (w h)^5 / 144: at 0.5 that is 2e-4, a hundredth of wha
 """
 
 STREAM, LINE_STREAM = 2, 6
-"""Of the random numbers that are the phases of ripple, cogging and eccentricity, and of interpolation."""
+"""Streams of the random numbers that are the phases of ripple, cogging and eccentricity, and of interpolation."""
 
 
 class LegNumbers(NamedTuple):

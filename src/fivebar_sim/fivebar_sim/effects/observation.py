@@ -1,4 +1,4 @@
-"""What sensors see of the robot with effects, and its energy."""
+"""The sensors' view of the robot with effects, and its energy."""
 
 from __future__ import annotations
 

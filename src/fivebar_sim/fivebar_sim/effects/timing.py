@@ -14,7 +14,7 @@ from fivebar_description.settings import Setting
 from fivebar_description.strict_yaml import InputError
 
 JITTER_STREAM, LOSS_STREAM = 4, 3
-"""Of the random numbers from which the jitter is made, and that choose the lost commands."""
+"""Streams of the random numbers that make the jitter, and that choose the lost commands."""
 
 RANGE = 2**31
 MIXING = 73244475

@@ -1,4 +1,4 @@
-"""Which hardware is emulated, as its file says, and when its faults are injected."""
+"""The kinds of emulated hardware, by its file, and when faults are injected."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ DEFAULT_COMMANDS = (
     | dict.fromkeys((0x023, 0x024, 0x02B), 1.0)
     | dict.fromkeys((0x025, 0x026, 0x028, 0x029, 0x02A, 0x02C), math.nan)
 )
-"""What a command that leaves registers out means by them."""
+"""Meaning of registers that a command leaves out."""
 
 UUID, UUID_MASKS = range(0x150, 0x154), range(0x154, 0x158)
 INTEGERS_ONLY = {*range(0x100, 0x103), *UUID}
@@ -138,7 +138,7 @@ NOTHING_COMMANDED = Commanded(DEFAULT_COMMANDS, 0.0, math.inf)
 
 
 class MoteusState:
-    """What a drive remembers."""
+    """The memory of a drive."""
 
     def __init__(self, link: MoteusLinkFile) -> None:
         self.mode, self.fault, self.enabling = STOPPED, 0, 0

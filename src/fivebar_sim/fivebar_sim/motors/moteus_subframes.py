@@ -8,12 +8,12 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 FORMATS = "<b", "<h", "<i", "<f"
-"""By resolution: three sizes of integers, and floats."""
+"""Formats by resolution: three sizes of integers, and floats."""
 
 INT32, FLOAT = 2, 3
 
 READ, WRITE, SAY, POLL = range(4)
-"""What a subframe asks for: registers, or text of the diagnostic protocol."""
+"""Requests of a subframe: registers, or text of the diagnostic protocol."""
 
 LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
 """Numbers of bytes that a frame of CAN FD can have."""
@@ -34,7 +34,7 @@ UNITS = {
     POWER: (10.0, 0.05, 0.0001),
     WHOLE: (1.0, 1.0, 1.0),
 }
-"""What 1 means in an integer of each size, by the kind of value."""
+"""Value of 1 in an integer of each size, by the kind of value."""
 
 
 class Subframe(NamedTuple):

@@ -21,7 +21,7 @@ RESTING = 0.03
 
 
 class ShaftState(NamedTuple):
-    """What a drive measures and knows, in its own sense of rotation.
+    """Measurements and state of a drive, in its own sense of rotation.
 
     Attributes:
         position: angle (rad) of the motor's encoder from where it reads 0.
@@ -66,7 +66,7 @@ class SimulatedMotor:
 
     @property
     def state(self) -> ShaftState:
-        """What the drive measures and knows."""
+        """Measurements and state of the drive."""
         turn = math.tau / self.facts.counts_per_revolution
         speed = (self._counts - self._before) * turn / self._period
         return ShaftState(self._counts * turn, speed, self.torque, self.powered, self.faulty)

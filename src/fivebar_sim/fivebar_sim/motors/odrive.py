@@ -74,7 +74,7 @@ class ODriveLinkFile(CanChannel, StrictModel):
 
 
 class AxisState:
-    """What a drive remembers."""
+    """The memory of a drive."""
 
     def __init__(self) -> None:
         self.wanted = False

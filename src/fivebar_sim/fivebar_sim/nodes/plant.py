@@ -73,7 +73,7 @@ PATIENCE = 20
 """Periods of repetition after which a plant that awaits no node takes it that nobody publishes a plan."""
 
 FILE_KEYS = ("robot", "rate_hz", "estimator", "plant", "imu", "sensors", "camera")
-"""What the plant takes from the run's file."""
+"""Keys that the plant takes from the run's file."""
 
 ZERO = (0.0, 0.0)
 

@@ -1,1 +1,1 @@
-"""What the nodes of this package share: parameters of the simulated plant."""
+"""Parameters of the simulated plant, which the nodes of this package share."""

@@ -14,7 +14,7 @@ from fivebar_description.ros.node import GraphNode
 
 
 class RunProgress:
-    """Which nodes a run waits for, and how far it has come.
+    """The nodes that a run waits for, and how far it has come.
 
     Attributes:
         samples: number of the last sample, 0 while it is not known.

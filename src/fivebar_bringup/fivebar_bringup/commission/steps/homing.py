@@ -11,7 +11,7 @@ from fivebar_control.model.geometry import wrap
 from fivebar_description.interface import ACTIVE_JOINTS
 
 SECOND = (0.2, -0.1)
-"""Of the second mark from the first one, in lengths of the first proximal link."""
+"""Place of the second mark from the first one, in lengths of the first proximal link."""
 
 LARGEST_MISFIT = math.radians(3.0)
 """Largest error (rad) of a motor's angle at the second mark."""

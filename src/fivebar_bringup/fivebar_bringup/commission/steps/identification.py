@@ -26,7 +26,7 @@ SHORTEST = 0.3
 """Shortest segment (s)."""
 
 BANDWIDTH = 20.0
-"""Of the control (rad/s): low enough for any transmission, of which nothing is known yet."""
+"""Bandwidth of the control (rad/s): low enough for any transmission, of which nothing is known yet."""
 
 SLOWER, ATTEMPTS = 1.3, 8
 

@@ -14,7 +14,7 @@ SIDES = ("left", "right")
 """Where each motor is."""
 
 ANGLE = math.radians(20.0)
-"""By which a link is turned."""
+"""Angle by which a link is turned."""
 
 LEAST_SEEN = 0.01
 """Part of that angle below which nothing is read at all."""
@@ -23,7 +23,7 @@ BY_HAND = 0.25
 """How wrong the angle may be by which a link is turned by hand, as a share of it."""
 
 FACTORS = (2, 3, 4, 5, 6, 8, 10, 16, 20, 25, 32, 40, 50, 64, 100, 128, 256)
-"""By which counts or gears are mistaken."""
+"""Factors by which counts or gears are mistaken."""
 
 
 def run(session: Session) -> Findings:

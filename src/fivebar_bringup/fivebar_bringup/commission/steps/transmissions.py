@@ -13,7 +13,7 @@ from fivebar_control.laws.robot_sizes import bandwidth_of, tuning_for
 from fivebar_description.strict_yaml import InputError
 
 AMPLITUDE = 4.0
-"""Of the chirp, in Coulomb frictions: below these it shows nothing."""
+"""Amplitude of the chirp, in Coulomb frictions: below these it shows nothing."""
 
 SHARE = 0.6
 """Part of the allowed torque that it may have."""

@@ -30,7 +30,7 @@ from fivebar_control.planning.postures import WORKING_MODES, mode_name
 from fivebar_description.robot_file import read_robot
 
 SHARES = ((0.9, GREEN, "o", "at least 90 %"), (0.5, AMBER, "s", "at least half"), (0.0, VERMILION, "X", "fewer"))
-"""By the share of drawn robots that cross there: colour, marker and words."""
+"""Colour, marker and words, by the least share of drawn robots that cross there."""
 
 
 def crossing_map(robot: str, rows: Sequence[AssessRow], controller: str) -> Picture:

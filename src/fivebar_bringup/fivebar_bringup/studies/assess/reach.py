@@ -38,7 +38,7 @@ class LocusShare(NamedTuple):
 
 
 class RobotReach(NamedTuple):
-    """What the geometry of a robot lets it do."""
+    """The reach that the geometry of a robot gives it."""
 
     measures: Measures
     loci: list[LocusShare]

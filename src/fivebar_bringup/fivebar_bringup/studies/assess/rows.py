@@ -10,8 +10,9 @@ RANDOM = "random crossing"
 """Kind of the motions that are drawn; the typical ones have names."""
 
 REFUSED, OUT_OF_REACH, UNLIKELY, ACCEPTED = "refused", "out_of_reach", "unlikely", "accepted"
-"""By the planner for any robot; by the screen even for a robot that is exactly known, with a gyroscope; by screen or
-odds for the robot as it is declared, and run nevertheless; judged feasible and likely."""
+"""Statuses of a motion: refused by the planner for any robot; refused by the screen even for a robot that is
+exactly known, with a gyroscope; refused by screen or odds for the robot as it is declared, and run nevertheless;
+judged feasible and likely."""
 
 
 class AssessRow(NamedTuple):

@@ -14,7 +14,7 @@ from fivebar_bringup.studies.assess.rows import ACCEPTED, RANDOM, UNLIKELY, Asse
 from fivebar_bringup.studies.rigs.declared import DECLARED, REMOVED, SENSORS, TUNINGS, VARIANTS
 
 RUN = ACCEPTED, UNLIKELY
-"""Of a motion that was run."""
+"""Statuses of motions that were run."""
 
 DEVIATIONS = 1.96
 """Standard deviations of an interval for 95 %."""
@@ -34,7 +34,7 @@ class Success(NamedTuple):
 
 
 class Expected(NamedTuple):
-    """What to expect of a controller in the motions that are accepted: success, and largest errors (m)."""
+    """The expected results of a controller in the motions that are accepted: success, and largest errors (m)."""
 
     controller: str
     success: Success
@@ -44,7 +44,7 @@ class Expected(NamedTuple):
 
 
 class Change(NamedTuple):
-    """What a variant of the robot changes, in all motions that were run.
+    """The difference that a variant of the robot makes, in all motions that were run.
 
     Attributes:
         variant: its name.
@@ -64,12 +64,12 @@ class Change(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What it is."""
+        """The change in words."""
         return VARIANTS[self.variant].words
 
     @property
     def remedy(self) -> str:
-        """What makes the change."""
+        """The way to make the change."""
         return VARIANTS[self.variant].remedy
 
     @property

@@ -1,4 +1,4 @@
-"""What a cycle of the control chain is made of, from a reading to its torque and after it: times per item.
+"""Costs of a cycle of the control chain, from a reading to its torque and after it: times per item.
 
 The nodes of a process run as ever, with their functions wrapped. Each item's time leaves out that of the items that it
 calls; what the wrapping itself takes is measured and subtracted.
@@ -179,7 +179,7 @@ class Costs:
 
 
 class CycleCosts(NamedTuple):
-    """What the cycles of a process came to.
+    """The costs of the cycles of a process.
 
     Attributes:
         before, after: medians (s) by item, until the torque was written and after it.

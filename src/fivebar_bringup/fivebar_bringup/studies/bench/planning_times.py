@@ -22,7 +22,7 @@ HOME, BEYOND, BESIDE = (0.0, 0.15), (0.0, 0.02), (0.03, 0.03)
 """A rest, and two goals across the locus (m)."""
 
 RIG, WEAK = "middling", 0.7
-"""Whose robots are drawn, and a torque limit (Nm) with which no motion is likely enough, so that all are tried."""
+"""Rig whose robots are drawn, and a torque limit (Nm) with which no motion is likely enough, so that all are tried."""
 
 CASES, WARM = 12, 2
 """Cases of a sweep, and so many before them that load machine code."""
@@ -205,7 +205,7 @@ KINDS: dict[str, Callable[[Path, Watch], Times]] = {
     "scenario": _scenario,
     "case of a sweep": _case,
 }
-"""What is measured, by its name."""
+"""Measurements by name."""
 
 
 if __name__ == "__main__":

@@ -39,7 +39,7 @@ RING_DEADLINE = 120.0
 
 
 class GraphSpeed(NamedTuple):
-    """What a run of the graph took.
+    """The time and the processor time of a run of the graph.
 
     Attributes:
         cycle_p50_ms, cycle_p99_ms: times between two samples (ms).

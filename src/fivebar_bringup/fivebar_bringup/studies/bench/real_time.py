@@ -1,4 +1,4 @@
-"""What a run in real time reached, figure by figure beside a bare loop of the same priority on the same machine."""
+"""Figures of a run in real time, beside a bare loop of the same priority on the same machine."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fivebar_bringup.studies.bench.processes import GraphSpeed
 from fivebar_bringup.studies.bench.stalls import Stalls
 
 Row = tuple[str, str, str, str]
-"""What was measured, of the control chain, of the bare loop, and the target; "" for none."""
+"""A measured quantity, its value in the control chain and in the bare loop, and the target; "" for none."""
 
 NO_MORE = "what no program here can do better"
 

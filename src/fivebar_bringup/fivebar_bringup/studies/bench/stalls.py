@@ -26,7 +26,7 @@ class Stalls(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What was measured."""
+        """The measured quantity."""
         return f"bare loop at priority {DEFAULT_PRIORITY}" if self.prioritized else "bare loop without priority"
 
 

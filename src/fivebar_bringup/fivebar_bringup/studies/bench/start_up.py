@@ -13,18 +13,18 @@ from typing import NamedTuple
 from fivebar_bringup.runs.domain import private_domain
 
 REPEATS = 3
-"""Of which the shortest counts: the first may still have to compile modules."""
+"""Number of starts, of which the shortest counts: the first may still have to compile modules."""
 
 COMMAND = ("-m", "fivebar_bringup.cli.entry")
 
 NODE = "fivebar_control.nodes.supervisor"
 
 STARTED = b"waits for"
-"""What a node says once it has started, alone in its domain."""
+"""Part of the line that a node prints once it has started, alone in its domain."""
 
 
 class StartUp(NamedTuple):
-    """What is started.
+    """A program to start.
 
     Attributes:
         name: in words.

@@ -32,7 +32,7 @@ EVERY = 1e-3
 """Time (s) between two looks."""
 
 SEED, WARM = 1, 3
-"""Of the cases; so many that are left out, which load machine code."""
+"""Seed of the cases, and the number of first cases that are left out, which load machine code."""
 
 
 def costs_of(work: Callable[[], object], parts: Mapping[tuple[str, str], str]) -> defaultdict[str, float]:

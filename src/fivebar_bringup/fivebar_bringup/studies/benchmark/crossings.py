@@ -21,7 +21,7 @@ from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 
 SEED = 1914
-"""Of the crossings, and of the robots of every rig."""
+"""Seed of the crossings, and of the robots of every rig."""
 
 CROSSINGS = 1000
 

@@ -47,7 +47,7 @@ class BenchmarkSettings(StudySettings):
 
     @property
     def limits(self) -> SuccessLimits:
-        """What a success keeps; distances go with the size of a robot that is not that of the rigs."""
+        """The limits of a success; distances go with the size of a robot that is not that of the rigs."""
         size = size_ratio(load_robot(self.robot)) if self.robot else 1.0
         return SuccessLimits(size * PEAK_LIMIT, size * FINAL_LIMIT, torque_limit_of(self.make))
 

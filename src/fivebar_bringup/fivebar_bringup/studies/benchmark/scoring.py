@@ -18,7 +18,7 @@ from fivebar_description.strict_yaml import InputError
 
 
 class SuccessLimits(NamedTuple):
-    """What a success keeps.
+    """The limits of a success.
 
     Attributes:
         peak, final: distance of the actual platform from the reference (m), always and at the end.

@@ -30,7 +30,7 @@ from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml
 from fivebar_description.whole_turns import continuous
 
 LEAST_READINGS = 100
-"""Of motors and of the IMU."""
+"""Least number of readings of motors and of the IMU."""
 
 
 class Point(StrictModel):

@@ -1,4 +1,4 @@
-"""What a planar closed chain is: a tree of legs, which joints are driven, and where the tips meet the platform."""
+"""A planar closed chain: a tree of legs, which joints are driven, and where the tips meet the platform."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def run_numbered(settings: ComparisonSettings, number: int) -> list[ComparisonRo
 
 
 class Compared(NamedTuple):
-    """What the command shows of a comparison."""
+    """The results of a comparison."""
 
     verdicts: Sequence[Requirement]
     overview: Table

@@ -21,8 +21,8 @@ class Bound(NamedTuple):
 
 
 BOUNDS = {"ideal": Bound(0.4e-3, 1.0), "realistic": Bound(0.8e-3, 1.5)}
-"""By rig, of DexTAR; errors of other robots go with their size, torques with theirs. Every run has to be completed as
-well."""
+"""Bounds by rig, for DexTAR; errors of other robots go with their size, torques with theirs. Every run has to be
+completed as well."""
 
 IN_PROPORTION = ", of DexTAR, in proportion to size and torque of other robots"
 

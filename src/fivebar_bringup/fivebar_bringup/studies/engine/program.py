@@ -46,7 +46,7 @@ DECIDING = {
         "studies/engine/turns.py",
     ),
 }
-"""What decides the rows of every study, and not only how they are shown: patterns of files by package."""
+"""Files that decide the rows of every study, and not only how they are shown: patterns by package."""
 
 
 def program_digest(

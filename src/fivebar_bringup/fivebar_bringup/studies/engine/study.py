@@ -25,7 +25,7 @@ Settings = TypeVar("Settings", bound=StudySettings)
 
 
 class StudyReport(NamedTuple):
-    """What a study makes of its rows.
+    """The report of a study on its rows.
 
     Attributes:
         page: to look at, as HTML.

@@ -10,7 +10,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_description.strict_yaml import InputError, load_yaml, validate
 
 SECTIONS = ("ekf", "tolerances")
-"""Of a scenario, what concerns the estimator alone."""
+"""Sections of a scenario that concern the estimator alone."""
 
 EXPECTED = "expected SECTION.NAME=VALUE such as ekf.gyro_noise=0.02, of the sections " + " and ".join(SECTIONS)
 

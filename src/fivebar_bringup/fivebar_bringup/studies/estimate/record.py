@@ -1,4 +1,4 @@
-"""What the estimator of a recorded run was given, and what it gave, out of a bag."""
+"""The inputs and outputs of the estimator of a recorded run, out of a bag."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ from fivebar_sim.vision.frames import frame_of
 T = TypeVar("T")
 
 Arrival = Callable[[float], int | None]
-"""By when a reading was made (samples), the sample with which it came; None where it cannot have come."""
+"""Maps the time at which a reading was made (samples) to the sample with which it came; None where it cannot have
+come."""
 
 
 STAMP_DIGITS = 6

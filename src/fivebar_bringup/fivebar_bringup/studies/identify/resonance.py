@@ -19,7 +19,7 @@ ROBOT_FILE, RESULTS = "tuned.yaml", "resonance.json"
 
 
 class ResonanceResult(NamedTuple):
-    """What the bag of a chirp shows of a robot that a file describes."""
+    """The findings from the bag of a chirp on a robot that a file describes."""
 
     start: RobotFile
     bag: Path

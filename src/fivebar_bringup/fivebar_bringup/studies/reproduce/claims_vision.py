@@ -13,10 +13,10 @@ from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot
 
 STATIC_LIMIT, MOVING_LIMIT = 5e-5, 2e-4
-"""What the camera has to be accurate to (m): of a robot at rest, and of one that moves."""
+"""Required accuracy of the camera (m): for a robot at rest, and for one that moves."""
 
 SPEED = 0.3
-"""Of the platform (m/s), for the accuracy in motion: somewhat more than the crossings' 0.24 m/s."""
+"""Speed of the platform (m/s), for the accuracy in motion: somewhat more than the crossings' 0.24 m/s."""
 
 PICTURES = 24
 """For each accuracy."""

@@ -32,7 +32,7 @@ Q11, Q12, Q21, Q22, BETA = 3.1218, -2.6846, 2.0933, -4.7977, 0.4373
 
 
 class FreeDynamics(NamedTuple):
-    """What Pinocchio makes of arbitrary torques in the states of planned crossings.
+    """Pinocchio's accelerations under arbitrary torques in the states of planned crossings.
 
     Attributes:
         states: number of states on the locus.

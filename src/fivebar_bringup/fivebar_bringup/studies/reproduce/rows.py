@@ -37,7 +37,7 @@ class ClaimRow(NamedTuple):
 
     @property
     def anchor(self) -> str:
-        """What a link on the page points to."""
+        """The target of a link on the page."""
         name = f"{self.place} {self.title}".lower()
         return "-".join("".join(letter if letter.isalnum() else " " for letter in name).split())
 

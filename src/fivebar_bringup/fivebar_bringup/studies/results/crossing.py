@@ -56,7 +56,7 @@ def crossing_rows(run: str, finished: FinishedStudy) -> list[CrossingRow]:
 
 
 class CrossingGain:
-    """What crossing buys a robot."""
+    """The gain of a robot by crossing."""
 
     def __init__(self, robot: str, rows: Sequence[CrossingRow]) -> None:
         """Sort the rows of a robot."""

@@ -93,7 +93,7 @@ class Agreement(NamedTuple):
 
     @property
     def bias(self) -> float:
-        """By how much the predicted share exceeds the observed one."""
+        """The predicted share minus the observed one."""
         return self.predicted - self.observed
 
     @property

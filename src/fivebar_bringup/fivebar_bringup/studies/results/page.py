@@ -15,7 +15,7 @@ JUDGED_IN_TIME = (
     "`path`, which keeps to the path and not to its time, as [its page](../path.md) shows: these runs are judged in"
     " time."
 )
-"""What a page does not show whose runs are judged by their distance from the timed reference."""
+"""A limit of pages whose runs are judged by their distance from the timed reference."""
 
 
 NO_RUNS: Mapping[str, int] = {}

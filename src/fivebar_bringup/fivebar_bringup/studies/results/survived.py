@@ -22,7 +22,7 @@ EFFECTS = {
     "distal_mass": "distal links with mass",
     "height": "a leg that is above the other",
 }
-"""Of the surroundings, and of the robot, that no law's model has; and in words."""
+"""Effects of the surroundings, and of the robot, that no law's model has; in words."""
 
 LAWS = ("unified", "multi_cartesian", "multi_joint", "multi_model_ctc", "mpc", "lqr", "path")
 

@@ -41,7 +41,7 @@ WITHOUT = 1e-9
 """In place of a declared bound of 0, which would stand for that of the robot's file."""
 
 UNMEASURED = Tolerances(length=3e-4, base=3e-4, zero=5e-3)
-"""Of a robot that is assembled from parts and was not calibrated."""
+"""Tolerances of a robot that is assembled from parts and was not calibrated."""
 
 TILT = math.radians(2.0)
 PUSH = 2.0
@@ -60,19 +60,20 @@ OVERHEAD = CameraSettings(on=True, pictures=False)
 """A camera that a robot without one could have."""
 
 USUAL_COUNTS = 20_000
-"""Of motor encoders of which nothing is declared."""
+"""Counts of motor encoders of which nothing is declared."""
 
 LARGEST_BANDWIDTH = 70.0
-"""Of the unified law (rad/s) with a velocity that comes from encoders and a torque that is a sample late."""
+"""Bandwidth of the unified law (rad/s) with a velocity that comes from encoders and a torque that is a sample late."""
 
 ELASTIC_PLAY, PER_BACKLASH = 2.5e-3, 2.5
-"""What the estimator expects between motor and link of elastic transmissions: rad, and rad per rad of backlash."""
+"""Difference that the estimator expects between motor and link of elastic transmissions: rad, and rad per rad of
+backlash."""
 
 ELASTIC_NOISE = 0.1
 """The same of noises (m/s^2 per root Hz, and rad/s of a gyroscope)."""
 
 RIGID_DISTURBANCE_RATE = 0.3
-"""Of the estimator's noises with rigid transmissions, for DexTAR's torques (Nm per root s)."""
+"""Rate of the estimator's disturbance noise with rigid transmissions, for DexTAR's torques (Nm per root s)."""
 
 UNIFIED_WEIGHT = 0.3
 """Torque weight of the law, for DexTAR's torques."""

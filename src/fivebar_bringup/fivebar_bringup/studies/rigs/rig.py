@@ -106,7 +106,7 @@ class Rig(StrictModel):
 
     @property
     def described(self) -> str:
-        """What the rig contains and what it leaves out, for a person."""
+        """A description for a person: what the rig contains and what it leaves out."""
         parts = [self.words]
         errors = {name: bound for name, bound in self.errors._asdict().items() if bound != getattr(NO_ERRORS, name)}
         if errors:

@@ -29,7 +29,7 @@ from fivebar_description.rounding import in_millimetres
 
 
 class Lost(StrEnum):
-    """What does not arrive: the commands of some samples at the drives, or these samples at the control chain."""
+    """Losses: the commands of some samples at the drives, or these samples at the control chain."""
 
     COMMANDS = "commands"
     SAMPLES = "samples"
@@ -46,7 +46,7 @@ COLOURS = (BLUE, GREEN, VERMILION, PURPLE)
 """In the figure, in turn."""
 
 DURATION = 1.0
-"""Of the crossing (s)."""
+"""Duration of the crossing (s)."""
 
 
 class LossSettings(StudySettings):

@@ -69,7 +69,7 @@ DRAWS = len(FOUR)
 
 
 class FaultyRobot(NamedTuple):
-    """What an effect changes.
+    """The changes that an effect makes.
 
     Attributes:
         plant, imu: the simulated robot.
@@ -82,7 +82,7 @@ class FaultyRobot(NamedTuple):
 
 
 class Condition(NamedTuple):
-    """What a draw of an effect needs to know: its number, of `DRAWS`, and the time of the crossing (s)."""
+    """The conditions of a draw of an effect: its number, of `DRAWS`, and the time of the crossing (s)."""
 
     draw: int
     crossing: float
@@ -469,4 +469,5 @@ EFFECTS = {
         ),
     )
 }
-"""By name. Good and middling robots have what the rigs of that name have, or else what the setting calls typical."""
+"""Effects by name. Good and middling robots have what the rigs of that name have, or else what the setting calls
+typical."""

@@ -28,7 +28,7 @@ QUICK: dict[str, Any] = {"draws": 2, "durations": (1.0,)}
 """Settings of the quick study."""
 
 RIGS = ENCODERS, "good", "middling"
-"""Whose sensors, estimators and gains are compared."""
+"""Rigs whose sensors, estimators and gains are compared."""
 
 WORDS = (
     "One effect at a time grows on a simulated robot that is otherwise exact, with motor encoders of 20 000 counts,"

@@ -176,7 +176,7 @@ def run_numbered(settings: RobustnessSettings, number: int) -> list[RobustnessRo
 
 
 class Climb(NamedTuple):
-    """What became of an equipment as an effect grew.
+    """The results of an equipment as an effect grew.
 
     Attributes:
         effect, equipment: names.

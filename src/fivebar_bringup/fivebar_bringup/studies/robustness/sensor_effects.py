@@ -60,7 +60,7 @@ SENSOR_EFFECTS = {
         _gyroscope("gyro_jitter", "jitter", "jitter of the gyroscope's stamps, ±", "ms", MILLI, grid(0.5, 50.0)),
     )
 }
-"""By name. Sound robots have none of them."""
+"""Effects by name. Sound robots have none of them."""
 
 ALL_EFFECTS = {**EFFECTS, **SENSOR_EFFECTS}
 """All effects that can grow, by name."""

@@ -144,7 +144,7 @@ FAULTS = {
         lambda size, at: _gyroscope(clock_jitter=size),
     ),
 }
-"""By name."""
+"""Faults by name."""
 
 
 class Injected(NamedTuple):

@@ -29,7 +29,7 @@ STREAM = 39
 """Random stream of the faults of a case, besides those of its motion and robot."""
 
 REFUSED, SURVIVED, NOTICED, SILENT = "refused", "survived", "noticed", "silent"
-"""What becomes of a run: the planner refuses the motion; it is made within 5 mm, in the planned mode; a fault stops it
+"""Statuses of a run: the planner refuses the motion; it is made within 5 mm, in the planned mode; a fault stops it
 in time; or neither."""
 
 

@@ -1,4 +1,4 @@
-"""Which branch of the Type 2 locus is safer to cross: distal links stretched, or folded onto each other.
+"""The safety of crossing either branch of the Type 2 locus: distal links stretched, or folded onto each other.
 
 `python -m fivebar_bringup.studies.single.branch_study [--crossings 450] [--seed N]` takes so many random crossings of
 each branch that the screen accepts for `unified` with exact sensors and from encoders alone, and prints the table of

@@ -43,10 +43,10 @@ LENGTH, ZERO = 3e-4, math.radians(0.2)
 """Bounds of the errors of lengths and bases (m), and of encoder zeros (rad): the tolerances of the motion."""
 
 SOFTEST, STIFFEST, BANDWIDTH = 60.0, 250.0, 50.0
-"""Of the transmissions (Hz), and the largest bandwidth of the law (rad/s)."""
+"""Range of the transmissions (Hz), and the largest bandwidth of the law (rad/s)."""
 
 READINGS = 39
-"""Of the random numbers that are the noise of the gyroscope."""
+"""Stream of the random numbers that are the noise of the gyroscope."""
 
 UNLIMITED = 1e9
 """In place of a limit of the estimator's watch."""

@@ -42,14 +42,15 @@ MOTIONS = {
     "dextar": ("calibration", "calibration_below"),
     "motkin": ("motkin_calibration", "motkin_calibration_below"),
 }
-"""By robot: above and below the motors' line. What one of them leaves open of the elbow gap is found from the other."""
+"""Motions by robot: above and below the motors' line. What one of them leaves open of the elbow gap is found from
+the other."""
 
 TOUCHED = 3
-"""Of the random numbers that are the errors of touched points."""
+"""Stream of the random numbers that are the errors of touched points."""
 
 
 class LeftError(NamedTuple):
-    """What a calibration leaves of a robot's errors.
+    """The errors that a calibration leaves of a robot's.
 
     Attributes:
         length: root mean square of those of lengths and bases (m).

@@ -1,4 +1,4 @@
-"""What rounding the corners of a path saves against a rest at each via point: the shortest durations that pass.
+"""Time that rounding the corners of a path saves against a rest at each via point: the shortest durations that pass.
 
 Run as `python -m fivebar_bringup.studies.single.corner_study`.
 """

@@ -1,4 +1,4 @@
-"""What crossing the Type 2 locus buys: area, pairs of places, cycle time and energy, with crossings and without."""
+"""The gain by crossing the Type 2 locus: area, pairs of places, cycle time and energy, with crossings and without."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SAME = 1e-6
 
 
 class Reach(NamedTuple):
-    """What a working mode reaches: area (cm^2) of all rests, of the largest part, and of all pairs the share joined."""
+    """The reach of a working mode: area (cm^2) of all rests, of the largest part, and of all pairs the share joined."""
 
     area: float
     largest: float

@@ -24,7 +24,7 @@ from fivebar_bringup.studies.single.mpc_study import run_once
 from fivebar_control.laws.mpc import MpcSettings
 
 WEIGHTS = MpcSettings().weight, 3e-6, 1e-5
-"""Of `mpc` on what departs from the torques planned before ((m/Nm)^2)."""
+"""Weights of `mpc` on what departs from the torques planned before ((m/Nm)^2)."""
 
 LAWS: dict[str, tuple[str, dict[str, Any]]] = {
     "`unified`": ("unified", {}),
@@ -42,7 +42,7 @@ DURATIONS = 0.5, 3.0
 """Bounds of a segment's duration (s), which is drawn evenly by its logarithm."""
 
 BEYOND, RATIO = 5e-5, 1.2
-"""What a law shall add to the estimate's error (m), and its torque as a multiple of that of `unified`, at most."""
+"""Limits for a law: its addition to the estimate's error (m), and its torque as a multiple of that of `unified`."""
 
 
 class ThesisMotion(NamedTuple):

@@ -33,7 +33,7 @@ from fivebar_description.strict_yaml import InputError, yaml_text
 RIGS = ("ideal", "calibrated", "good")
 
 DIRECTIONS = {"down": 0.0, "up": math.pi, "sideways": math.pi / 2.0}
-"""Of gravity, from the direction of the path."""
+"""Direction of gravity, from the direction of the path."""
 
 MOMENT = 0.02
 """First mass moment (kg m) of each leg of DexTAR: its zz_i1R as if of a bar and a mass at the elbow, without rotor."""

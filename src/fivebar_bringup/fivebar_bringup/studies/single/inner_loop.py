@@ -42,7 +42,7 @@ ERRORS: dict[str, dict[str, Any]] = {
     "cogging 2 mNm": {"motors": {"cogging": 2e-3}},
     "all three": {"mass_scale": 1.2, "friction_scale": 2.0, "motors": {"cogging": 2e-3}},
 }
-"""By how much the robot differs from its file."""
+"""Differences of the robot from its file."""
 
 SPREAD = 0.01
 """How much mass and friction vary between the draws: on the locus a run's error depends on the last digits of both."""

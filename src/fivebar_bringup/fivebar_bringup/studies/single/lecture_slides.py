@@ -27,7 +27,8 @@ CELLS = 120
 """Cells along the longer side of the planes that are drawn."""
 
 LONGER = 2e-4
-"""What distal link 1 is longer (m) than the controllers know, so that a law which inverts the dynamics gets lost."""
+"""Excess of distal link 1 (m) over the length that the controllers know, so that a law which inverts the dynamics
+gets lost."""
 
 SLIDES = (
     "1_singular_postures",

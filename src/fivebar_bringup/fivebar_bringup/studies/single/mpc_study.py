@@ -1,4 +1,4 @@
-"""What the predictive law's horizon has to span, and what its weights cost: the tables and the figure of docs/mpc.md.
+"""The span of the predictive law's horizon, and the cost of its weights: tables and figure of docs/mpc.md.
 
 `python -m fivebar_bringup.studies.single.mpc_study OUT.png` runs it all, which takes a minute or two.
 """

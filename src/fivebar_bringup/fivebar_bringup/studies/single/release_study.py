@@ -56,7 +56,7 @@ PUSHED_AT = 1.0
 """When the push of the rig comes (s after the release has begun)."""
 
 BRANCHES = ("stretched", "folded")
-"""Of the locus; a rest of an even number is on the first."""
+"""Branches of the locus; a rest of an even number is on the first."""
 
 AWAY = "not near"
 """How the refusal begins of a robot that has come away from the locus before it rested."""
@@ -65,7 +65,7 @@ STREAM = 11
 
 
 class ReleaseRun(NamedTuple):
-    """What became of a robot.
+    """The outcome for a robot.
 
     Attributes:
         phase: how the release ended.

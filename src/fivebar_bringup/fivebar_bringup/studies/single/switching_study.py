@@ -32,10 +32,10 @@ FloatArray = NDArray[np.float64]
 
 DURATIONS = (0.5, 1.0, 2.0)
 CONTROLLER = "multi_cartesian"
-"""Whose gains do not adapt, so that its laws have no memory."""
+"""Controller whose gains do not adapt, so that its laws have no memory."""
 
 STEP = 2.5e-4
-"""Of the integration (s)."""
+"""Step of the integration (s)."""
 
 MOVED = 1e-6
 """How far starts are moved (m, and in a twentieth of a second)."""

@@ -33,7 +33,7 @@ from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import validate
 
 ROBOT = "dextar"
-"""Whose crossings are drawn without a rig."""
+"""Robot whose crossings are drawn without a rig."""
 
 RATE_HZ = 500
 TORQUE_LIMIT = 2.0
@@ -175,7 +175,7 @@ class Draw(NamedTuple):
 
     @property
     def robot_name(self) -> str:
-        """Whose crossing it is, by the name of its file."""
+        """The robot whose crossing it is, by the name of its file."""
         return self.robot or robot_of(self.rig)
 
     def scenario(self, controller: str) -> DrawnScenario:
@@ -188,7 +188,7 @@ class Draw(NamedTuple):
 
     @property
     def torque_limit(self) -> float:
-        """Of the drives (Nm)."""
+        """Torque limit of the drives (Nm)."""
         return torque_limit_of(self.robot_name)
 
     @property

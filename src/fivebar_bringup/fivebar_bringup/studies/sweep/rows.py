@@ -10,7 +10,8 @@ from fivebar_bringup.studies.sweep.drawing import Draw
 from fivebar_control.trajectory.planner import QUINTIC
 
 REFUSED, SCREENED_OUT, FEASIBLE = "refused", "screened_out", "feasible"
-"""By the planner, for all controllers; by the controller's screen, and run nevertheless; judged feasible."""
+"""Statuses of a case: refused by the planner, for all controllers; refused by the controller's screen, and run
+nevertheless; judged feasible."""
 
 STATUSES = (REFUSED, SCREENED_OUT, FEASIBLE)
 
