@@ -32,7 +32,7 @@ class RobotBench(Protocol):
         ...
 
     def opened(self, drives: Path, allowed: Allowed) -> AbstractContextManager[AllowedDrives]:
-        """Have the drives of a configuration open, without torque, within a block.
+        """Open the drives of a configuration for a block, without torque.
 
         Raises:
             GateClosed: a drive is missing or cannot be set up.
@@ -68,7 +68,7 @@ class RobotBench(Protocol):
 
 @contextmanager
 def opened_drives(open_drives: Callable[[], DriveInterface], allowed: Allowed) -> Iterator[AllowedDrives]:
-    """Have drives open within a block, by what opens them and sets them up.
+    """Open drives for a block, with the functions that open them and set them up.
 
     Raises:
         GateClosed: a drive is missing, cannot be set up, or has had a fault within the block.

@@ -54,7 +54,7 @@ class RobotProcess:
         self._expect(READY)
 
     def does(self, task: Task) -> None:
-        """Have a hand do something to the robot, and return when it is done.
+        """Let a hand do a task at the robot, and return when it is done.
 
         Raises:
             InputError: the process has ended.

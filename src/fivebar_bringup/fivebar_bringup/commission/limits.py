@@ -60,7 +60,7 @@ class AllowedDrives:
         return exchange
 
     def write(self, torques: Torques) -> None:
-        """Have torques (Nm) applied from the next exchange on, no more than allowed."""
+        """Apply torques (Nm) from the next exchange on, limited to what is allowed."""
         if not all(map(math.isfinite, torques)):
             self._drives.write(ZERO)
             raise ValueError(f"torques {torques} Nm: expected finite numbers")
@@ -81,7 +81,7 @@ class AllowedDrives:
 
 @contextmanager
 def without_torque_afterwards(drives: DriveInterface, allowed: Allowed) -> Iterator[AllowedDrives]:
-    """Have drives that are open within a block; on every way out both have no torque, no power, and are closed."""
+    """Hand open drives to a block; however it ends, both are left without torque and power, and closed."""
     try:
         yield AllowedDrives(drives, allowed)
     finally:

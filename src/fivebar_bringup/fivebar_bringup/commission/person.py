@@ -60,7 +60,7 @@ class Person(Protocol):
         ...
 
     def act(self, task: Task) -> None:
-        """Do it without being asked, where nobody else does."""
+        """Carry out a task without a request, where no person does."""
         ...
 
 
@@ -87,7 +87,7 @@ class PersonAtTerminal:
         self._answer(f"{request} [Enter when done]")
 
     def act(self, task: Task) -> None:
-        """Have done it: whoever has given the answers in advance has."""
+        """Do nothing: whoever gave the answers in advance has done it."""
 
     def _answer(self, words: str) -> str:
         self._tell(words)
@@ -124,7 +124,7 @@ class PersonByFile:
         return word in YES
 
     def does(self, key: str, request: str, task: Task) -> None:
-        """Take it for done where the file says so."""
+        """Take a task for done where the file answers so; refuse any other answer."""
         if key not in self._answers and self._otherwise is not None:
             self._otherwise.does(key, request, task)
             return
@@ -135,7 +135,7 @@ class PersonByFile:
         self.act(task)
 
     def act(self, task: Task) -> None:
-        """Leave it to the other."""
+        """Leave the task to the other person."""
         if self._otherwise is not None:
             self._otherwise.act(task)
 

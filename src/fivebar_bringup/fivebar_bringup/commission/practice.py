@@ -172,7 +172,7 @@ class _Wires:
         return PairAnswer((_reading(first), _reading(second)), powered)
 
     def clear(self) -> None:
-        """Have no errors to clear."""
+        """Do nothing: simulated drives have no errors."""
 
     def close(self) -> None:
         """Leave the motors without power."""
@@ -220,7 +220,7 @@ class PracticeRobot:
         return state_from_joints(self.actual, *truth.position, *truth.velocity)
 
     def by_hand(self, wanted: Callable[[float], Platform], seconds: float, grip: float = 1.0) -> None:
-        """Have a hand move the platform without power, to where it is wanted at each time (s)."""
+        """Let a hand move the platform without power, to where it is wanted at each time (s)."""
         for number in range(round(seconds / self.period)):
             x, y = pulled(self.actual, self.state, wanted(number * self.period))
             self.motors.pull(grip * x, grip * y)
@@ -228,7 +228,7 @@ class PracticeRobot:
         self.motors.pull(0.0, 0.0)
 
     def moved_to(self, x: float, y: float) -> None:
-        """Have a hand put the platform in a place, and let go of it there."""
+        """Let a hand put the platform in a place, and let go of it there."""
         begin = self.state
 
         def wanted(time: float) -> Platform:
@@ -238,7 +238,7 @@ class PracticeRobot:
         self.by_hand(wanted, HAND_TIME + REST_TIME, GRIP)
 
     def does(self, task: Task) -> None:
-        """Have a hand do something to the robot, as well as it can; a motion along waypoints is left to the bench."""
+        """Let a hand do a task at the robot, as well as it can; a motion along waypoints is left to the bench."""
         match task:
             case Turn(motor, angle):
                 state = self.state
@@ -258,7 +258,7 @@ class HandledRobot(Protocol):
     """A simulated robot that a hand may move."""
 
     def does(self, task: Task) -> None:
-        """Have a hand do something to the robot, and return when it is done."""
+        """Let a hand do a task at the robot, and return when it is done."""
         ...
 
 
@@ -281,7 +281,7 @@ class SimulatedPerson:
         self.act(task)
 
     def act(self, task: Task) -> None:
-        """Do it without being asked."""
+        """Carry out the task at once, without a question."""
         self._robot.does(task)
 
 
@@ -313,12 +313,12 @@ class PracticeBench:
         return self.robot.samples * self.robot.period
 
     def opened(self, drives: Path, allowed: Allowed) -> AbstractContextManager[AllowedDrives]:
-        """Have the drives open within a block."""
+        """Open the drives for a block."""
         motors = _Motors(load_motors(str(drives)), _Wires(self.robot))
         return opened_drives(lambda: set_up_or_closed(motors), allowed)
 
     def wait(self) -> None:
-        """Wait for nothing: a cycle moves the time on."""
+        """Do nothing: simulated time advances with each cycle."""
 
     def record_by_hand(
         self, person: Person, key: str, request: str, scenario: Scenario, drives: Path, out: Path
@@ -347,7 +347,7 @@ class PracticeBench:
         return run
 
     def close(self) -> None:
-        """Have nothing to leave."""
+        """Do nothing: nothing is left open."""
 
     def run(self, scenario: Scenario, drives: Path, out: Path, page: bool) -> tuple[RunDirectory, Summary]:
         """Run a scenario in simulated time, through the drives."""

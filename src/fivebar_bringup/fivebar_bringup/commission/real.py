@@ -69,7 +69,7 @@ class RealBench:
 
     @contextmanager
     def opened(self, drives: Path, allowed: Allowed) -> Iterator[AllowedDrives]:
-        """Have the drives open within a block, which their watchdogs do not allow to pause."""
+        """Open the drives for a block, which must not pause: their watchdogs would act."""
         with opened_drives(connect(str(drives)).open, allowed) as found, punctual(DEFAULT_PRIORITY):
             yield found
 
@@ -115,7 +115,7 @@ class RealBench:
         return run_with_ros(scenario, Mode.REALTIME, out, domain, silent, scheduling, with_page=page, real=real)
 
     def close(self) -> None:
-        """Have nothing to leave: drives are opened for a step only."""
+        """Do nothing: drives are open during a step only."""
 
     def _domain_of_imu(self) -> int:
         return domain_of_environment() if self._domain is None else self._domain

@@ -114,7 +114,7 @@ class Session:
         return found
 
     def opened(self) -> AbstractContextManager[AllowedDrives]:
-        """Have the drives open within a block, without torque."""
+        """Open the drives for a block, without torque."""
         return self.bench.opened(self.drives_path, self.allowed)
 
     def reading(self, drives: AllowedDrives) -> tuple[float, float]:
@@ -137,11 +137,11 @@ class Session:
         return one, two
 
     def angles_at(self, x: float, y: float) -> JointAngles:
-        """Return the joint angles (rad) with the platform at a place (m), by what is known of the robot."""
+        """Return the joint angles (rad) with the platform at a place (m), for the robot as far as it is known."""
         return inverse_geometry(self.five_bar, *HOME_MODE, x, y)
 
     def at_home(self) -> None:
-        """Have the robot stand at home: by hand, where it does not.
+        """Bring the robot home, by hand where it is not there.
 
         Raises:
             GateClosed: it does not after that either.

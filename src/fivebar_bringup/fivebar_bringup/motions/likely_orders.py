@@ -21,7 +21,7 @@ from fivebar_description.strict_yaml import InputError
 
 
 def planner_of(conditions: Conditions) -> Callable[[Order], Planned]:
-    """Return what plans requests under some conditions, with odds where the run's file has what they need.
+    """Return the planner of requests under some conditions, with odds where the run's file has what they need.
 
     Everything that it needs is loaded before it returns.
     """

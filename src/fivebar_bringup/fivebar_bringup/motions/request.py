@@ -116,7 +116,7 @@ def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
 
 
 def task_of_request(request: Request, judge_loads: bool = True) -> Task:
-    """Return what a request is planned for; arguments as for `plan_request`."""
+    """Return the task of a request; arguments as for `plan_request`."""
     follower, asked = _follower(request), asked_scenario(request)
     limits = chosen_limits(asked, follower, request.torque_limit, request.motor_speed)
     return Task(

@@ -66,7 +66,7 @@ def stand(
 def standing_graph(
     scenario: Scenario, mode: Mode, run: RunDirectory, resting: int, work: Work, rehearsal: Rehearsal | None = None
 ) -> tuple[NodeSpec, ...]:
-    """Return the nodes of a run whose robot rests for some samples after its plan and does what it is asked to."""
+    """Return the nodes of a run whose robot rests for some samples after its plan, and takes requests."""
     last = min(scenario.plan().path.samples(scenario.rate_hz) + resting, LONGEST)
     nodes = crossing_graph(scenario, mode, run.bag, rehearsal, work=work)
     return tuple(standing(node, last, scenario) for node in nodes)

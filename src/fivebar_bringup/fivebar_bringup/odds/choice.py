@@ -39,7 +39,7 @@ def likeliest(
     until: float = math.inf,
     judges: range = OTHER_ROBOTS,
 ) -> Choice[M] | None:
-    """Return the motion with the best odds, each by the scenario that runs it; None of no motions, or for want of time.
+    """Return the motion with the best odds, each by the scenario that runs it; None without motions or time left.
 
     All motions are tried on the same few robots, the more promising half of them on twice as many, and so on. The one
     that is left is tried on robots that had no part in the choice: the best of many looks better than it is on those

@@ -81,7 +81,7 @@ class Tail(NamedTuple):
     shape: float
 
     def quantile(self, one_in: float) -> float:
-        """Return what one value in so many exceeds."""
+        """Return the value that one in so many exceeds."""
         wanted = math.log(one_in * self.share)
         if self.shape == 0.0:
             return self.threshold + self.scale * wanted

@@ -40,7 +40,7 @@ def outcome_sentence(summary: Summary) -> tuple[str, str]:
 
 
 def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
-    """Return what a person asks first about a run, with units: names and texts."""
+    """Return the rows that a person looks for first in a run, with units: names and texts."""
     made = f"{summary.samples} of {summary.planned_samples} samples, {_changes(summary)}"
     rows = [("motion", made if summary.simulated_s is None else f"{summary.simulated_s:.2f} s, {made}")]
     peak, limit = _judged_peak(summary), f"tolerance {summary.error_tolerance_m * 1e3:g} mm"

@@ -410,7 +410,7 @@ def filter_model(
     tolerances: Tolerances = EXACT,
     estimates_errors: bool = True,
 ) -> FilterModel:
-    """Return it for a robot in a working mode at a sampling rate; the step is one that the friction's slope allows."""
+    """Return the filter's model of a robot; its step is one that the slope of the friction allows."""
     period = 1.0 / rate_hz
     stiffness = max(leg.coulomb / (leg.width * leg.inertia) for leg in (robot.leg1, robot.leg2))
     steps = max(1, math.ceil(0.5 * period * stiffness / STIFFNESS_LIMIT))

@@ -111,7 +111,7 @@ class DriveFrames:
 
 
 def padded(data: bytes) -> bytes:
-    """Return data of a length that CAN FD has, filled up with what means nothing."""
+    """Return data padded to a length that CAN FD has, with bytes that mean nothing."""
     return data.ljust(can.util.dlc2len(can.util.len2dlc(len(data))), bytes((NOP,)))
 
 

@@ -42,7 +42,7 @@ class Course(NamedTuple):
         return cls(tuple(waypoints), radii, OPTIMAL if any(radii) else QUINTIC)
 
     def for_robot(self, robot: FiveBar) -> Course:
-        """Return it by the time law that gravity in the plane or a constant force asks for, if there is any."""
+        """Return the course with the time law that gravity in the plane or a constant force needs, if there is any."""
         return self._replace(time_law=CRITERION) if has_external_force(robot) else self
 
     @property
@@ -60,7 +60,7 @@ class Course(NamedTuple):
         ]
 
     def by_each_law(self) -> list[Course]:
-        """Return it by each time law that the planner knows for it.
+        """Return the course with each time law that the planner knows for it.
 
         Round corners that is its own only, and so where the robot's forces ask for one.
         """
@@ -69,7 +69,7 @@ class Course(NamedTuple):
         return [self._replace(time_law=law) for law in STRAIGHT_LAWS]
 
     def by_other_laws(self, robot: FiveBar) -> list[Course]:
-        """Return it by each further time law that a robot can make it by: none where corners or forces ask for one."""
+        """Return the course with each other time law that a robot can follow: none where corners or forces need one."""
         if self.rounded or has_external_force(robot):
             return []
         return [self._replace(time_law=law) for law in OTHER_LAWS if law != self.time_law]

@@ -93,7 +93,7 @@ class Task(NamedTuple):
         return advice(verdict, plan.path, self.sensing, judge)
 
     def limited(self) -> TunedController:
-        """Return the controller as the drives' limit bounds it."""
+        """Return the controller with the torque limit of the drives."""
         return limited_to(self.follower, self.limits.torque)
 
 

@@ -35,7 +35,7 @@ class Place(NamedTuple):
 
 
 def place_at(robot: FiveBar, working_mode: tuple[int, int], x: float, y: float) -> Place:
-    """Return what a rest at (x, y) m is like."""
+    """Return the figures of a rest at (x, y) m."""
     state = state_from_platform(robot, *working_mode, x, y, 0.0, 0.0)
     kappa = inverse_condition(state)
     # out of reach of one leg only, the other's margin is still a number

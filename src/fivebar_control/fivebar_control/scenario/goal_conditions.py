@@ -8,7 +8,7 @@ from fivebar_control.scenario.scenario import ControlScenario
 
 
 def conditions_of(scenario: ControlScenario, by_the_clock: bool = False) -> Conditions:
-    """Return by what requests are judged in a run; by the clock, a motion has to bear that the last torque is held.
+    """Return the conditions that judge requests; by the clock, a motion has to bear that the last torque is held.
 
     Raises:
         InputError: the robot's file cannot be read, or the motion is refused, which decides how long that is.

@@ -367,7 +367,7 @@ class ControlScenario(StrictModel):
         return self.tolerances if self.tolerances != EXACT else read_robot(self.robot).tolerances
 
     def to_bear(self) -> Loads:
-        """Return what the robot has to bear: by the section `loads`, by default as its file says."""
+        """Return the loads that the robot has to bear: those of the section `loads`, by default of its file."""
         return self.loads if self.loads != NO_LOADS else read_robot(self.robot).loads
 
     @property

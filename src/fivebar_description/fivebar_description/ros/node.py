@@ -185,7 +185,7 @@ class GraphNode(Node):
         return bool(self._watch.conflicts) and self._watch.is_contested(self.resolve_topic_name(topic.name))
 
     def contradicted(self, topic: Topic, moment: str) -> None:
-        """Take that two different messages of a topic have come for one moment, so that one is of a second publisher.
+        """Note that two different messages of a topic have come for one moment, so that one is of a second publisher.
 
         A node outside of the control chain keeps the first.
         """

@@ -98,7 +98,7 @@ class RateWatch:
         self._last = None
 
     def take(self) -> RateStatistics:
-        """Return what has been since the last call, and begin anew."""
+        """Return the statistics since the last call, and begin anew."""
         if self._count == 0:
             rates = RateStatistics(0, 0.0, 0.0, 0.0, 0)
         else:

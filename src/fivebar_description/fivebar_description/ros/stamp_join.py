@@ -46,7 +46,7 @@ class StampJoin:
         self._leapt = -1
 
     def arrival(self, sample: int) -> Arrival:
-        """Return what a message of this sample is."""
+        """Return which kind of message one of this sample is."""
         if sample > self.last:
             return Arrival.LEAP if self._leaps(sample) else Arrival.NEW
         return Arrival.REPEATED if sample == self.last else Arrival.OLD

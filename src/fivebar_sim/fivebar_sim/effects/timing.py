@@ -100,7 +100,7 @@ def drawn(key: int, number: int) -> float:
 
 
 def moments_after(delays: Delays, number: int, period: float) -> Moments:
-    """Return what happens when between a sample and the next one, `period` (s) later."""
+    """Return the moments of the events between a sample and the next one, `period` (s) later."""
     obeyed, age = delays.command, delays.reading
     if delays.command_jitter > 0.0:
         obeyed += delays.command_jitter * drawn(delays.command_key, number)

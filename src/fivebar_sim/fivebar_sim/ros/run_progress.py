@@ -36,7 +36,7 @@ class RunProgress:
         return ", ".join(sorted(self._missing))
 
     def on_ready(self, message: String) -> None:
-        """Take that a node is ready."""
+        """Note that a node is ready."""
         self._missing.discard(message.data)
 
     def publish(self, state: str, sample: int) -> None:

@@ -75,7 +75,7 @@ class ClockedRobot(PracticeRobot):
         self.motors.tend(time.monotonic())
 
     def by_hand(self, wanted: Callable[[float], Platform], seconds: float, grip: float = 1.0) -> None:
-        """Have a hand move the platform to where it is wanted at each time (s), while the drives are served."""
+        """Let a hand move the platform to where it is wanted at each time (s), while the drives are served."""
         began = time.monotonic()
 
         def pull(now: float) -> tuple[float, float]:
@@ -89,7 +89,7 @@ class ClockedRobot(PracticeRobot):
         self.motors.pull(0.0, 0.0)
 
     def obeys(self, task: Turn | PutAt | Led) -> None:
-        """Have a hand do something, and return when it is done."""
+        """Let a hand do a task, and return when it is done."""
         if isinstance(task, Led):
             self.by_hand(task.at, task.duration)
         else:

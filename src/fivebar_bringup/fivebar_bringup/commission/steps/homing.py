@@ -18,7 +18,7 @@ LARGEST_MISFIT = math.radians(3.0)
 
 
 def run(session: Session) -> Findings:
-    """Have the platform put on a mark and on its home mark, set the zeros there, and check them at the other."""
+    """Ask for the platform on a mark and on its home mark, set the zeros there, and check them at the other."""
     home, link = session.robot.home_m, session.robot.lengths_m.l_11
     second = (home[0] + SECOND[0] * link, home[1] + SECOND[1] * link)
     if not all(map(math.isfinite, (*session.angles_at(*home), *session.angles_at(*second)))):

@@ -27,7 +27,7 @@ FACTORS = (2, 3, 4, 5, 6, 8, 10, 16, 20, 25, 32, 40, 50, 64, 100, 128, 256)
 
 
 def run(session: Session) -> Findings:
-    """Have each link turned, and correct the drives' file."""
+    """Ask for a turn of each link, and correct the drives' file."""
     turned = [_turned(session, motor) for motor in range(2)]
     if all(abs(turned[motor][1 - motor]) > 2.0 * abs(turned[motor][motor]) for motor in range(2)):
         if not session.person.agrees(

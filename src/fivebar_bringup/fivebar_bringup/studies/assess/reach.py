@@ -44,7 +44,7 @@ class RobotReach(NamedTuple):
     loci: list[LocusShare]
 
     def as_json(self) -> dict[str, Any]:
-        """Return it as plain values, with the units in the names."""
+        """Return the reach as plain values, with the units in the names."""
         loci = [
             {
                 "working_mode": list(one.working_mode),

@@ -214,7 +214,7 @@ def medians(costs: Costs) -> CycleCosts:
 
 
 def read_costs(path: Path) -> CycleCosts:
-    """Return what a process has left in a file."""
+    """Return the costs that a process has left in a file."""
     return CycleCosts(**json.loads(path.read_text(encoding="utf-8")))
 
 

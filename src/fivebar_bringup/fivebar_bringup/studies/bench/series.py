@@ -95,7 +95,7 @@ def run_series(kind: SeriesKind, runs: int) -> Series:
 
 
 def series_row(series: Series) -> tuple[str, ...]:
-    """Return what a series came to, in the order of `FIGURES`."""
+    """Return the figures of a series, in the order of `FIGURES`."""
     summaries = [run.summary for run in series.runs if run.summary is not None]
     completed = sum(not summary.not_completed_because for summary in summaries)
     errors = [summary.tracking_error_peak_m for summary in summaries if summary.tracking_error_peak_m is not None]
