@@ -40,7 +40,7 @@ name: pushed
 scenario:
   controller: path
   judge: path
-  error_tolerance: 0.01
+  loads: {push: 1.0, push_length: 0.1}
   plant: {mass_scale: 0.97, torque_limit: 2.0, push: {force: 1.0, heading: 1.5708, start: 1.1, length: 0.1}}
 start: [0.0, 0.15]
 steps:

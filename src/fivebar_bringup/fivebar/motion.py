@@ -60,6 +60,7 @@ def plan(
     assembly_mode: Literal["+", "-"] | None = None,
     working_mode: tuple[int, int] = HOME_MODE,
     controller: str = "unified",
+    judge: Literal["timed", "path"] = "timed",
     duration: float | None = None,
     fastest: bool = False,
     torque_limit: float | None = None,
@@ -80,6 +81,7 @@ def plan(
         assembly_mode: at the goal, the sign of det A, by default the one that the goal has.
         working_mode: elbow sides of the whole motion.
         controller: one of `controllers()` that can cross the locus.
+        judge: by which distance the motion is judged, from its reference or from its path.
         duration: of the whole motion (s), by default comfortably within the limits.
         fastest: whether it shall be as fast as the limits allow.
         torque_limit: of both motors (Nm), by default that of the robot's file, else 10.
@@ -118,6 +120,7 @@ def plan(
         duration=duration if duration is not None else Speed.FASTEST if fastest else Speed.COMFORTABLE,
         via=tuple(via),
         blend_radius=(blend_radius,) if isinstance(blend_radius, float | int) else tuple(blend_radius),
+        judge=judge,
     )
     likely = plan_likely(request)
     return Motion(likely.scenario, likely.transfer, likely.odds)

@@ -87,6 +87,14 @@ def goto(
     controller: Annotated[
         str | None, typer.Option(help=f"One of {{crossing_controllers}} [default: {DEFAULT_CONTROLLER}]")
     ] = None,
+    judge: Annotated[
+        str | None,
+        typer.Option(
+            metavar="timed|path",
+            help="By which distance the motion is judged, from its reference or from its path, by screen, odds and run"
+            " [default: timed, or that of --after]",
+        ),
+    ] = None,
     robot: Annotated[
         str | None, typer.Option(help="A shipped robot, or a robot file [default: dextar, or that of --after]")
     ] = None,
@@ -184,6 +192,7 @@ def goto(
                 "--after": after,
                 "--seen": seen,
                 "--controller": controller,
+                "--judge": judge,
                 "--robot": robot,
                 "--torque-limit": torque_limit,
                 "--speed-limit": speed_limit,
@@ -231,6 +240,7 @@ def goto(
             duration=duration if duration is not None else Speed.FASTEST if fastest else Speed.COMFORTABLE,
             via=tuple(points),
             blend_radius=radii or RESTS,
+            judge=judge,
         )
         began = time.monotonic()
         with progress_bar("planning", as_json):

@@ -17,6 +17,7 @@ from fivebar_control.planning.sight import Point
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, plan_transfer
 from fivebar_control.scenario.motion_limits import chosen_limits
+from fivebar_control.trajectory.path_distance import KEPT_TO
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
@@ -46,6 +47,7 @@ class Request(NamedTuple):
         duration: s, or how to choose it.
         via: points (m) on the way.
         blend_radius: within which each corner there is rounded (m), 0 for a rest; one for all, or one for each.
+        judge: "timed" or "path", by which distance the motion is judged; None for that of the run before.
     """
 
     x: float
@@ -61,6 +63,7 @@ class Request(NamedTuple):
     duration: float | Speed
     via: tuple[Point, ...] = ()
     blend_radius: tuple[float, ...] = RESTS
+    judge: str | None = None
 
 
 def within_drives(robot: str, torque_limit: float | None, speed_limit: float | None) -> tuple[float, float]:
@@ -147,15 +150,21 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
         "time_law": transfer.course.time_law,
         "blend_radius": list(transfer.course.blend_radius) if transfer.course.rounded else 0.0,
         "rate_hz": request.rate_hz,
+        "judge": asked_scenario(request).judge,
         "plant": _plant(request, _before(request))._asdict(),
     }
     return validate(content, Scenario, "goto")
 
 
 def asked_scenario(request: Request) -> Scenario:
-    """Return the run before with the robot, the rate and the torque of a request; of the motion it says nothing."""
+    """Return the run before with all of a request but its motion: the robot, the rate, the torque, what judges it."""
     before = _before(request)
-    update = {"robot": request.robot, "rate_hz": request.rate_hz, "plant": _plant(request, before)}
+    update: dict[str, object] = {
+        "robot": request.robot,
+        "rate_hz": request.rate_hz,
+        "plant": _plant(request, before),
+        "judge": before.judge if request.judge is None else request.judge,
+    }
     return before.model_copy(update=update)
 
 
@@ -196,6 +205,8 @@ def refuse_malformed(request: Request) -> None:
             raise InputError(f"{option}: {list(mode)}: expected two signs, each 1 or -1")
     if request.controller not in CONTROLLERS:
         raise InputError(f"--controller: {request.controller!r}: {expected_one_of(request.controller, CONTROLLERS)}")
+    if request.judge is not None and request.judge not in KEPT_TO:
+        raise InputError(f"--judge: {request.judge!r}: {expected_one_of(request.judge, tuple(KEPT_TO))}")
     figures = {"--torque-limit": request.torque_limit, "--speed-limit": request.motor_speed}
     if not isinstance(request.duration, Speed):
         figures["--duration"] = request.duration

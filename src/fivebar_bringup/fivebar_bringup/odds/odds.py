@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_control.scenario.scenario import KEPT_TO, PATH, TIMED
+from fivebar_control.trajectory.path_distance import KEPT_TO, PATH, TIMED, judged_distance
 from fivebar_description.rounding import in_millimetres
 
 CONFIDENCE = 0.95
@@ -113,7 +113,7 @@ def success_rule(scale: float = 1.0, judge: str = TIMED) -> str:
 
 def judged_peak(outcome: Outcome, judge: str) -> float:
     """Return the largest distance (m) of a run from what it is judged by."""
-    return outcome.path_error if judge == PATH else outcome.error_peak
+    return judged_distance(judge, outcome.error_peak, outcome.path_error)
 
 
 def shortcomings(

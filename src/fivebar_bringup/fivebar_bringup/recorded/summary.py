@@ -18,8 +18,7 @@ from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.singularity import FOLDED, DistalLinks
-from fivebar_control.scenario.scenario import KEPT_TO, PATH
-from fivebar_control.trajectory.path_distance import path_distances
+from fivebar_control.trajectory.path_distance import KEPT_TO, judged_distance, path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
 from fivebar_description.interface import FAULTS
@@ -207,8 +206,7 @@ def summarize(
     turned = working_mode_changes(np.sin(series.joint_position[:, [1, 3]]).tolist())
     clocked = timing.mode == REALTIME
     from_path = path_distances(series.reference, series.platform)
-    by_path = scenario.judge == PATH
-    counted = np.where(np.isnan(distance), math.nan, from_path) if by_path else distance
+    counted = judged_distance(scenario.judge, distance, np.where(np.isnan(distance), math.nan, from_path))
     judged = counted[~np.isnan(counted)] if clocked else counted
     within = bool(judged.size) and bool(np.all(judged <= scenario.error_tolerance))
     unrecorded = _unrecorded_samples(series, planned_samples, clocked)

@@ -6,7 +6,7 @@ import math
 
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_control.scenario.scenario import KEPT_TO, PATH, TIMED
+from fivebar_control.trajectory.path_distance import KEPT_TO, TIMED, judged_distance
 from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
 from fivebar_description.robot_file import UNKNOWN
 from fivebar_description.rounding import in_millimetres
@@ -123,7 +123,7 @@ def _distance(summary: Summary) -> str:
 
 
 def _judged_peak(summary: Summary) -> float | None:
-    return summary.path_error_peak_m if summary.judge == PATH else summary.tracking_error_peak_m
+    return judged_distance(summary.judge, summary.tracking_error_peak_m, summary.path_error_peak_m)
 
 
 def _changes(summary: Summary) -> str:

@@ -14,6 +14,8 @@ from fivebar_control.planning.figures import (
     ERROR,
     LOADS,
     MODE_CHANGES,
+    PATH_ERROR,
+    PATH_WITH_RESERVE,
     REQUEST,
     SERIAL,
     SPEED,
@@ -32,9 +34,13 @@ from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_r
 from fivebar_control.planning.reference_scan import ReferenceScan
 from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.safety.stages import EVERYWHERE
+from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Crossing, Plan
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
+
+ERROR_NAMES = {TIMED: (ERROR, WITH_RESERVE), PATH: (PATH_ERROR, PATH_WITH_RESERVE)}
+"""Names of the figures of the distance by which a motion is judged: with all torque, and with the reserve left."""
 
 REQUEST_TOLERANCE = 1e-9
 """Share by which a law that keeps the torque limit itself may exceed it, from rounding."""
@@ -111,7 +117,7 @@ def displaced(
     robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits, loads: Loads
 ) -> Figure:
     """Return how far loads displace the platform at the crossings of a plan, at the worst of them."""
-    moved = displacement(robot, plan, rate_hz, follower, limits.torque, loads)
+    moved = displacement(robot, plan, rate_hz, follower, limits.torque, loads, limits.judge)
     limit = limits.risk.load_share * limits.error_tolerance
     return Figure(LOADS, moved.value, limit, True, *moved[1:], unit="m")
 
@@ -168,8 +174,8 @@ def with_reserve(verdict: Feasibility, predicted: PredictedRun, limits: MotionLi
         predicted: the run with drives that give `torque_share` of their torque; the rest is for the errors.
         limits: of the motion.
     """
-    error = predicted.error
-    run = Figure(WITH_RESERVE, error.value, limits.predicted_error, True, *error[1:], unit="m")
+    error, (_, name) = predicted.judged_error(limits.judge), ERROR_NAMES[limits.judge]
+    run = Figure(name, error.value, limits.predicted_error, True, *error[1:], unit="m")
     others = [figure for figure in verdict.figures if not (run.kept and figure.name == TORQUE)]
     return verdict._replace(figures=(*others, run))
 
@@ -182,8 +188,11 @@ def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, l
     def figure(name: str, peak: Peak, limit: float, unit: str = "") -> Figure:
         return Figure(name, peak.value, limit, True, peak.time, peak.x, peak.y, unit)
 
+    name, _ = ERROR_NAMES[limits.judge]
     figures = (
-        figure(ERROR, predicted.error, limits.predicted_error, "m"),
+        figure(name, predicted.judged_error(limits.judge), limits.predicted_error, "m"),
+        # by whatever a motion is judged, the robot is stopped by its distance from the reference
+        *([] if limits.judge == TIMED else [figure(ERROR, predicted.error, limits.tracking_error, "m")]),
         figure(REQUEST, predicted.torque, limits.torque * (1.0 + REQUEST_TOLERANCE), "Nm"),
         figure(MODE_CHANGES, unplanned, 0.0),
     )
@@ -205,10 +214,10 @@ def with_sensing(
     """
     if not verdict.feasible or sensing is None or not sensing.declared:
         return verdict
-    estimate = predict_estimate(robot, plan, rate_hz, sensing, predicted)
+    estimate = predict_estimate(robot, plan, rate_hz, sensing, predicted, limits.judge)
     mirror, position, risk = estimate.mirror, estimate.position, limits.risk
     wrong_at_most = min(risk.wrong_mode, wrong_mode_probability(sensing.settings.mirror_deviations))
-    error = predicted.error.value + estimate.exceeded_by(risk.position)
+    error = predicted.judged_error(limits.judge).value + estimate.exceeded_by(risk.position)
     figures = (
         Figure(WRONG_MODE, estimate.wrong_mode, wrong_at_most, True, *mirror[1:]),
         Figure(UNCERTAINTY, error, limits.error_tolerance, True, *position[1:], unit="m"),

@@ -55,12 +55,14 @@ class Figure(NamedTuple):
     DIRECTION,
     NEAREST,
     ERROR,
+    PATH_ERROR,
     REQUEST,
     MODE_CHANGES,
     WRONG_MODE,
     UNCERTAINTY,
     LOADS,
     WITH_RESERVE,
+    PATH_WITH_RESERVE,
     APPROACH,
     WORKSPACE,
     ELBOWS,
@@ -74,12 +76,14 @@ class Figure(NamedTuple):
     "|n.v1| where the path crosses the Type 2 locus",
     "least 1/cond(A) under a law that is undefined on the Type 2 locus",
     "predicted distance from the reference",
+    "predicted distance from the path",
     "predicted torque request",
     "predicted number of unplanned changes of assembly mode",
     "predicted probability of a wrong assembly mode within the tolerances",
     "predicted position error within the tolerances",
     "displacement by the declared loads where the path crosses the Type 2 locus",
     "predicted distance from the reference without the reserve of torque",
+    "predicted distance from the path without the reserve of torque",
     "time between a rest and the Type 2 locus",
     "distance of the reference from the edge of the workspace",
     "number of crossings at which the elbows pass each other (elbows_pass: false)",
@@ -118,11 +122,11 @@ class Feasibility(NamedTuple):
 
     @property
     def expected_distance(self) -> float:
-        """How far from its reference (m) the platform is expected: the predicted distance, and what errors add to it.
+        """How far (m) from what it is judged by the platform is expected: the predicted distance, and what errors add.
 
         Those of the estimate, within the tolerances, and those by the declared loads are independent of each other.
         """
-        distance = self._value(ERROR)
+        distance = self._value(ERROR if self.figure(PATH_ERROR) is None else PATH_ERROR)
         estimate = max(self._value(UNCERTAINTY) - distance, 0.0)
         return distance + math.hypot(estimate, self.displacement)
 

@@ -10,6 +10,7 @@ from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
+from fivebar_control.trajectory.path_distance import TIMED
 from fivebar_description.forbidden import NamedBounds
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar, LegParameters
@@ -144,7 +145,9 @@ class MotionLimits(NamedTuple):
             cannot be held on the locus.
         clearance: least kappa wherever a law acts that is undefined on the locus: 0.12 mm from it on the middle path.
         approach: least time between a rest and a crossing, in time constants 1 / sqrt(kp) of the law's feedback.
-        predicted_error: largest distance from the reference in a predicted run (m).
+        judge: by which distance of the platform the motion is judged, that from its reference or that from its path.
+        predicted_error: largest such distance in a predicted run (m).
+        tracking_error: distance from the reference beyond which the robot is stopped (m).
         error_tolerance: largest distance of a robot within its tolerances (m).
         risk: of a robot within its tolerances.
         loads: which the robot has to bear at a crossing.
@@ -165,7 +168,9 @@ class MotionLimits(NamedTuple):
     authority: float = MIN_AUTHORITY
     clearance: float = 0.01
     approach: float = 0.0
+    judge: str = TIMED
     predicted_error: float = PREDICTED_SHARE * ERROR_TOLERANCE
+    tracking_error: float = SafetySettings().tracking_error_limit
     error_tolerance: float = ERROR_TOLERANCE
     risk: Risk = Risk()
     loads: Loads = NO_LOADS
@@ -185,6 +190,7 @@ class MotionLimits(NamedTuple):
 
     def within(
         self,
+        judge: str,
         error_tolerance: float,
         tracking_error_limit: float,
         risk: Risk,
@@ -196,7 +202,8 @@ class MotionLimits(NamedTuple):
         """Return the limits together with all that a run allows.
 
         Args:
-            error_tolerance: largest distance of a robot within its tolerances (m).
+            judge: by which distance of the platform the motion is judged.
+            error_tolerance: largest such distance of a robot within its tolerances (m).
             tracking_error_limit: distance from the reference beyond which the robot is stopped (m).
             risk: of a robot within its tolerances.
             loads: which the robot has to bear.
@@ -205,7 +212,9 @@ class MotionLimits(NamedTuple):
             elbows_pass: whether its elbows may pass each other.
         """
         return self._replace(
+            judge=judge,
             predicted_error=min(PREDICTED_SHARE * error_tolerance, tracking_error_limit),
+            tracking_error=tracking_error_limit,
             error_tolerance=error_tolerance,
             risk=risk,
             loads=loads,

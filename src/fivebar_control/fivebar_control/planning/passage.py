@@ -9,6 +9,7 @@ observer and the limits of the drives (docs/theory.md, section 15).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ from fivebar_control.model.singularity import ParallelSvd, parallel_svd
 from fivebar_control.model.state import Leg
 from fivebar_control.planning.predicted_run import Peak
 from fivebar_control.trajectory.desired import desired_along, desired_at, reference_of
+from fivebar_control.trajectory.path_distance import PATH, TIMED, path_place
 from fivebar_control.trajectory.planner import Crossing, Plan
 from fivebar_description.imu import STANDARD_GRAVITY
 from fivebar_description.loads import Loads
@@ -55,6 +57,12 @@ FloatArray = NDArray[np.float64]
 LOST = 0.1
 """Displacement (m) at which a response ends."""
 
+NO_PATH: FloatArray = np.zeros((0, 2))
+"""The path where a response is measured from its timed reference."""
+
+BESIDE = 50
+"""Instants of the path before and after those of a response: a displaced platform may be nearest to one of them."""
+
 SMOOTHING = 0.02
 """Speed (rad/s) below which the friction of the passive joints counts in part."""
 
@@ -68,10 +76,17 @@ class Judged(NamedTuple):
     follower: TunedController
     torque_limit: float
     loads: Loads
+    judge: str
 
 
 def displacement(
-    robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, torque_limit: float, loads: Loads
+    robot: FiveBar,
+    plan: Plan,
+    rate_hz: int,
+    follower: TunedController,
+    torque_limit: float,
+    loads: Loads,
+    judge: str = TIMED,
 ) -> Peak:
     """Return the largest displacement (m) by the loads about a crossing of a plan, at that crossing.
 
@@ -82,8 +97,9 @@ def displacement(
         follower: which controller follows; its gains count.
         torque_limit: of the drives (Nm).
         loads: that act at once, along t_s at the crossing.
+        judge: by which distance of the platform, that from its reference or that from its path.
     """
-    judged = Judged(robot, plan, rate_hz, follower, torque_limit, loads)
+    judged = Judged(robot, plan, rate_hz, follower, torque_limit, loads, judge)
     start = plan.path.at(0.0)
     worst = Peak(0.0, 0.0, start.x, start.y)
     for crossing in plan.crossings:
@@ -170,7 +186,17 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
         float(judged.torque_limit),
         float(judged.loads.passive),
     )
-    return largest_displacement(passage, np.array(times), references, held, _load_cases(robot, judged.loads))
+    path = _path_about(plan, crossing.time, times) if judged.judge == PATH else NO_PATH
+    return largest_displacement(passage, np.array(times), references, held, path, _load_cases(robot, judged.loads))
+
+
+def _path_about(plan: Plan, crossed: float, times: Sequence[float]) -> FloatArray:
+    """Return the path (m) at even times (s) from a crossing, with `BESIDE` more of them on each side, [N, 2]."""
+    period = times[1] - times[0]
+    steps = range(-BESIDE, len(times) + BESIDE)
+    instants = (crossed + times[0] + step * period for step in steps)
+    places = (plan.path.at(min(max(instant, 0.0), plan.path.duration)) for instant in instants)
+    return np.array([(one.x, one.y) for one in places])
 
 
 def _followed(crossing: Crossing, least: float, kappa: float) -> float:
@@ -257,7 +283,12 @@ class PassageInstant(NamedTuple):
 
 
 def largest_displacement(
-    passage: JudgedPassage, times: FloatArray, references: FloatArray, held: FloatArray, loads: list[LoadCase]
+    passage: JudgedPassage,
+    times: FloatArray,
+    references: FloatArray,
+    held: FloatArray,
+    path: FloatArray,
+    loads: list[LoadCase],
 ) -> float:
     """Return the largest displacement (m) by any of some loads about a crossing.
 
@@ -266,13 +297,19 @@ def largest_displacement(
         times: in even steps, from the crossing (s), [N].
         references: at these times as `write_reference` writes them, [N, REFERENCE_VALUES].
         held: share of the feedback along t_s at these times, less than 1 where a constraint law acts, [N].
+        path: from which the displacement is measured (m), [N + 2 BESIDE, 2]; `NO_PATH` for the timed references.
         loads: to which the platform responds one at a time.
     """
-    return as_machine_code(largest_response)(passage, times, references, held, np.array(loads, dtype=np.float64))
+    return as_machine_code(largest_response)(passage, times, references, held, path, np.array(loads, dtype=np.float64))
 
 
 def largest_response(
-    passage: JudgedPassage, times: FloatArray, references: FloatArray, held: FloatArray, loads: FloatArray
+    passage: JudgedPassage,
+    times: FloatArray,
+    references: FloatArray,
+    held: FloatArray,
+    path: FloatArray,
+    loads: FloatArray,
 ) -> float:
     """Return the same for loads as rows, [M, 4] as in `LoadCase`."""
     instants = _instants(passage, times, references, held)
@@ -280,7 +317,7 @@ def largest_response(
     for number in range(len(loads)):
         one = loads[number]
         load_case = LoadCase(float(one[0]), float(one[1]), float(one[2]), float(one[3]))
-        worst = max(worst, _response(passage, instants, load_case))
+        worst = max(worst, _response(passage, instants, path, load_case))
     return worst
 
 
@@ -315,20 +352,21 @@ def _instants(
     return found
 
 
-def _response(passage: JudgedPassage, instants: list[PassageInstant], load_case: LoadCase) -> float:
+def _response(passage: JudgedPassage, instants: list[PassageInstant], path: FloatArray, load_case: LoadCase) -> float:
     """Return the largest distance from the reference (m) under a load and the friction of the passive joints.
 
     Args:
         passage: through the locus.
         instants: the reference.
+        path: from which the distance counts in place of the reference.
         load_case: the load.
     """
     robot, here, feedback = passage.robot, passage.here, passage.feedback
     period = instants[1].time - instants[0].time
     share = 1.0 - math.exp(-feedback.observer_rate * period)
     x = y = vx = vy = d1 = d2 = 0.0
-    largest = 0.0
-    for instant in instants:
+    largest, line = 0.0, BESIDE
+    for number, instant in enumerate(instants):
         state = state_from_platform(
             robot,
             passage.mode1,
@@ -358,6 +396,9 @@ def _response(passage: JudgedPassage, instants: list[PassageInstant], load_case:
         # out of the legs' reach it is undefined
         if not distance < LOST:
             return LOST
+        if len(path) > 0:
+            nearest = path_place(path, line, BESIDE + number, instant.x + x, instant.y + y)
+            distance, line = nearest.distance, nearest.line
         largest = max(largest, distance)
     return largest
 

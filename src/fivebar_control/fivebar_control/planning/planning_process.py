@@ -30,6 +30,7 @@ from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer, transfer_along
 from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path import AnySegment, Path
+from fivebar_control.trajectory.path_distance import TIMED
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.forbidden import kept_clear_of
@@ -52,6 +53,7 @@ class Conditions(NamedTuple):
         robot: name or path.
         rate_hz: of the controllers.
         torque_limit, motor_speed: of both motors (Nm, rad/s).
+        judge: by which distance of the platform a motion is judged, that from its reference or that from its path.
         error_tolerance, risk: of a robot within its tolerances (m).
         sensing: what the estimator has, None without one.
         loads: what the robot has to bear.
@@ -70,6 +72,7 @@ class Conditions(NamedTuple):
     rate_hz: int
     torque_limit: float
     motor_speed: float
+    judge: str = TIMED
     error_tolerance: float = MotionLimits().error_tolerance
     risk: Risk = Risk()
     sensing: Sensing | None = None
@@ -330,6 +333,7 @@ def _limits(
     step = speed_step_of(conditions.rate_hz, counts)
     torque, speed = torque_share * conditions.torque_limit, speed_share * conditions.motor_speed
     return motion_limits_of(follower, torque, speed, step).within(
+        conditions.judge,
         conditions.error_tolerance,
         conditions.tracking_error_limit,
         conditions.risk,

@@ -22,6 +22,7 @@ from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
 from fivebar_control.machine_code import as_machine_code
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, PredictedSample
+from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
@@ -59,7 +60,8 @@ class PredictedEstimate(NamedTuple):
     Attributes:
         mirror: fewest standard deviations from the estimate to the other assembly mode with the same motor angles and
             speeds, infinite where the motion is nowhere near the locus.
-        position: largest standard deviation of the position in any direction (m).
+        position: largest standard deviation of the position (m): in any direction, or where the distance from the path
+            counts, across the path.
     """
 
     mirror: Peak
@@ -89,7 +91,7 @@ class Readings(NamedTuple):
 
 
 def predict_estimate(
-    robot: FiveBar, plan: Plan, rate_hz: int, sensing: Sensing, predicted: PredictedRun
+    robot: FiveBar, plan: Plan, rate_hz: int, sensing: Sensing, predicted: PredictedRun, judge: str = TIMED
 ) -> PredictedEstimate:
     """Return what the estimate of a predicted run is worth; readings arrive as soon as they are made.
 
@@ -99,6 +101,7 @@ def predict_estimate(
         rate_hz: of the estimator.
         sensing: what it has.
         predicted: the run, of at least one sample.
+        judge: by which distance the motion is judged.
     """
     model = estimator_model(
         with_floats(robot),
@@ -118,16 +121,28 @@ def predict_estimate(
     first = predicted.moments[0]
     belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
     moments = np.array(predicted.moments, dtype=np.float64)
-    return as_machine_code(worth_along)(model, readings, moments, belief.covariance)
+    counted = _across(plan, rate_hz, len(moments)) if judge == PATH else np.zeros((len(moments), 2))
+    return as_machine_code(worth_along)(model, readings, moments, counted, belief.covariance)
 
 
-def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, covariance: Matrix) -> PredictedEstimate:
+def _across(plan: Plan, rate_hz: int, samples: int) -> Matrix:
+    """Return the directions across the path at the first samples of a plan, [N, 2]; zeros where the reference rests."""
+    velocities = [plan.path.at(min(sample / rate_hz, plan.path.duration))[2:4] for sample in range(samples)]
+    across = np.array([(-vy, vx) for vx, vy in velocities])
+    speeds = np.hypot(*across.T)
+    return across / np.where(speeds > 0.0, speeds, 1.0)[:, None]
+
+
+def worth_along(
+    model: EstimatorModel, readings: Readings, moments: Matrix, counted: Matrix, covariance: Matrix
+) -> PredictedEstimate:
     """Return what the estimate is worth along a run.
 
     Args:
         model: of the estimator.
         readings: when the sensors are read.
         moments: the predicted samples, in the order of `PredictedSample`, [N, 6].
+        counted: direction in which the position counts at each of them, [N, 2]; zeros for any direction.
         covariance: of the belief at the first of them, [SIZE, SIZE].
     """
     now = _sample(moments, 0)
@@ -144,7 +159,7 @@ def worth_along(model: EstimatorModel, readings: Readings, moments: Matrix, cova
         distance = mirror_distance(model.filter, belief)
         if distance < mirror.value:
             mirror = Peak(distance, t, now.x, now.y)
-        deviation = _widest(belief.covariance)
+        deviation = _deviation(belief.covariance, float(counted[number, 0]), float(counted[number, 1]))
         if not deviation <= position.value:
             position = Peak(deviation, t, now.x, now.y)
     return PredictedEstimate(mirror, position)
@@ -199,7 +214,10 @@ def _estimate(x: float, y: float, vx: float, vy: float) -> Estimate:
     return Estimate(x, y, vx, vy, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, NO_ERRORS)
 
 
-def _widest(covariance: Matrix) -> float:
-    """Return the largest standard deviation of the position in any direction (m)."""
+def _deviation(covariance: Matrix, along_x: float, along_y: float) -> float:
+    """Return the standard deviation of the position (m) in a direction, the largest of all for zeros."""
     xx, yy, xy = float(covariance[X, X]), float(covariance[Y, Y]), float(covariance[X, Y])
+    if along_x != 0.0 or along_y != 0.0:
+        variance = along_x * along_x * xx + along_y * along_y * yy + 2.0 * along_x * along_y * xy
+        return math.sqrt(max(variance, 0.0))
     return math.sqrt(0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy))

@@ -19,6 +19,7 @@ def conditions_of(scenario: ControlScenario, by_the_clock: bool = False) -> Cond
         scenario.rate_hz,
         MotionLimits().torque if limit is None else limit,
         scenario.safety.joint_speed_limit,
+        scenario.judge,
         scenario.error_tolerance,
         scenario.risk,
         scenario.sensing(),

@@ -47,7 +47,7 @@ SENSORS = ("plant", "ekf", "imu", "sensors", "camera", "tolerances")
 STOPPING = (*MOTION, *LAWS, "safety", "tracking_error_limit")
 """Keys that decide what stops the robot, and for how long a torque is held before that."""
 
-GOALS = (*STOPPING, *SENSORS, "loads", "risk", "error_tolerance")
+GOALS = (*STOPPING, *SENSORS, "loads", "risk", "error_tolerance", "judge")
 """Keys by which requests for motions are judged."""
 
 

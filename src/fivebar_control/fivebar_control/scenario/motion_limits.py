@@ -55,6 +55,7 @@ def given_limits(scenario: ControlScenario, plan: Plan, torque: float | None = N
 
 def _within(scenario: ControlScenario, limits: MotionLimits) -> MotionLimits:
     return limits.within(
+        scenario.judge,
         scenario.error_tolerance,
         scenario.tracking_error_limit,
         scenario.risk,

@@ -45,6 +45,7 @@ from fivebar_control.planning.ride_through import longest_hold
 from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.scenario.robot_defaults import with_robot_defaults
 from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeLaw, ZoneSettings, plan_motion
 from fivebar_control.trajectory.rounded import BLEND_RADIUS
 from fivebar_description.camera import NO_CAMERA, CameraSettings
@@ -83,13 +84,6 @@ def _ends_in_signs(place: tuple[float, ...]) -> str | None:
 
 DECLARED, SEEN = "declared", "seen"
 """How the place and the modes are known in which the robot starts."""
-
-TIMED, PATH = "timed", "path"
-"""The distance of the platform by which a run is judged."""
-
-KEPT_TO = {TIMED: "reference", PATH: "path"}
-"""From what that distance is, in words."""
-
 
 CONTROLLER = Setting(
     "Controller of the run, such as multi_cartesian or unified (`fivebar compare --help` names all), or"

@@ -1,22 +1,35 @@
-"""Distance of the platform from the path, whatever the time: the references of all samples are joined by lines.
+"""The distance of the platform by which a motion is judged: from its reference in time, or from the path at any time.
 
-Scalar functions, so that the compiled loop and a recorded run are measured by the same code.
+The path joins the references of all samples by lines. Its distance is found by scalar functions, so that the compiled
+loop, a predicted run and a recorded one are measured by the same code.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+D = TypeVar("D")
+
+TIMED, PATH = "timed", "path"
+"""The distance of the platform by which a motion is judged."""
+
+KEPT_TO = {TIMED: "reference", PATH: "path"}
+"""From what that distance is, in words."""
 
 FAR = 10.0
 """How many times as far as the place that has been found the line of the reference may be for a search to begin there:
 from further away it would go all the way back to a robot that stands still while its reference goes on."""
+
+
+def judged_distance(judge: str, timed: D, from_path: D) -> D:
+    """Return the distance by which a motion is judged: from its timed reference, or from the path."""
+    return from_path if judge == PATH else timed
 
 
 class PathPlace(NamedTuple):

@@ -96,6 +96,21 @@ def test_the_fastest_motion_is_the_quickest_and_uses_the_torque() -> None:
     assert slow["duration_s"] > 2.0 * quick["duration_s"]
 
 
+def test_it_is_judged_by_the_path_where_that_is_asked_for() -> None:
+    """In half a second the path law is up to 5 mm early, and not beside its path."""
+    asked = ("0", "0.02", "--mode", "-", "--controller", "path", "--duration", "0.5")
+    code, _, refusal = goto(*asked, "--plan-only")
+    assert (code, "predicted distance from the reference is 0.005 m" in " ".join(refusal.split())) == (2, True)
+    figures = {figure["name"]: figure for figure in plan(*asked, "--judge", "path")["figures"]}
+    error = figures["predicted distance from the path"]
+    assert error["value"] < 1e-4 < error["limit"] == 1e-3
+    assert figures["predicted distance from the reference"]["limit"] == load_scenario("middle").tracking_error_limit
+    code, _, refusal = goto(*asked, "--judge", "way", "--plan-only")
+    assert (code, "--judge: 'way': expected one of timed, path" in refusal) == (2, True)
+    code, _, refusal = goto("0", "0.02", "--live", "--judge", "path")
+    assert (code, "--judge: expected without --live" in refusal) == (2, True)
+
+
 @pytest.mark.extra
 def test_it_goes_round_the_corners_at_via_points_and_is_quicker_than_with_rests() -> None:
     way = ("0", "0.02", "--from", "0.03", "0.12", "--via", "0.03,0.14", "--via", "0.0,0.14")

@@ -27,7 +27,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.scenario.scenario import PATH
+from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     FAULTS,

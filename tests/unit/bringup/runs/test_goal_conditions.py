@@ -11,10 +11,13 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.sweep.drawing import draw
 from fivebar_bringup.studies.sweep.screening import limits_for
 from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.planning_process import task_of
 from fivebar_control.safety.stages import EVERYWHERE, Area
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.keys import scenario_of
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
+from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.loads import Loads
 from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.robot_file import read_robot
@@ -71,15 +74,23 @@ def test_whoever_asks_the_node_for_its_parameters_judges_as_it_does(name: str) -
 
 
 def test_every_planner_has_the_limits_of_its_scenario() -> None:
-    """Goals, given motions and the cases of a sweep: loads, forbidden postures and workspace in all of them."""
+    """Goals, given motions, cases of a sweep, requests: what judges, loads, forbidden postures, workspace in all."""
     area, strip = Area(-0.1, 0.1, 0.0, 0.2), (-0.1, 0.1, 0.0, 0.01, -3.0, 3.0, -3.0, 3.0)
     scenario = load_scenario("unified_middle")
     safety = scenario.safety._replace(workspace=area, forbidden=strip, joint_speed_limit=20.0)
     scenario = scenario.model_copy(
-        update={"safety": safety, "loads": Loads(push=0.3), "tracking_error_limit": 3e-4, "error_tolerance": 0.004}
+        update={
+            "safety": safety,
+            "loads": Loads(push=0.3),
+            "tracking_error_limit": 3e-4,
+            "error_tolerance": 0.004,
+            "judge": PATH,
+        }
     )
     case = draw(1, 0, "ideal")
+    requested = task_of(conditions_of(scenario), PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.12), 0, 0.0))
     for limits in (
+        requested.limits,
         chosen_limits(scenario),
         given_limits(scenario, scenario.plan()),
         limits_for(case, scenario),
@@ -87,5 +98,6 @@ def test_every_planner_has_the_limits_of_its_scenario() -> None:
     ):
         assert (limits.workspace, limits.forbidden) == (area, scenario.kept_clear_of())
         assert (limits.loads, limits.motor_speed) == (Loads(push=0.3), 20.0)
-        assert (limits.predicted_error, limits.error_tolerance) == (3e-4, 0.004)
+        assert (limits.predicted_error, limits.tracking_error, limits.error_tolerance) == (3e-4, 3e-4, 0.004)
+        assert limits.judge == PATH
     assert len(scenario.kept_clear_of()) == 1

@@ -35,6 +35,7 @@ def test_both_predict_the_same(controller: str) -> None:
     )
     interpreted, compiled = both(scenario)
     assert compiled.error == pytest.approx(interpreted.error, rel=1e-3, abs=1e-6)
+    assert compiled.path_error == pytest.approx(interpreted.path_error, rel=1e-3, abs=1e-6)
     assert compiled.torque == pytest.approx(interpreted.torque, rel=1e-3, abs=1e-6)
     assert compiled.mode_changes == pytest.approx(interpreted.mode_changes, abs=1e-6)
     assert compiled.mode_changes.value == 1.0

@@ -25,6 +25,7 @@ from fivebar_control.trajectory.desired import (
     reference_of,
     write_reference,
 )
+from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.way import StraightWay, locus_fractions, write_determinants
 from fivebar_description.loads import Loads
@@ -107,14 +108,14 @@ def test_a_reference_by_motors_has_its_own_torque_and_no_margin_to_type_1(dextar
 
 
 @pytest.mark.extra
-@pytest.mark.parametrize("controller", ["unified", "multi_cartesian"])
+@pytest.mark.parametrize(("controller", "judge"), [("unified", TIMED), ("unified", PATH), ("multi_cartesian", TIMED)])
 def test_the_response_to_loads(
-    dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any], controller: str
+    dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any], controller: str, judge: str
 ) -> None:
     loads = Loads(tilt=0.01, passive=1e-3, push=0.5, push_length=0.02)
 
     def moved() -> float:
-        return displacement(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS[controller]), 2.0, loads).value
+        return displacement(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS[controller]), 2.0, loads, judge).value
 
     found = moved()
     assert found > 0.0
@@ -122,14 +123,17 @@ def test_the_response_to_loads(
 
 
 @pytest.mark.extra
-def test_the_worth_of_an_estimate(dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any]) -> None:
+@pytest.mark.parametrize("judge", [TIMED, PATH])
+def test_the_worth_of_an_estimate(
+    dextar: FiveBar, plan: Plan, plainly: Callable[[Callable[[], Any]], Any], judge: str
+) -> None:
     predicted = predict_run(dextar, plan, RATE_HZ, FOLLOWER, 2.0)
     settings = EkfSettings(gyro=True, camera=True)
     sensing = Sensing(
         Drives(20_000), settings, Tolerances(length=2e-4, zero=1e-3), 2, PassiveEncoder(1, 20_000), camera_every=10
     )
-    found = predict_estimate(dextar, plan, RATE_HZ, sensing, predicted)
-    plain = plainly(lambda: predict_estimate(dextar, plan, RATE_HZ, sensing, predicted))
+    found = predict_estimate(dextar, plan, RATE_HZ, sensing, predicted, judge)
+    plain = plainly(lambda: predict_estimate(dextar, plan, RATE_HZ, sensing, predicted, judge))
     # matrix products may come from two libraries
     assert np.array(found.mirror) == pytest.approx(np.array(plain.mirror), rel=1e-9)
     assert np.array(found.position) == pytest.approx(np.array(plain.position), rel=1e-9)

@@ -7,6 +7,7 @@ import re
 
 import pytest
 
+from fivebar_bringup.odds.odds import judged_peak
 from fivebar_bringup.runs.admission import refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -22,6 +23,7 @@ from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
 from fivebar_control.planning.passage import LOST, displacement, exposure, unavoidable
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
+from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.robot_file import load_robot
@@ -50,7 +52,7 @@ def interpreted(case: Case) -> Case:
 
 
 def worst_error(scenario: Scenario, loads: Loads) -> float:
-    """Return the largest error (m) on the engine with the loads along t_s, both ways."""
+    """Return the largest error (m) by which a scenario is judged, on the engine with the loads along t_s, both ways."""
     plan, robot = scenario.plan(), scenario.five_bar()
     crossed = plan.crossings[0]
     svd = parallel_svd(desired_at(robot, plan, crossed.time, plan.path.at(crossed.time)).state)
@@ -67,7 +69,7 @@ def worst_error(scenario: Scenario, loads: Loads) -> float:
                 friction=scenario.plant.friction._replace(passive=loads.passive),
             )
             case = interpreted(case_of(scenario.model_copy(update={"plant": plant})))
-            errors.append(crossing(case, samples).error_peak)
+            errors.append(judged_peak(crossing(case, samples), scenario.judge))
     return max(errors)
 
 
@@ -107,6 +109,24 @@ def test_a_law_that_looks_ahead_is_moved_about_as_far_as_its_fallback(controller
     predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, loads).value
     found = worst_error(scenario, loads)
     assert found < predicted < 1.5 * found
+
+
+@pytest.mark.parametrize(
+    ("waypoints", "within"), [(((0.03, 0.15), (-0.02, 0.02)), 0.1), (((0.03, 0.11), (-0.03, 0.06)), 0.1)]
+)
+def test_by_the_path_only_the_displacement_beside_it_counts(
+    waypoints: tuple[tuple[float, float], ...], within: float
+) -> None:
+    scenario = slow(segment_duration=0.5, waypoints=waypoints, judge=PATH)
+    timed, by_path = (
+        displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, BORNE, judge).value
+        for judge in (TIMED, PATH)
+    )
+    assert by_path < 0.8 * timed
+    assert by_path == pytest.approx(worst_error(scenario, BORNE), rel=within)
+    figure = screened(scenario, scenario.plan()).figure(LOADS)
+    assert figure is not None
+    assert figure.value == by_path
 
 
 def test_where_the_reference_takes_all_torque_nothing_is_left_for_a_load() -> None:

@@ -24,6 +24,7 @@ from fivebar_control.planning.predicted_estimate import (
     wrong_mode_probability,
 )
 from fivebar_control.planning.predicted_run import Peak, predict_run
+from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
 from fivebar_description.passive_encoder import PassiveEncoder
@@ -71,6 +72,21 @@ def test_the_estimator_finds_itself_as_uncertain_as_predicted(dextar: FiveBar, g
     assert estimator.fault is None
     assert estimate.position.value == pytest.approx(largest, rel=0.02)
     assert estimate.mirror.value == pytest.approx(closest, rel=0.02)
+
+
+def test_by_the_path_only_the_deviation_across_it_counts(dextar: FiveBar) -> None:
+    """On the locus the encoders leave the place along the path open, the worse the nearer; not that across it."""
+    sensing = Sensing(Drives(20_000), EkfSettings(), TOLERANCES)
+    worth = []
+    for goal in ((0.0, 0.05), (0.05, 0.09)):
+        plan = plan_motion(dextar, (1, -1), ((0.0, 0.12), goal), [0.5], RATE_HZ, ZoneRule())
+        predicted = predict_run(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["unified"]), 2.0)
+        estimates = [predict_estimate(dextar, plan, RATE_HZ, sensing, predicted, judge) for judge in (TIMED, PATH)]
+        assert estimates[0].mirror == estimates[1].mirror
+        worth.append([one.position.value for one in estimates])
+    through, aside = worth
+    assert through[1] < 0.2 * through[0]
+    assert aside[1] <= aside[0]
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.001, 0.02, 0.1, 0.5])

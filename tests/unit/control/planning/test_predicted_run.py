@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.feasibility import screen, screen_run
-from fivebar_control.planning.figures import ERROR, MODE_CHANGES, REQUEST, TORQUE, WITH_RESERVE, Figure
+from fivebar_control.planning.figures import (
+    ERROR,
+    MODE_CHANGES,
+    PATH_ERROR,
+    REQUEST,
+    TORQUE,
+    WITH_RESERVE,
+    Feasibility,
+    Figure,
+)
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
-from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, predict_run, stretches_of
+from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, path_places, predict_run, stretches_of
 from fivebar_control.planning.reference_torque import limited_to
+from fivebar_control.trajectory.path_distance import PATH, path_distances
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
 
@@ -63,6 +74,41 @@ def test_a_torque_near_the_locus_beyond_the_share_is_judged_by_the_run_without_t
         assert (verdict.figure(TORQUE) is None) is feasible
         run, weaker = verdict.figure(WITH_RESERVE), predict_run(dextar, plan, RATE_HZ, limited_to(UNIFIED, 1.7), 1.7)
         assert run is not None and run.value == weaker.error.value
+
+
+def test_a_law_that_is_late_on_its_path_is_judged_by_the_path_where_the_motion_is(dextar: FiveBar) -> None:
+    """Under the path law the robot is up to 5 mm before or behind its reference, and 0.1 mm beside the path at most."""
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [0.5], RATE_HZ, ZoneRule())
+    follower = limited_to(default_tuning(CONTROLLERS["path"]), 2.0)
+    predicted = predict_run(dextar, plan, RATE_HZ, follower, 2.0)
+    assert 4e-3 < predicted.error.value < 6e-3
+    assert predicted.path_error.value < 1e-4
+
+    def verdict(limits: MotionLimits) -> Feasibility:
+        return screen_run(dextar, plan, RATE_HZ, follower, limits)
+
+    timed, by_path = verdict(MotionLimits()), verdict(MotionLimits(judge=PATH))
+    assert [figure.name for figure in timed.figures if not figure.kept] == [ERROR]
+    assert by_path.feasible
+    error = by_path.figure(PATH_ERROR)
+    assert error is not None
+    assert (error.value, error.limit) == (predicted.path_error.value, 1e-3)
+    assert by_path.expected_distance == predicted.path_error.value
+    # the robot is stopped by its distance from the reference
+    stopped = verdict(MotionLimits(judge=PATH, tracking_error=4e-3))
+    assert [(figure.name, figure.limit) for figure in stopped.figures if not figure.kept] == [(ERROR, 4e-3)]
+
+
+def test_at_its_end_a_motion_is_judged_by_its_goal_also_by_the_path(dextar: FiveBar) -> None:
+    """With little torque the robot arrives late, on its path."""
+    plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [0.28], RATE_HZ, ZoneRule())
+    weak = limited_to(default_tuning(CONTROLLERS["path"]), 0.9)
+    predicted = predict_run(dextar, plan, RATE_HZ, weak, 0.9)
+    samples, places = plan.path.samples(RATE_HZ), np.array(predicted.moments)[:, :2]
+    beside = path_distances(path_places(plan, RATE_HZ), places[:samples])
+    ends = np.hypot(places[samples:, 0], places[samples:, 1] - 0.02)
+    assert predicted.path_error.value == pytest.approx(max(beside.max(), ends.max()))
+    assert ends.max() > 5.0 * beside.max()
 
 
 def test_an_infeasible_reference_is_not_predicted(dextar: FiveBar) -> None:

@@ -12,8 +12,8 @@ from pydantic import Field
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, NORMAL, RobotErrors, drawn_effects
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import CONTROLLERS, find_controller
-from fivebar_control.scenario.scenario import PATH
 from fivebar_control.scenario.sensors import check_sensors
+from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.errors import InputError
 from fivebar_description.scenario_file import with_files_beside
 from fivebar_description.settings import Section, Setting

@@ -34,7 +34,7 @@ from fivebar_bringup.studies.sweep.statistics import (
 )
 from fivebar_control.laws.registry import controller_problem, laws_unopened
 from fivebar_control.machine_code import expect_many_motions
-from fivebar_control.scenario.scenario import TIMED
+from fivebar_control.trajectory.path_distance import TIMED
 
 MOST_DRAWS = 100
 """Largest ratio of drawn cases to requested crossings."""
