@@ -124,7 +124,13 @@ def commands_page() -> str:
     for name in group.list_commands(context):
         command = group.get_command(context, name).help_filled()
         inner = typer.Context(command, info_name=name, parent=context)
-        parts.append(f"## fivebar {name}\n\n{command.help}\n\n| | |\n|---|---|")
-        rows = [one.get_help_record(inner) for one in command.get_params(inner) if one.name != "help"]
-        parts.append("\n".join(f"| `{row[0]}` | {row[1]} |".replace("\\|", "|") for row in rows if row) + "\n")
+        parts.append(f"## fivebar {name}\n\n{command.help}\n\n| argument or option | meaning |\n|---|---|")
+        records = [one.get_help_record(inner) for one in command.get_params(inner) if one.name != "help"]
+        rows = [(one.replace("\\|", "|"), cell(text)) for one, text in filter(None, records)]
+        parts.append("\n".join(f"| `{one}` | {text} |" for one, text in rows) + "\n")
     return "\n".join(parts)
+
+
+def cell(text: str) -> str:
+    """Return a help text as an entry of a table, in which a bar would begin another one."""
+    return re.sub(r"\\?\|", r"\\|", text)

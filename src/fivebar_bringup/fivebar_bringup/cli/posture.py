@@ -101,7 +101,7 @@ def posture(
         content |= {} if planned is None else {"release": _values(planned)}
         print(json.dumps(content, indent=2).replace("NaN", "null"))
     else:
-        print("\n".join([*_lines(stand, fallen), *(() if planned is None else _of_release(planned))]))
+        print("\n".join(_lines(stand, fallen) + (_ordinary(stand) if planned is None else _of_release(planned))))
     raise typer.Exit(COMPLETED)
 
 
@@ -170,6 +170,10 @@ def _lines(stand: Standstill, fallen: int | None) -> list[str]:
     if stand.near:
         lines.append("the encoders do not tell the assembly mode; the way out:")
         lines += [f"  {sentence}" for sentence in way_out(stand)]
-    else:
-        lines.append("away from the locus: declare the assembly mode in which it stands, or see which")
     return lines
+
+
+def _ordinary(stand: Standstill) -> list[str]:
+    """Return what to do with a robot that rests where its encoders tell the assembly mode's two places apart."""
+    ordinary = "away from the locus: declare the assembly mode in which it stands, or see which"
+    return [] if stand.near else [ordinary]

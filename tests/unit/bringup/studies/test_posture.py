@@ -56,8 +56,9 @@ def test_a_release_is_planned_for_both_modes_or_refused_with_the_reason(dextar: 
     refused = CliRunner().invoke(app, together)
     assert (refused.exit_code, refused.stdout) == (2, "")
     assert "the platform may be anywhere on a circle about them" in refused.stderr
-    opened = json.loads(CliRunner().invoke(app, [*together, "--platform", "0.083", "0.103", "--json"]).stdout)
-    assert opened["release"]["falls_to"] == [1]
+    placed = [*together, "--platform", "0.083", "0.103"]
+    assert json.loads(CliRunner().invoke(app, [*placed, "--json"]).stdout)["release"]["falls_to"] == [1]
+    assert "away from the locus" not in CliRunner().invoke(app, placed).stdout
     away = CliRunner().invoke(app, ["posture", "1.2", "1.9", "--release"])
     assert away.exit_code == 2
     assert away.stderr.startswith("fivebar: not near the Type 2 locus: the platform is ")
