@@ -108,7 +108,7 @@ class Risk(NamedTuple):
     odds_time: Annotated[
         float,
         Setting(
-            "Longest time that a request to a running graph may take, by the clock, to find its success probability;"
+            "Longest time that a request to a running graph may take, in real time, to find its success probability;"
             " where that does not suffice, the displacement by the declared loads decides.",
             "s",
             at_least=0.0,
