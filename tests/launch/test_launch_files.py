@@ -34,6 +34,7 @@ from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.domain import private_domain
+from fivebar_description.files import share_file
 from fivebar_description.interface import (
     CELL_CLOCK,
     GOAL,
@@ -47,7 +48,6 @@ from fivebar_description.interface import (
 )
 from fivebar_description.interrupts import STOP_SIGNALS
 from fivebar_description.ros.messages import stamp_of
-from fivebar_description.share import share_file
 
 pytestmark = pytest.mark.skipif(
     find_spec("launch_ros") is None,

@@ -20,6 +20,7 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_description.files import share_file
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -31,7 +32,6 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state, stamp_of
-from fivebar_description.share import share_file
 
 pytestmark = pytest.mark.clock
 """The drives follow the clock: nothing else may run beside them."""

@@ -12,8 +12,8 @@ from forked_node import ForkedNode
 from graph_probe import COMMAND, Bench, Probe, node_modules, values_of
 from middle_motion import MiddleMotion
 
+from fivebar_description.files import share_file
 from fivebar_description.interface import JOINT_STATES, REFERENCE, SUPERVISOR_STATE, status_name
-from fivebar_description.share import share_file
 
 
 def feed(probe: Probe, motion: MiddleMotion, samples: int) -> None:

@@ -11,6 +11,7 @@ import yaml
 from emulation_file import load_emulation
 from graph_probe import RATE_HZ, Bench
 
+from fivebar_description.files import share_file
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     FAULTS,
@@ -22,7 +23,6 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state
-from fivebar_description.share import share_file
 from fivebar_sim.drives.emulation import SYNC_ID, open_bus
 
 

@@ -35,8 +35,8 @@ from fivebar_description.interface import (
     Topic,
     sample_stamp_ns,
 )
-from fivebar_description.readings import LARGEST_OFFSET
 from fivebar_description.ros.messages import joint_state, to_stamp
+from fivebar_description.sensors import LARGEST_OFFSET
 
 DRIVES: dict[str, Any] = {"estimator": "ekf", "plant.encoder_counts": 20000, "plant.delay_samples": 1}
 OUTPUTS = [JOINT_STATES, ESTIMATE_COVARIANCE]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fivebar_description.share import share_file, yaml_path
+from fivebar_description.files import share_file, yaml_path
 from fivebar_description.strict_yaml import read_yaml
 from fivebar_sim.drives.configuration import EmulationFile
 

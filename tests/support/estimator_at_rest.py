@@ -7,9 +7,8 @@ from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.readings import EstimatorMemory, with_motors
 from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.known_sensors import KnownSensors
-from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.robot_file import load_robot
+from fivebar_description.sensors import KnownSensors, PassiveEncoder
 
 ROBOT, MODES, RATE_HZ = load_robot(), (1, -1), 500
 HOME = (0.0, 0.15)

@@ -23,7 +23,7 @@ from fivebar_control.hardware.cia402 import DriveState
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.hardware.drive_bus import DriveBus
 from fivebar_control.hardware.drive_interface import ZERO, Exchange
-from fivebar_description.share import share_file
+from fivebar_description.files import share_file
 
 TIMEOUT_MS = 2000
 """Age at which a heartbeat counts as lost, longer than a shared machine stands still."""

@@ -27,7 +27,7 @@ from fivebar_description.interface import (
     Topic,
     late_stamp_ns,
 )
-from fivebar_sim.readings import lost_readings
+from fivebar_sim.sensors import lost_readings
 
 pytestmark = pytest.mark.extra
 

@@ -27,14 +27,9 @@ ELSEWHERE = {
         "fivebar_description.ros.rate_watch",
     ),
     "unit/control/estimation/test_ekf_ambiguity.py": ("fivebar_control.estimation.mirror",),
-    "unit/control/estimation/test_ekf_encoder.py": (
-        "fivebar_description.passive_encoder",
-        "fivebar_sim.passive_encoder",
-    ),
     "unit/control/estimation/test_gyro_watch.py": ("fivebar_control.estimation.trips",),
     "unit/control/estimation/test_step.py": ("fivebar_control.estimation.causes",),
     "unit/control/estimation/test_measurement_rows.py": ("fivebar_description.tolerances",),
-    "unit/control/estimation/test_readings.py": ("fivebar_description.known_sensors",),
     "unit/control/hardware/test_configuration.py": ("fivebar_control.hardware.drive_setup",),
     "unit/control/hardware/test_inner_loop.py": ("fivebar_control.hardware.board_units",),
     "unit/control/hardware/test_moteus.py": (
@@ -160,7 +155,6 @@ ELSEWHERE = {
     "ros/test_node_parameters.py": (
         "fivebar_control.ros.node_settings",
         "fivebar_control.ros.run_file",
-        "fivebar_description.ros.file_parameters",
     ),
     "ros/test_plant_node.py": ("fivebar_sim.ros.node_settings", "fivebar_sim.ros.run_progress"),
     "ros/test_run_plan.py": ("fivebar_control.nodes.trajectory_generator", "fivebar_description.ros.run_agreement"),

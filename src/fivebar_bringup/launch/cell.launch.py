@@ -31,8 +31,8 @@ from fivebar_bringup.runs.launching import (
     described_processes,
     recorder_of_cell,
 )
+from fivebar_description.files import share_file
 from fivebar_description.interface import BASE_FRAME
-from fivebar_description.share import share_file
 
 FRAME = "cell"
 

@@ -19,7 +19,7 @@ from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import parameters_for_all
 from fivebar_bringup.ros.launched_nodes import launched_nodes
 from fivebar_bringup.runs.launching import AS_IN_A_RUN, NO, NO_HARDWARE, YES, ControlRequest, described_processes
-from fivebar_description.share import share_file
+from fivebar_description.files import share_file
 
 WORDS = ("scenario", "mode", "hardware", "drives", "port", "record", "imu", "camera", "composed")
 SWITCHES = ("activate", "stay", "shutdown", "scene")

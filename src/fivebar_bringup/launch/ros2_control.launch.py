@@ -20,7 +20,7 @@ from launch_ros.actions import Node
 
 from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.runs.launching import YES
-from fivebar_description.share import share_file
+from fivebar_description.files import share_file
 
 CONTROLLERS = ("joint_state_broadcaster", "effort_controller")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
-from fivebar_description.readings import (
+from fivebar_description.sensors import (
     LARGEST_OFFSET,
     Latency,
     LostReadings,

@@ -9,13 +9,12 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import BeforeValidator, Field, model_validator
 
 from fivebar_description.camera import CameraSettings
+from fivebar_description.files import is_yaml_path, read_text, share_file, yaml_path
 from fivebar_description.forbidden import MOST, ForbiddenPosture
 from fivebar_description.imu import ImuSettings
 from fivebar_description.known_drives import NO_DRIVES, KnownDrives
-from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.loads import NO_FORCES, NO_LOADS, Forces, Loads
 from fivebar_description.parameters import FiveBar, LegParameters, laden, tip_masses
-from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.physical_bounds import (
     Coordinate,
     CoulombFriction,
@@ -26,10 +25,9 @@ from fivebar_description.physical_bounds import (
     ResidualInertia,
     Torque,
 )
+from fivebar_description.sensors import NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.settings import Section
-from fivebar_description.share import is_yaml_path, share_file, yaml_path
 from fivebar_description.strict_yaml import NEWEST, Format, StrictModel, parse_versioned, read_versioned
-from fivebar_description.text_file import read_text
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.transmission import RIGID, Transmission
 from fivebar_description.tuning import NO_TUNING, Tuning

@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_description.errors import InputError
+from fivebar_description.files import is_file, placed_beside, share_file
 from fivebar_description.outside_text import one_line
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.settings import Setting
-from fivebar_description.share import placed_beside, share_file
 from fivebar_description.strict_yaml import parse_versioned_content, read_text
 from fivebar_description.suggestion import expected_one_of
-from fivebar_description.text_file import is_file
 
 DEFAULT_ROBOT = "dextar"
 

@@ -1,7 +1,7 @@
 """Settings declared once: a NamedTuple whose annotations carry description, unit, range and choices.
 
 Everything else derives from the declaration: the section of a scenario file (`Section`), the parameters of a node
-(`fivebar_description.ros.parameters.specs_of`), the tuple of numbers that compiled code takes (`as_numbers`) and the
+(`fivebar_description.ros.parameters.declare`), the tuple of numbers that compiled code takes (`as_numbers`) and the
 documentation (docs/settings.md).
 """
 
@@ -188,6 +188,9 @@ class Declared(NamedTuple):
 
     def problem(self, value: Any) -> str | None:
         """Return what is wrong with a parameter whose type is right, None if nothing; pairs are left to their file."""
+        numbers = value if isinstance(value, Sequence) else (value,)
+        if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
+            return "expected finite numbers"
         try:
             found = self.to_file(value)
         except InputError as error:
@@ -332,7 +335,7 @@ def as_numbers(settings: S) -> S:
 
 
 def to_parameters(settings: tuple[Any, ...]) -> dict[str, Any]:
-    """Return settings without sections as a node's parameters take them, which `specs_of` declares."""
+    """Return settings without sections as a node's parameters take them (`GraphNode.declare_settings`)."""
     return {one.name: one.to_parameter(getattr(settings, one.name)) for one in declared(type(settings))}
 
 

@@ -14,10 +14,9 @@ import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from fivebar_description.errors import InputError
+from fivebar_description.files import placed_beside, read_text
 from fivebar_description.refusals import problems_in
 from fivebar_description.settings import Setting
-from fivebar_description.share import placed_beside
-from fivebar_description.text_file import read_text
 
 __all__ = [
     "InputError",

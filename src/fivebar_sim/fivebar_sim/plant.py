@@ -13,10 +13,9 @@ import numpy as np
 import pinocchio as pin
 
 from fivebar_description.closed_loop import ClosedLoop, Vector
-from fivebar_description.friction import friction_torque
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import JOINTS
-from fivebar_description.parameters import FiveBar, has_external_force
+from fivebar_description.parameters import FiveBar, friction_torque, has_external_force
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.loads import tilt_angle
 from fivebar_sim.effects.mechanism import actual_robot

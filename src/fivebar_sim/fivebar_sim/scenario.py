@@ -12,8 +12,8 @@ from pydantic import ConfigDict, model_validator
 
 from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.imu import ImuSettings
-from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.scenario_file import ESTIMATOR, named_robot, with_drives_of_robot
+from fivebar_description.sensors import PassiveEncoder, Sensors
 from fivebar_description.settings import Section
 from fivebar_description.shared_settings import RateHz, Robot
 from fivebar_description.strict_yaml import StrictModel

@@ -1,12 +1,33 @@
-"""Encoders and drives: quantisation, limits and delay."""
+"""Encoders and drives: quantisation, limits and delay; and readings that are rare, late or lost.
+
+numba compiles `passive_reading`.
+"""
 
 from __future__ import annotations
 
 import math
 from collections import deque
 from collections.abc import Collection
+from typing import Any, Generic, NamedTuple, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from fivebar_description.imu import ImuSettings
+from fivebar_description.sensors import LateSensor, PassiveEncoder
+from fivebar_sim.effects.encoders import EncoderDisc, seen
+from fivebar_sim.effects.gyroscope import GyroscopeFaults, SampleSpan, missing_samples
 from fivebar_sim.effects.settings import PlantSettings
+
+PASSIVE_STREAM = 5
+"""Stream of the random number that is the phase of the passive encoder's eccentricity."""
+
+IMU_LOSSES, PASSIVE_LOSSES = 3, 4
+"""Random streams of the lost readings of each sensor."""
+
+NONE = SampleSpan(0, 0)
+
+T = TypeVar("T")
 
 
 def counted(angle: float, resolution: float) -> float:
@@ -76,3 +97,84 @@ class TorqueOutput:
         self._number += 1
         tau1, tau2 = self._held
         return shaped(tau1, self._quantum, self._limit), shaped(tau2, self._quantum, self._limit)
+
+
+class PassiveNumbers(NamedTuple):
+    """The encoder as numbers: its disc, and the angle of a count (rad), 0 for an exact one."""
+
+    disc: EncoderDisc
+    resolution: float
+
+
+def passive_numbers(settings: PassiveEncoder, seed: int) -> PassiveNumbers:
+    """Return the numbers of an encoder; the seed is that of its phase."""
+    phase = float(np.random.default_rng([seed, PASSIVE_STREAM]).uniform(0.0, 2.0 * math.pi))
+    resolution = 2.0 * math.pi / settings.counts if settings.counts else 0.0
+    return PassiveNumbers(EncoderDisc(float(settings.zero), float(settings.eccentricity), phase), resolution)
+
+
+def passive_reading(numbers: PassiveNumbers, angle: float) -> float:
+    """Return the reading (rad) of an angle (rad)."""
+    reading = seen(numbers.disc, angle, 0.0).angle
+    return counted(reading, numbers.resolution) if numbers.resolution > 0.0 else reading
+
+
+class ReadingQueue(Generic[T]):
+    """Readings that are made at every n-th sample, and arrive late, some lost.
+
+    Call `arrived` once per sample.
+    """
+
+    def __init__(
+        self, settings: LateSensor, rate_hz: int, seed: int, losses: int = IMU_LOSSES, missing: SampleSpan = NONE
+    ) -> None:
+        """Make an empty queue.
+
+        Args:
+            settings: of the sensor.
+            rate_hz: samples per second.
+            seed: of the losses.
+            losses: random stream of the losses, of which each sensor has its own.
+            missing: samples whose readings never arrive besides.
+        """
+        self._missing = missing
+        self._schedule = settings.schedule(rate_hz)
+        self._lost = settings.lost
+        # one number for each sample, below the lost fraction for a loss
+        self._random = np.random.default_rng([seed, losses])
+        self._waiting: deque[tuple[int, T]] = deque()
+
+    def arrived(self, sample: int, reading: T) -> list[tuple[int, T]]:
+        """Return what arrives with a sample, given its own reading: the sample of each reading, and the reading."""
+        lost = bool(self._random.random() < self._lost) or self._missing.has(sample)
+        if sample % self._schedule.every == 0 and not lost:
+            self._waiting.append((sample, reading))
+        arriving = []
+        while self._waiting and self._waiting[0][0] + self._schedule.latency <= sample:
+            arriving.append(self._waiting.popleft())
+        return arriving
+
+
+def imu_queue(settings: ImuSettings, faults: GyroscopeFaults, rate_hz: int, seed: int) -> ReadingQueue[Any]:
+    """Return an empty queue of an IMU's readings; the arguments are those of `ImuClock`, which stamps them."""
+    return ReadingQueue(settings, rate_hz, seed, missing=missing_samples(faults, rate_hz))
+
+
+def lost_readings(settings: LateSensor, seed: int, samples: int, losses: int = IMU_LOSSES) -> NDArray[np.bool_]:
+    """Return which of the readings of samples 0, 1, ... never arrive, [samples]."""
+    lost: NDArray[np.bool_] = np.random.default_rng([seed, losses]).random(samples) < settings.lost
+    return lost
+
+
+def made_readings(
+    settings: LateSensor,
+    rate_hz: int,
+    seed: int,
+    samples: int,
+    losses: int = IMU_LOSSES,
+    missing: SampleSpan = NONE,
+) -> NDArray[np.bool_]:
+    """Return at which of the samples 0, 1, ... a reading is made that arrives, [samples]; arguments as of the queue."""
+    due: NDArray[np.bool_] = np.arange(samples) % settings.schedule(rate_hz).every == 0
+    due[missing.first : missing.end] = False
+    return due & ~lost_readings(settings, seed, samples, losses)

@@ -13,9 +13,9 @@ from fivebar_bringup.cli.app import BAD_INPUT
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.reference.file_schemas import schemas
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_description.files import share_file
 from fivebar_description.robot_file import read_robot, robot_path
 from fivebar_description.scenario_file import scenario_directory
-from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import NEWEST, load_yaml
 
 REFERENCE = Path(__file__).parents[3] / "docs" / "reference"

@@ -16,8 +16,8 @@ from fivebar_control.planning.program import load_program, with_files
 from fivebar_control.vision.camera_file import CameraCalibration, calibration_text
 from fivebar_description.camera import CameraSettings
 from fivebar_description.errors import InputError
+from fivebar_description.files import placed_beside
 from fivebar_description.robot_file import robot_path
-from fivebar_description.share import placed_beside
 
 CAMERA = {"on": True, "calibration": "mycam.yaml"}
 SCENARIO = {"name": "s", "controller": "unified", "waypoints": [[0.0, 0.15], [0.0, 0.1]], "robot": "sub/mine.yaml"}

@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 import yaml
 
 from fivebar_bringup.bag.definitions import TYPESTORE
+from fivebar_description.files import share_file
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,
@@ -27,7 +28,6 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
 )
-from fivebar_description.share import share_file
 
 TYPES = {f"/{topic.name}": topic.type for topic in (*TOPICS, *PICTURES)}
 OF_OTHERS = {"/diagnostics", "/robot_description"}

@@ -12,10 +12,9 @@ from fivebar_control.estimation.platform_motion import platform_acceleration
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import Platform
-from fivebar_description.friction import friction_torque, lost_torque
-from fivebar_description.parameters import FiveBar, without_cogging
+from fivebar_description.files import share_file
+from fivebar_description.parameters import FiveBar, friction_torque, lost_torque, without_cogging
 from fivebar_description.robot_file import load_robot
-from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 
 PLACE = (0.01, 0.11)

@@ -6,8 +6,7 @@ import math
 
 import pytest
 
-from fivebar_description.friction import friction_slope, friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_slope, friction_torque
 
 
 def test_at_speed_it_is_equation_1_32(dextar: FiveBar) -> None:

@@ -21,13 +21,13 @@ from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
+from fivebar_description.files import share_file
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import BASE_FRAME, CAMERA_FRAME, IMU_FRAME, JOINTS, PICTURE_FRAME
 from fivebar_description.mass_split import split_masses
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_description import LOOP_FRAME, PLATFORM_FRAME, link_width, robot_description
 from fivebar_description.robot_file import DistalLink, DistalLinks, read_robot
-from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.urdf import urdf_text
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fivebar_description.share import share_file
+from fivebar_description.files import share_file
 
 
 def test_data_files_of_a_package_are_found() -> None:

@@ -16,9 +16,8 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.friction import friction_torque
 from fivebar_description.imu import ImuSettings
-from fivebar_description.parameters import FiveBar, scaled
+from fivebar_description.parameters import FiveBar, friction_torque, scaled
 from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.settings import PlantSettings

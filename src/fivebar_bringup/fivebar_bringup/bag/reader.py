@@ -11,8 +11,8 @@ from rosbags.rosbag2 import Reader
 from fivebar_bringup.bag.definitions import TYPESTORE
 from fivebar_bringup.bag.recording import RawTopic, Recording, has_names
 from fivebar_bringup.errors import BagError
+from fivebar_description.files import endless_kind
 from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, RUN_READY
-from fivebar_description.text_file import endless_kind
 from fivebar_description.topic_contents import Content, content_of
 
 __all__ = ["RawTopic", "Recording", "read_bag"]

@@ -25,7 +25,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from fivebar_description.text_file import replace_file
+from fivebar_description.files import replace_file
 
 PAGE = 4096
 """Bytes that the kernel copies without interruption, at this alignment."""

@@ -19,8 +19,8 @@ from mcap.writer import CompressionType, Writer
 from fivebar_bringup.bag.definitions import absolute_name, message_definition, qos_profiles, type_hash
 from fivebar_bringup.bag.metadata import Span, bag_information, metadata_yaml, topic_metadata
 from fivebar_bringup.bag.tail import TailFile, TailStream
+from fivebar_description.files import replace_file
 from fivebar_description.interface import Topic
-from fivebar_description.text_file import replace_file
 
 RECORDING_RECORD = "fivebar_recording"
 """Name of the MCAP metadata record that holds the custom data (besides `custom_data` in metadata.yaml)."""

@@ -62,7 +62,7 @@ def benchmark(
     from fivebar_bringup.studies.benchmark.study import BENCHMARK
     from fivebar_bringup.studies.rigs.declared import robot_name
     from fivebar_bringup.studies.rigs.named import named_rigs
-    from fivebar_description.text_file import LARGEST_TABLE, read_text
+    from fivebar_description.files import LARGEST_TABLE, read_text
 
     with input_errors(), keyboard_interrupts():
         given = {

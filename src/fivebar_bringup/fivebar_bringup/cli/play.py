@@ -30,7 +30,7 @@ def play(
     """
     from fivebar_bringup.play.page import page
     from fivebar_bringup.recorded.results import write_errors
-    from fivebar_description.text_file import write_file
+    from fivebar_description.files import write_file
 
     with input_errors():
         with write_errors(out.parent):

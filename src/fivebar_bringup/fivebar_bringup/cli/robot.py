@@ -71,8 +71,7 @@ def _check(file: Path) -> str:
 def _new(file: Path, overwrite: bool, shown: TextIO) -> str:
     """Ask, write the file, and return the name of its robot."""
     from fivebar_bringup.robots.new_robot import asked, default_name, robot_text
-    from fivebar_description.share import is_yaml_path
-    from fivebar_description.text_file import write_file
+    from fivebar_description.files import is_yaml_path, write_file
 
     if not is_yaml_path(str(file)):
         raise InputError(f"{file}: expected a name that ends in .yaml")

@@ -55,7 +55,7 @@ def model(
     Example: `fivebar model --format urdf --plugin gz_ros2_control/GazeboSimSystem`
     """
     from fivebar_bringup.motions.model_file import model_text
-    from fivebar_description.text_file import write_file
+    from fivebar_description.files import write_file
 
     with input_errors():
         text = model_text(kind, robot_of(robot, robot_option), scenario, plugin)

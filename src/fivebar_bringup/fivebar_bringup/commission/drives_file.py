@@ -12,10 +12,9 @@ from typing import Any, NamedTuple
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, drives_path
 from fivebar_control.hardware.connection import connect, interface_of
 from fivebar_control.hardware.motors_file import MotorsFile, motors_path
+from fivebar_description.files import is_yaml_path, write_file
 from fivebar_description.interface import ACTIVE_JOINTS
-from fivebar_description.share import is_yaml_path
 from fivebar_description.strict_yaml import load_yaml, read_yaml, yaml_text
-from fivebar_description.text_file import write_file
 
 COUNTS = "counts_per_revolution"
 

@@ -46,7 +46,7 @@ from fivebar_sim.imu import ImuReading
 from fivebar_sim.motors.configuration import MotorsEmulationFile
 from fivebar_sim.motors.motors import EmulatedMotors, ShaftState
 from fivebar_sim.plant import Measurement
-from fivebar_sim.readings import ReadingQueue, imu_queue
+from fivebar_sim.sensors import ReadingQueue, imu_queue
 
 DEGREE = math.pi / 180.0
 

@@ -22,12 +22,12 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.drive_interface import DriveReading
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import JointAngles
+from fivebar_description.files import write_file
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import ACTIVE_JOINTS
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.strict_yaml import validate, yaml_text
-from fivebar_description.text_file import write_file
 
 ROBOT_FILE, DRIVES_FILE = "robot.yaml", "drives.yaml"
 

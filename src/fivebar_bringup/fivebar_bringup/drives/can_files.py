@@ -16,10 +16,9 @@ from fivebar_bringup.drives.run_files import (
 )
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, load_drives
+from fivebar_description.files import share_file, write_file
 from fivebar_description.interface import ACTIVE_JOINTS
-from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
-from fivebar_description.text_file import write_file
 from fivebar_sim.drives.configuration import EmulationFile
 
 TEMPLATE = "dextar_socketcan"

@@ -16,8 +16,8 @@ from fivebar_bringup.drives.run_files import (
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS
 from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_description.files import write_file
 from fivebar_description.strict_yaml import InputError, yaml_text
-from fivebar_description.text_file import write_file
 from fivebar_sim.motors.configuration import MotorFacts, MotorsEmulationFile
 
 

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple, Protocol
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_description.files import write_file
 from fivebar_description.settings import sections
 from fivebar_description.strict_yaml import InputError, StrictModel, validate, yaml_text
-from fivebar_description.text_file import write_file
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects
 
 GATHER_FRACTION = 0.75

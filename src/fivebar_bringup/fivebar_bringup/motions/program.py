@@ -29,12 +29,12 @@ from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, 
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
+from fivebar_description.files import share_file, yaml_path
 from fivebar_description.interface import DEFAULT_PRIORITY, PAYLOAD
 from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.robot_file import read_robot
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.scenario_file import DEFAULT_ROBOT
-from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import InputError, validate
 
 OF_THE_MOTION = (

@@ -11,8 +11,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
+from fivebar_description.files import LARGEST_TABLE, read_text, replace_file
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
-from fivebar_description.text_file import LARGEST_TABLE, read_text, replace_file
 
 M = TypeVar("M", bound=StrictModel)
 

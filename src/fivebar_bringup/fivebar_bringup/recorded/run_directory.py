@@ -11,8 +11,8 @@ from fivebar_bringup.recorded.results import FIGURES, new_directory, write_resul
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.registry import laws_unopened
+from fivebar_description.files import is_yaml_path
 from fivebar_description.scenario_file import FILE_OF_RUN
-from fivebar_description.share import is_yaml_path
 from fivebar_description.strict_yaml import InputError, read_text
 
 CAMERA_FILE = "camera.yaml"

@@ -20,10 +20,10 @@ from fivebar_bringup.runs.launching import AS_IN_A_RUN, NO, NO_HARDWARE, YES, Co
 from fivebar_bringup.runs.processes import NODE_GROUP, ProcessSpec, processes
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.errors import InputError
+from fivebar_description.files import is_yaml_path
 from fivebar_description.interface import DEFAULT_PRIORITY
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.scenario_file import scenario_path
-from fivebar_description.share import is_yaml_path
 
 PARTS = {"imu": ("imu_listener",), "camera": ("camera", "vision_listener")}
 """The nodes that an argument of a launch leaves out, by its name."""

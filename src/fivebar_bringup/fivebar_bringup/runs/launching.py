@@ -16,10 +16,10 @@ import yaml
 
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.graph.node_spec import Mode
+from fivebar_description.files import share_file
 from fivebar_description.interface import BASE_FRAME, frame_prefix
 from fivebar_description.modules import module_command
 from fivebar_description.ros_environment import domain_of_environment
-from fivebar_description.share import share_file
 
 AS_IN_A_RUN, YES, NO = "auto", "true", "false"
 """Whether a launch has a part of the graph: as a run of the scenario has it, certainly, or not."""

@@ -11,10 +11,10 @@ import yaml
 
 from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, WATCHDOGS, Mode, NodeSpec, Sharing
 from fivebar_bringup.runs.namespace import remapping
+from fivebar_description.files import write_file
 from fivebar_description.ros.rate_watch import DiagnosticThresholds
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.settings import to_parameters
-from fivebar_description.text_file import write_file
 
 CONTROLLERS = "controllers"
 """Name of the process that nodes share: those of the control chain, all between a measurement and its torque, and with

@@ -26,8 +26,7 @@ from fivebar_control.model.geometry import elbow_position
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
-from fivebar_description.friction import lost_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, lost_torque
 from fivebar_description.robot_description import LAYERS, link_width
 
 SPACING = 1e-3

@@ -94,25 +94,11 @@ def run_with(
     return loop(run, LoopSettings(case.numbers.control, 0, last, lead, feed_forward), memory)
 
 
-def crossing(case: Case, plan: Sampled) -> Outcome:
-    """Return the metrics of a case along a sampled plan (`case.sampled`).
+def crossing(case: Case, plan: Sampled, trace: FloatArray = NO_TRACE) -> Outcome:
+    """Return the metrics of a case along a sampled plan (`case.sampled`), whose samples are written into the trace.
 
     The first call of a controller in an installation compiles for some seconds. The interpreter's lock is not held:
     threads run side by side, and nothing is shared between calls.
-    """
-    return _called(case, plan, NO_TRACE)
-
-
-def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
-    """Return the same with float64[samples, len(TraceRow._fields)], a row for each sample that was made."""
-    lead = case.numbers.equipment.delay_samples if case.numbers.estimation.on else 0
-    trace = np.zeros((len(plan.rows) - lead, len(TraceRow._fields)))
-    outcome = _called(case, plan, trace)
-    return outcome, trace[: outcome.samples]
-
-
-def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
-    """Return the metrics of a case, whose samples are written into the trace.
 
     Raises:
         InputError: numba cannot compile the law.
@@ -126,3 +112,12 @@ def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     loop = _loop(case.numbers.mechanism is not None, **law_functions(case.controller))
     memory = first_memory(case.controller, case.numbers.control, lambda: platforms_of(plan.rows))
     return run_with(loop, memory, case, plan, trace)
+
+
+def traced_crossing(
+    case: Case, plan: Sampled, run: Callable[[Case, Sampled, FloatArray], Outcome] = crossing
+) -> tuple[Outcome, FloatArray]:
+    """Return what a run of the case returns, with float64[samples, len(TraceRow._fields)], a row for each sample."""
+    trace = np.zeros((len(plan.rows), len(TraceRow._fields)))
+    outcome = run(case, plan, trace)
+    return outcome, trace[: outcome.samples]

@@ -20,7 +20,7 @@ from fivebar_control.model.state import Joints, State
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.imu import sensed_rate
-from fivebar_sim.passive_encoder import passive_reading
+from fivebar_sim.sensors import passive_reading
 
 
 class LateReadings(NamedTuple):

@@ -13,8 +13,7 @@ from typing import NamedTuple
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import distal_acceleration_by_motor
 from fivebar_control.model.state import Leg, State
-from fivebar_description.friction import friction_torque, weight_torque
-from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
+from fivebar_description.parameters import FiveBar, LegParameters, friction_torque, has_external_force, weight_torque
 from fivebar_sim.plant import CLOSURE_TOLERANCE, MAX_HALVINGS
 
 SMALL_ANGLE = 0.0625

@@ -14,9 +14,8 @@ from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.setup import cycle_settings_of
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import guard_limits_of
-from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import FiveBar
-from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.sensors import KnownSensors, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache, partial
-from typing import Any, TypeVar
-
-import numpy as np
+from typing import Any
 
 from fivebar_bringup.simulation import engine
 from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled, platforms_of
 from fivebar_bringup.simulation.engine_estimator import EngineKnown, unestimated
 from fivebar_bringup.simulation.engine_robot import Robot, moved, started
 from fivebar_bringup.simulation.measures import EngineLog, unmeasured
-from fivebar_bringup.simulation.outcome import Outcome, TraceRow
+from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_bringup.simulation.planned import planned_at
 from fivebar_bringup.simulation.robot import (
     ideal_later,
@@ -32,8 +30,6 @@ from fivebar_control.loop.setup import first_memory, law_functions
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
 
-Result = TypeVar("Result")
-
 _refused: set[str] = set()
 """Names of the laws from elsewhere that could not be compiled."""
 
@@ -43,40 +39,28 @@ robot_sensed: Callable[..., Any] = ideal_sensed
 """The robot whose steps are compiled below, to be replaced before."""
 
 
-def crossing(case: Case, plan: Sampled) -> Outcome:
-    """Return the metrics of a case along a sampled plan, from the engine where it takes the controller."""
-    compiled = _in_machine_code(engine.crossing, case, plan)
-    return _called(case, plan, engine.NO_TRACE) if compiled is None else compiled
+def crossing(case: Case, plan: Sampled, trace: FloatArray = engine.NO_TRACE) -> Outcome:
+    """Return what :func:`engine.crossing` does, from there where numba compiles the controller.
+
+    A law of this package says whether it does. One from elsewhere may say nothing, and is tried once in a process.
+    """
+    controller = case.controller
+    if controller.compiles and controller.name not in _refused:
+        try:
+            return engine.crossing(case, plan, trace)
+        except Exception as error:
+            if controller.name in CONTROLLERS or not is_of_compiler(error):
+                raise
+            _refused.add(controller.name)
+    return _interpreted(case, plan, trace)
 
 
 def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
     """Return the same with the trace, as :func:`engine.traced_crossing` does."""
-    compiled = _in_machine_code(engine.traced_crossing, case, plan)
-    if compiled is not None:
-        return compiled
-    trace = np.zeros((len(plan.rows), len(TraceRow._fields)))
-    outcome = _called(case, plan, trace)
-    return outcome, trace[: outcome.samples]
+    return engine.traced_crossing(case, plan, crossing)
 
 
-def _in_machine_code(function: Callable[[Case, Sampled], Result], case: Case, plan: Sampled) -> Result | None:
-    """Return what a function of the engine returns, None for a law that numba cannot compile.
-
-    A law of this package says so. One from elsewhere may say nothing, and is tried once in a process.
-    """
-    controller = case.controller
-    if not controller.compiles or controller.name in _refused:
-        return None
-    try:
-        return function(case, plan)
-    except Exception as error:
-        if controller.name in CONTROLLERS or not is_of_compiler(error):
-            raise
-        _refused.add(controller.name)
-        return None
-
-
-def _called(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
+def _interpreted(case: Case, plan: Sampled, trace: FloatArray) -> Outcome:
     controller, control = case.controller, case.numbers.control
     constraint = 0 if controller.constraint is None else controller.constraint.samples_ahead(control.constraint)
     count = max(controller.nominal.samples_ahead(control.nominal), constraint)

@@ -13,8 +13,8 @@ from fivebar_control.vision.calibration import Board, calibrated
 from fivebar_control.vision.camera_file import CameraCalibration
 from fivebar_control.vision.detector import Picture
 from fivebar_control.vision.native_output import native_output_dropped
+from fivebar_description.files import read_bytes, write_file
 from fivebar_description.strict_yaml import InputError
-from fivebar_description.text_file import read_bytes, write_file
 from fivebar_sim.vision.board import board_views
 
 LARGEST_PICTURE = 100_000_000

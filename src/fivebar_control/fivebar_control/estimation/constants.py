@@ -8,10 +8,8 @@ from typing import NamedTuple
 from fivebar_control.estimation.ekf import EkfSettings, FilterModel, filter_model
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.mirror import AmbiguityLimits
-from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
-from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
-from fivebar_description.readings import LONGEST_LATENCY
+from fivebar_description.sensors import LONGEST_LATENCY, NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.settings import as_numbers
 from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
 from fivebar_description.tolerances import EXACT, Tolerances

@@ -47,9 +47,8 @@ from fivebar_control.estimation.trips import (
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_description.known_sensors import NOTHING_KNOWN, KnownSensors
 from fivebar_description.parameters import FiveBar
-from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
+from fivebar_description.sensors import NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.whole_turns import same_turn, turns_between
 

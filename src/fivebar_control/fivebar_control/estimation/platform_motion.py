@@ -18,8 +18,14 @@ from fivebar_control.model.dynamics import (
     with_residual_rows,
 )
 from fivebar_control.model.residual import has_residual
-from fivebar_description.friction import friction_slope, friction_torque, lost_torque, weight_torque
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import (
+    FiveBar,
+    LegParameters,
+    friction_slope,
+    friction_torque,
+    lost_torque,
+    weight_torque,
+)
 
 NAN = math.nan
 

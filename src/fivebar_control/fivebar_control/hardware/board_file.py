@@ -11,8 +11,8 @@ from fivebar_control.hardware.configuration import Milliseconds
 from fivebar_control.hardware.paced_file import PacedFile
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.board_file import PEAK_CURRENT, BoardMotor
+from fivebar_description.files import share_file, yaml_path
 from fivebar_description.physical_bounds import Positive
-from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import StrictModel, read_yaml
 
 

@@ -12,9 +12,9 @@ from pydantic import Field, model_validator
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.drive_file import SYNC_PERIOD_US, CanChannel, DriveMotor, NodeId, SyncPeriod, Unsigned32
+from fivebar_description.files import share_file, yaml_path
 from fivebar_description.interface import ACTIVE_JOINTS
 from fivebar_description.physical_bounds import Positive
-from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import StrictModel, read_yaml
 
 Milliseconds = Annotated[int, Field(ge=1, le=0xFFFF)]

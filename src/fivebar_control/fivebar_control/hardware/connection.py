@@ -6,11 +6,10 @@ from pathlib import Path
 
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_description.drive_kinds import drive_kind, named_interface
+from fivebar_description.files import is_file, is_yaml_path, share_file
 from fivebar_description.known_drives import NO_INTERFACE
 from fivebar_description.modules import load_part
-from fivebar_description.share import is_yaml_path, share_file
 from fivebar_description.strict_yaml import load_yaml
-from fivebar_description.text_file import is_file
 
 
 def interface_of(configuration: str) -> str | None:

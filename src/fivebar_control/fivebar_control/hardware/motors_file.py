@@ -9,9 +9,9 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from fivebar_control.hardware.paced_file import PacedFile
+from fivebar_description.files import share_file, yaml_path
 from fivebar_description.motors_file import FileMotor, PeriodUs, WatchdogMs
 from fivebar_description.physical_bounds import Positive
-from fivebar_description.share import share_file, yaml_path
 from fivebar_description.strict_yaml import StrictModel, read_yaml
 
 

@@ -19,8 +19,7 @@ from fivebar_control.model.kinematics import platform_acceleration, state_from_m
 from fivebar_control.model.residual import distal_moments, has_residual, moment_multipliers, moment_torques
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import MotorMotion, State
-from fivebar_description.friction import weight_torque
-from fivebar_description.parameters import FiveBar, has_external_force
+from fivebar_description.parameters import FiveBar, has_external_force, weight_torque
 
 
 class PlatformLoad(NamedTuple):

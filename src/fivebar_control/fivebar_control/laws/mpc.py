@@ -56,8 +56,7 @@ from fivebar_control.laws.unified import (
     unified_step,
 )
 from fivebar_control.model.state import Platform, State
-from fivebar_description.friction import lost_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, lost_torque
 from fivebar_description.settings import Setting
 
 

@@ -7,8 +7,7 @@ from typing import NamedTuple
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.kinematics import det_a, joint_acceleration, leg_with_rates, state_from_platform
 from fivebar_control.model.state import Platform, State
-from fivebar_description.friction import lost_torque
-from fivebar_description.parameters import FiveBar, external_acceleration, has_external_force
+from fivebar_description.parameters import FiveBar, external_acceleration, has_external_force, lost_torque
 
 DAMPING = 0.02
 """Damping of det A in `held_torque`: the torque is whole where det A is much larger."""

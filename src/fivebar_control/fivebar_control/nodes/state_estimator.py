@@ -52,13 +52,13 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
 from fivebar_description.publishers import same
-from fivebar_description.readings import LARGEST_OFFSET
 from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.run_plan import HOMING, LEAD_SAMPLES
+from fivebar_description.sensors import LARGEST_OFFSET
 from fivebar_description.shared_settings import LOCKSTEP
 
 FAILED = 1

@@ -14,7 +14,7 @@ from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
-from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 QUICKER = (1.25, 1.5, 2.0)

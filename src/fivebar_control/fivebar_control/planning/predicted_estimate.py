@@ -25,7 +25,7 @@ from fivebar_control.planning.predicted_run import Peak, PredictedRun, Predicted
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, with_floats
-from fivebar_description.passive_encoder import NO_ENCODER, PassiveEncoder
+from fivebar_description.sensors import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 

@@ -29,8 +29,7 @@ from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_fro
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path_distance import FloatArray, judged_distance, path_place
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.friction import lost_torque
-from fivebar_description.parameters import FiveBar, with_floats, without_cogging
+from fivebar_description.parameters import FiveBar, lost_torque, with_floats, without_cogging
 
 LONGEST_STEP = 1e-3
 """Integration step (s) at most, as that of the plant."""

@@ -16,9 +16,9 @@ from fivebar_control.planning.motion_queue import MOST_VIA, via_fields
 from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.planner import LONGEST_SEGMENT
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
+from fivebar_description.files import placed_beside
 from fivebar_description.parameters import MOST_PAYLOAD
 from fivebar_description.scenario_file import FILES_NAMED
-from fivebar_description.share import placed_beside
 from fivebar_description.strict_yaml import (
     NEWEST,
     Format,

@@ -18,8 +18,7 @@ from typing import NamedTuple
 from fivebar_control.estimation.ekf import error_deviations
 from fivebar_control.model.geometry import direct_geometry, elbow_position
 from fivebar_control.model.singularity import STRETCHED, distal_links_of
-from fivebar_description.friction import largest_friction
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, largest_friction
 from fivebar_description.tolerances import Tolerances
 
 NEAR = 5e-3

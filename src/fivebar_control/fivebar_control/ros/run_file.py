@@ -9,8 +9,8 @@ from fivebar_control.scenario.keys import parameters_of
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_description.parameters import FiveBar
-from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.run_plan import HOMING, LEAD_SAMPLES, START, WORKING_MODE_AT_START, MotionStart, robot_value
 from fivebar_description.scenario_file import DEFAULT_SCENARIO

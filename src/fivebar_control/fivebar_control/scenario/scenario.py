@@ -51,14 +51,12 @@ from fivebar_control.trajectory.rounded import BLEND_RADIUS
 from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.forbidden import NamedBounds, kept_clear_of, numbers_of
 from fivebar_description.imu import ImuSettings
-from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar, laden
-from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.physical_bounds import Duration
-from fivebar_description.readings import LONGEST_LATENCY
 from fivebar_description.robot_file import ElbowsPass, load_robot, read_robot
 from fivebar_description.scenario_file import ESTIMATOR
+from fivebar_description.sensors import LONGEST_LATENCY, KnownSensors, PassiveEncoder, Sensors
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import NEWEST, Format, InputError, StrictModel, yaml_text

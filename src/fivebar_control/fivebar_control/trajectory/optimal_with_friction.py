@@ -32,8 +32,7 @@ from fivebar_control.trajectory.optimal import (
 )
 from fivebar_control.trajectory.time_law import progress
 from fivebar_control.trajectory.way import Way
-from fivebar_description.friction import friction_torque, largest_friction
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque, largest_friction
 
 FloatArray = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from pydantic import Field
 
 from fivebar_description.camera import CameraSettings
 from fivebar_description.camera_model import LENS_MODEL, Optics, Points
+from fivebar_description.files import write_file
 from fivebar_description.strict_yaml import InputError, StrictModel, read_yaml, yaml_text
-from fivebar_description.text_file import write_file
 
 LEAST_FOCAL, LARGEST_FOCAL = 1.0, 1e6
 """Focal lengths (px) of any camera."""

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from builtin_interfaces.msg import Time
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
@@ -147,6 +148,18 @@ class SampleReader:
             sample = sampled(received_joint_state(data))
         self._last = sample
         return sample
+
+
+class Serializing:
+    """Publishes samples in the place of a JointState as bytes, without making a message first, in the robot's frame."""
+
+    def __init__(self, publisher: Publisher[Any], frame: str) -> None:
+        self._publisher = publisher
+        self._frame = frame
+
+    def publish(self, message: JointMessage, /) -> None:
+        """Publish a message."""
+        self._publisher.publish(message.cdr(self._frame) if isinstance(message, JointSample) else message)
 
 
 def read_fields(

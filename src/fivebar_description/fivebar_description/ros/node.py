@@ -40,15 +40,15 @@ from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameter_names import is_key, meant_by
 from fivebar_description.ros.hearing import Hearing, make_publisher
-from fivebar_description.ros.messages import JointMessage, SampleReader, qos_profile
-from fivebar_description.ros.parameters import Spec, check_changes, declare, specs_of
+from fivebar_description.ros.messages import SampleReader, Serializing, qos_profile
+from fivebar_description.ros.parameters import check_changes, declare
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.publisher_watch import PublisherWatch
 from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
 from fivebar_description.ros.twins import Twinned, twin_of
 from fivebar_description.ros_environment import BAD_INPUT
-from fivebar_description.settings import from_parameters
+from fivebar_description.settings import Declared, declared, from_parameters
 
 if TYPE_CHECKING:
     from fivebar_description.ros.run_agreement import RunAgreement
@@ -85,18 +85,6 @@ S = TypeVar("S", bound=tuple[Any, ...])
 R = TypeVar("R")
 
 
-class Serializing:
-    """Publishes samples in the place of a JointState as bytes, without making a message first, in the robot's frame."""
-
-    def __init__(self, publisher: Publisher[Any], frame: str) -> None:
-        self._publisher = publisher
-        self._frame = frame
-
-    def publish(self, message: JointMessage, /) -> None:
-        """Publish a message."""
-        self._publisher.publish(message.cdr(self._frame) if isinstance(message, JointSample) else message)
-
-
 class GraphNode(Node):
     """A node whose topics, messages and parameters are those of the graph."""
 
@@ -115,7 +103,7 @@ class GraphNode(Node):
     def __init__(self, name: str) -> None:
         """Create the node; subclasses add parameters and topics."""
         super().__init__(name)
-        self._specs: list[Spec] = []
+        self._declared: list[Declared] = []
         self._inputs: list[Hearing] = []
         self._besides: list[Hearing] = []
         self._outputs: list[Publisher[Any]] = []
@@ -151,7 +139,7 @@ class GraphNode(Node):
             self.create_subscription(String, FAULTS.name, lambda message: self._watch.heard(message.data), qos)
         self._diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS.name, DIAGNOSTICS.qos.depth)
         self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
-        self.add_on_set_parameters_callback(partial(check_changes, self._specs))
+        self.add_on_set_parameters_callback(partial(check_changes, self._declared))
 
     def stop(self) -> None:
         """Shut down in order; called once, before the node is destroyed, while it can still publish."""
@@ -278,15 +266,22 @@ class GraphNode(Node):
         for publisher in self._outputs:
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, end - time.monotonic())))
 
-    def parameters(self, specs: Sequence[Spec]) -> dict[str, Any]:
+    def parameters(
+        self, settings: Sequence[Declared], defaults: Mapping[str, Any], tunable: bool = True
+    ) -> dict[str, Any]:
         """Declare parameters and return their values.
+
+        Args:
+            settings: which the parameters hold.
+            defaults: by name, as parameters have them.
+            tunable: whether settings that may be tuned may be changed while the node runs.
 
         Raises:
             InputError: a value given from outside is not allowed.
         """
-        values = declare(self, specs)
+        values = {one.name: declare(self, one, defaults[one.name], tunable and one.setting.tunable) for one in settings}
         # known only now, so that a refused declaration is explained by `declare` and not by rclpy's callback
-        self._specs.extend(specs)
+        self._declared.extend(settings)
         return values
 
     def check_names(self) -> None:
@@ -297,7 +292,7 @@ class GraphNode(Node):
         Raises:
             InputError: there is one.
         """
-        known = {spec.name for spec in self._specs}
+        known = {one.name for one in self._declared}
         for name in self._parameter_overrides:
             if self.has_parameter(name):
                 continue
@@ -310,12 +305,18 @@ class GraphNode(Node):
                 )
 
     def declare_settings(self, settings: type[S], **defaults: Any) -> S:
-        """Declare the settings of a NamedTuple as parameters and return their values; the arguments as in `specs_of`.
+        """Declare the settings of a NamedTuple as parameters and return their values.
+
+        Args:
+            settings: the NamedTuple, which has a default for every field.
+            defaults: of the node where they are not those of the settings, by field.
 
         Raises:
             InputError: a value given from outside is not allowed.
         """
-        return from_parameters(settings, self.parameters(specs_of(settings, **defaults)))
+        own = declared(settings)
+        values = {one.name: one.to_parameter(defaults.get(one.name, one.default)) for one in own}
+        return from_parameters(settings, self.parameters(own, values))
 
     def on_tuned(self, callback: Callable[[dict[str, Any]], None]) -> None:
         """Register a callback that receives the new values of parameters changed at run time."""

@@ -1,145 +1,107 @@
-"""Declares and checks node parameters with description, unit and range."""
+"""Parameters of nodes: declared and checked by the settings that they hold, and the run's file as those of a node."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from fivebar_description.settings import Declared, declared
-from fivebar_description.strict_yaml import InputError
-from fivebar_description.suggestion import expected_one_of
+from fivebar_description.scenario_file import DEFAULT_SCENARIO, read_content, scenario_path
+from fivebar_description.settings import Declared, Setting, SettingShape, keys_of, section_keys, value_at, with_keys
+from fivebar_description.strict_yaml import InputError, StrictModel, validate
+
+if TYPE_CHECKING:
+    from fivebar_description.ros.node import GraphNode
+
+M = TypeVar("M", bound=StrictModel)
+
+SCENARIO = Declared(
+    "scenario",
+    str,
+    False,
+    DEFAULT_SCENARIO,
+    Setting(
+        "The run's file: the name of a shipped scenario, or the path to a YAML file. Parameters with its keys override"
+        " it."
+    ),
+    SettingShape(str),
+)
 
 
-class Spec(NamedTuple):
-    """One parameter of a node.
-
-    Attributes:
-        name: its name.
-        default: its default, which also fixes its type.
-        description: one sentence on what it does.
-        unit: its unit, "" for none.
-        minimum, maximum: its range, for numbers.
-        choices: the allowed words, for strings.
-        tunable: whether it may be changed while the node runs.
-        check: returns what else is wrong with a value, None if nothing.
-        number: whether a single number may stand in the place of an array of them.
-    """
-
-    name: str
-    default: Any
-    description: str
-    unit: str = ""
-    minimum: float | None = None
-    maximum: float | None = None
-    choices: tuple[str, ...] = ()
-    tunable: bool = False
-    check: Callable[[Any], str | None] | None = None
-    number: bool = False
-
-    def descriptor(self) -> ParameterDescriptor:
-        """Return the descriptor that `ros2 param describe` shows."""
-        constraints = []
-        if self.unit:
-            constraints.append(f"unit: {self.unit}")
-        if self.choices:
-            constraints.append(f"one of: {', '.join(self.choices)}")
-        descriptor = ParameterDescriptor(
-            name=self.name,
-            description=self.description,
-            additional_constraints="; ".join(constraints),
-            read_only=not self.tunable,
-            dynamic_typing=self.number,
-        )
-        if self.minimum is not None and self.maximum is not None:
-            if isinstance(self.default, float):
-                descriptor.floating_point_range = [
-                    FloatingPointRange(from_value=float(self.minimum), to_value=float(self.maximum))
-                ]
-            elif isinstance(self.default, int):
-                descriptor.integer_range = [IntegerRange(from_value=int(self.minimum), to_value=int(self.maximum))]
-        return descriptor
-
-    def problem(self, value: Any) -> str | None:
-        """Return what is wrong with a value beyond its type and range, None if nothing."""
-        value = as_tuple(value)
-        numbers = value if isinstance(value, tuple) else (value,)
-        if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
-            return "expected finite numbers"
-        if self.choices and value not in self.choices:
-            return expected_one_of(value, self.choices)
-        return self.check(value) if self.check is not None else None
+def descriptor_of(one: Declared, default: Any, tunable: bool) -> ParameterDescriptor:
+    """Return the descriptor of the parameter that holds a setting, which `ros2 param describe` shows."""
+    setting, none = one.setting, one.none
+    constraints = []
+    if setting.unit:
+        constraints.append(f"unit: {setting.unit}")
+    if setting.choices and not one.shape.depth:
+        constraints.append(f"one of: {', '.join(setting.choices)}")
+    descriptor = ParameterDescriptor(
+        name=one.name,
+        description=setting.description if none is None else f"{setting.description} {none!r} for none.",
+        additional_constraints="; ".join(constraints),
+        read_only=not tunable,
+        dynamic_typing=one.shape.single,
+    )
+    lower, upper = _range(one)
+    if lower is not None and upper is not None:
+        if isinstance(default, float):
+            descriptor.floating_point_range = [FloatingPointRange(from_value=float(lower), to_value=float(upper))]
+        elif isinstance(default, int):
+            descriptor.integer_range = [IntegerRange(from_value=int(lower), to_value=int(upper))]
+    return descriptor
 
 
-def specs_of(settings: type[tuple[Any, ...]], **defaults: Any) -> tuple[Spec, ...]:
-    """Return the parameters that hold the settings of a NamedTuple; `settings.from_parameters` makes it of them.
-
-    Args:
-        settings: the NamedTuple, which has a default for every field.
-        defaults: of the node where they are not those of the settings, by field.
-    """
-    return tuple(spec_of(one, one.to_parameter(defaults.get(one.name, one.default))) for one in declared(settings))
-
-
-def spec_of(one: Declared, default: Any) -> Spec:
-    """Return the parameter that holds a setting, with a default as a parameter has it."""
+def _range(one: Declared) -> tuple[float | None, float | None]:
+    """Return the range of the parameter that holds a setting, with what stands for none."""
     setting, none = one.setting, one.none
     lower = setting.at_least if setting.above is None else setting.above
     upper = setting.at_most if setting.below is None else setting.below
     if lower is not None and isinstance(none, float | int):
         lower = min(lower, none)
-    return Spec(
-        one.name,
-        default,
-        setting.description if none is None else f"{setting.description} {none!r} for none.",
-        setting.unit,
-        lower,
-        upper,
-        () if one.shape.depth else setting.choices,
-        setting.tunable,
-        one.problem,
-        one.shape.single,
-    )
+    return lower, upper
 
 
-def declare(node: Node, specs: Sequence[Spec]) -> dict[str, Any]:
-    """Declare parameters and return their values, arrays as tuples.
+def declare(node: Node, one: Declared, default: Any, tunable: bool) -> Any:
+    """Declare the parameter that holds a setting, and return its value, an array as a tuple.
+
+    Args:
+        node: of the parameter.
+        one: the setting.
+        default: as a parameter has it; it also fixes the type.
+        tunable: whether the parameter may be changed while the node runs.
 
     Raises:
         InputError: a value given from outside has another type, is out of range or is not allowed.
     """
-    return {spec.name: _declare_one(node, spec) for spec in specs}
-
-
-def _declare_one(node: Node, spec: Spec) -> Any:
     try:
-        value = node.declare_parameter(spec.name, spec.default, spec.descriptor()).value
+        value = node.declare_parameter(one.name, default, descriptor_of(one, default, tunable)).value
     except InvalidParameterTypeException as error:
-        raise InputError(f"{node.get_name()}: parameter {spec.name}: {_one_line(error)}") from error
+        raise InputError(f"{node.get_name()}: parameter {one.name}: {_one_line(error)}") from error
     except InvalidParameterValueException as error:
-        bounds = f"expected {spec.minimum} to {spec.maximum} {spec.unit}".rstrip()
-        expected = "" if spec.minimum is None else f"{bounds}: "
-        raise InputError(f"{node.get_name()}: parameter {spec.name}: {expected}{_one_line(error)}") from error
+        lower, upper = _range(one)
+        bounds = f"expected {lower} to {upper} {one.setting.unit}".rstrip()
+        expected = "" if lower is None else f"{bounds}: "
+        raise InputError(f"{node.get_name()}: parameter {one.name}: {expected}{_one_line(error)}") from error
     if value is None:
-        example = list(spec.default) if isinstance(spec.default, tuple) else spec.default
         raise InputError(
-            f"{node.get_name()}: parameter {spec.name}: has no value, as ROS reads an empty list:"
-            f" expected a value such as {example!r}"
+            f"{node.get_name()}: parameter {one.name}: has no value, as ROS reads an empty list:"
+            f" expected a value such as {default!r}"
         )
     value = as_tuple(value)
-    if spec.number:
+    if one.shape.single:
         value = value if isinstance(value, tuple) else (value,)
-        if not all(isinstance(one, float | int) and not isinstance(one, bool) for one in value):
-            raise InputError(f"{node.get_name()}: parameter {spec.name}: {value!r}: expected numbers")
-    problem = spec.problem(value)
+        if not all(isinstance(part, float | int) and not isinstance(part, bool) for part in value):
+            raise InputError(f"{node.get_name()}: parameter {one.name}: {value!r}: expected numbers")
+    problem = one.problem(value)
     if problem is not None:
         shown = list(value) if isinstance(value, tuple) else value
-        raise InputError(f"{node.get_name()}: parameter {spec.name}: {shown!r}: {problem}")
+        raise InputError(f"{node.get_name()}: parameter {one.name}: {shown!r}: {problem}")
     return value
 
 
@@ -152,12 +114,83 @@ def _one_line(error: Exception) -> str:
     return " ".join(str(error).split())
 
 
-def check_changes(specs: Sequence[Spec], parameters: Sequence[Parameter]) -> SetParametersResult:
+def check_changes(settings: Sequence[Declared], parameters: Sequence[Parameter]) -> SetParametersResult:
     """Return whether a change of parameters may be made; types and ranges are checked by rclpy itself."""
-    by_name = {spec.name: spec for spec in specs}
+    by_name = {one.name: one for one in settings}
     for parameter in parameters:
-        spec = by_name.get(parameter.name)
-        problem = spec.problem(parameter.value) if spec is not None else None
+        one = by_name.get(parameter.name)
+        problem = one.problem(as_tuple(parameter.value)) if one is not None else None
         if problem is not None:
             return SetParametersResult(successful=False, reason=f"{parameter.name}: {problem}")
     return SetParametersResult(successful=True)
+
+
+class FileParameters(Generic[M]):
+    """The keys of a run's file that a node uses, declared as its parameters.
+
+    The file gives the defaults; a key that the file leaves out has the default that the robot and the other keys give
+    it. A value that is set beside the file takes its place, and the whole is checked again.
+
+    Attributes:
+        file: the file with these values.
+        path: of the file.
+    """
+
+    file: M
+    path: Path
+
+    def __init__(
+        self,
+        node: GraphNode,
+        model: type[M],
+        names: Sequence[str],
+        sections: Callable[[M], Mapping[str, tuple[Any, ...]]] | None = None,
+        tunable: bool = False,
+        default: str = DEFAULT_SCENARIO,
+    ) -> None:
+        """Declare the parameters.
+
+        Args:
+            node: of them.
+            model: what the file has to fit.
+            names: of keys, of whole sections, or of keys in sections.
+            sections: returns sections whose keys depend on what else the file says, as those of a law do.
+            tunable: whether settings that may be tuned may be changed while the node runs.
+            default: the scenario where the node is told of none.
+
+        Raises:
+            InputError: the file cannot be read, or it or a parameter does not fit.
+        """
+        self._node, self._model, self._tunable = node, model, tunable
+        name = node.parameters((SCENARIO,), {SCENARIO.name: default})[SCENARIO.name]
+        self.path = scenario_path(name)
+        self._content: dict[str, Any] = read_content(self.path)
+        self.file = self._checked(self._content)
+        self._keys: dict[str, Declared] = {}
+        keys = keys_of(model, names)
+        # what decides about the defaults of others comes first
+        for part in ([key for key in keys if "." not in key.name], [key for key in keys if "." in key.name]):
+            self._declare(part, {key.name: value_at(self.file, key.name) for key in part})
+        for section, settings in ({} if sections is None else sections(self.file)).items():
+            own = section_keys(type(settings), f"{section}.")
+            self._declare(own, {key.name: value_at(settings, key.name.partition(".")[2]) for key in own})
+
+    def change(self, values: Mapping[str, Any]) -> None:
+        """Take changed parameters into the file; those that are none of its keys are left out.
+
+        Raises:
+            InputError: the file does not fit with them.
+        """
+        changes = {name: self._keys[name].to_file(value) for name, value in values.items() if name in self._keys}
+        if changes:
+            content = with_keys(self._content, changes)
+            self.file, self._content = self._checked(content), content
+
+    def _declare(self, keys: Sequence[Declared], present: Mapping[str, Any]) -> None:
+        defaults = {key.name: key.to_parameter(present[key.name]) for key in keys}
+        self._keys |= {key.name: key for key in keys}
+        values = self._node.parameters(keys, defaults, self._tunable)
+        self.change({name: value for name, value in values.items() if value != as_tuple(defaults[name])})
+
+    def _checked(self, content: Mapping[str, Any]) -> M:
+        return validate(dict(content), self._model, f"{self._node.get_name()}: {self.path}")

@@ -15,6 +15,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
+from fivebar_description.files import share_file
 from fivebar_description.interrupts import end_at_once, service_signals
 from fivebar_description.network import PROFILE_VARIABLES
 from fivebar_description.ros.exit_timer import end_process_after
@@ -22,7 +23,6 @@ from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.process_topics import ProcessTopics
 from fivebar_description.ros.scheduling import spare_what_exists
 from fivebar_description.ros_environment import BAD_INPUT, check_ros_environment
-from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 
 try:

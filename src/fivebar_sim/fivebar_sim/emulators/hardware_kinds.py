@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fivebar_description.drive_kinds import drive_kind, named_interface
+from fivebar_description.files import placed_beside, share_file, yaml_path
 from fivebar_description.known_drives import CANOPEN, MOTKIN
 from fivebar_description.modules import load_part
-from fivebar_description.share import placed_beside, share_file, yaml_path
 from fivebar_description.strict_yaml import load_yaml
 from fivebar_sim.emulated_hardware import EmulatedHardware, Emulator
 

@@ -22,9 +22,9 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample
 from fivebar_description.robot_file import load_robot
-from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import JointMessage, to_stamp
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH

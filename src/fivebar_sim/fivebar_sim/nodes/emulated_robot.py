@@ -22,9 +22,9 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
 )
 from fivebar_description.joint_sample import JointSample
-from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import JointMessage, qos_profile, stamp_of
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement

@@ -9,13 +9,12 @@ from sensor_msgs.msg import Imu
 from fivebar_description.imu import ImuSettings, Vector3
 from fivebar_description.interface import IMU_DATA, IMU_FRAME, PASSIVE_STATES, late_stamp_ns
 from fivebar_description.joint_sample import JointSample
-from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.ros.messages import imu_message
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import RunAgreement
+from fivebar_description.sensors import PassiveEncoder
 from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock
-from fivebar_sim.passive_encoder import passive_numbers, passive_reading
-from fivebar_sim.readings import PASSIVE_LOSSES, ReadingQueue, imu_queue
+from fivebar_sim.sensors import PASSIVE_LOSSES, ReadingQueue, imu_queue, passive_numbers, passive_reading
 
 
 class Arrived(NamedTuple):

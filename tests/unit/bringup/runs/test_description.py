@@ -12,11 +12,11 @@ import yaml
 
 from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.runs.launching import described_by_command, installed_command, rviz_configuration
+from fivebar_description.files import share_file
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import frame_prefix
 from fivebar_description.robot_description import robot_description
 from fivebar_description.robot_file import load_robot
-from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 
 

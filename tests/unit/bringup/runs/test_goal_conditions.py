@@ -9,7 +9,7 @@ from generator_parameters import generator_parameters
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.studies.sweep.drawing import draw
-from fivebar_bringup.studies.sweep.screening import limits_for
+from fivebar_bringup.studies.sweep.planning import limits_for
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.planning_process import task_of
@@ -19,9 +19,9 @@ from fivebar_control.scenario.keys import scenario_of
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
 from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.loads import Loads
-from fivebar_description.passive_encoder import PassiveEncoder, Sensors
 from fivebar_description.robot_file import read_robot
 from fivebar_description.scenario_file import shipped_scenarios
+from fivebar_description.sensors import PassiveEncoder, Sensors
 from fivebar_description.tolerances import Tolerances
 
 

@@ -16,8 +16,7 @@ from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.geometry import elbow_position, reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque
 from fivebar_description.robot_file import load_robot
 
 States = Callable[[int, int], list[State]]

@@ -42,7 +42,7 @@ from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.plant import MAX_STEP, Plant, PlantDiverged
-from fivebar_sim.readings import ReadingQueue
+from fivebar_sim.sensors import ReadingQueue
 
 STEP = 1e-3
 WIDTH = 0.02

@@ -24,7 +24,7 @@ from fivebar_control.safety.guard import Guard
 from fivebar_description.interface import late_stamp_ns, moment_of_stamp
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.plant import Plant
-from fivebar_sim.readings import ReadingQueue
+from fivebar_sim.sensors import ReadingQueue
 
 
 def by_parts(scenario: Scenario, missing: Collection[int]) -> tuple[list[tuple[float, ...]], list[str]]:

@@ -8,7 +8,7 @@ import pytest
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import sampled
-from fivebar_bringup.studies.sweep.screening import predicted_on_engine
+from fivebar_bringup.studies.sweep.planning import predicted_on_engine
 from fivebar_control.planning.predicted_run import PredictedRun, predict_run
 from fivebar_sim.effects.settings import PlantSettings
 

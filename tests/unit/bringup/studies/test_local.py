@@ -11,8 +11,7 @@ from itertools import count, islice
 
 import pytest
 
-from fivebar_bringup.studies.engine.local import KeptProcesses
-from fivebar_bringup.studies.engine.turns import in_turns
+from fivebar_bringup.studies.engine.local import KeptProcesses, in_turns
 from fivebar_description.interrupts import STOP_SIGNALS
 
 

@@ -19,11 +19,10 @@ from fivebar_bringup.studies.compare.cases import COMPARED_RIGS
 from fivebar_bringup.studies.rigs.named import find_rig, rig_directory, shipped_rigs
 from fivebar_bringup.studies.rigs.rig import merged
 from fivebar_bringup.studies.sweep.drawing import VARIED, Draw, draw, on_robot, plan_of
+from fivebar_bringup.studies.sweep.planning import screened, timed_for_loads
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.screening import screened
 from fivebar_bringup.studies.sweep.statistics import silence_table, within_table
-from fivebar_bringup.studies.sweep.timing import timed_for_loads
 from fivebar_control.laws.lqr import LqrSettings, linearised, lqr_gains
 from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.state import Platform

@@ -20,8 +20,7 @@ from fivebar_control.estimation.readings import (
     no_pattern,
     strain,
 )
-from fivebar_description.known_sensors import KnownSensors
-from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.sensors import KnownSensors, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 

@@ -15,8 +15,7 @@ from fivebar_control.estimation.platform_motion import (
 )
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.state import State
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque
 
 States = Callable[[int, int], list[State]]
 

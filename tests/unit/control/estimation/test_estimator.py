@@ -15,8 +15,8 @@ from fivebar_control.estimation.estimator import JointEstimate, PositionFix, Sta
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.robot_file import load_robot
+from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 ROBOT, PLACE = load_robot(), (0.0, 0.15)

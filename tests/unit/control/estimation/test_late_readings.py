@@ -16,11 +16,9 @@ from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.parameters import FiveBar
-from fivebar_description.passive_encoder import PassiveEncoder
-from fivebar_description.readings import LONGEST_LATENCY
 from fivebar_description.robot_file import load_robot
+from fivebar_description.sensors import LONGEST_LATENCY, KnownSensors, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 from fivebar_sim.sensors import Encoder
 

@@ -19,7 +19,7 @@ from fivebar_control.estimation.history import (
 )
 from fivebar_control.estimation.readings import with_elbow, with_motors, with_rate, with_seen
 from fivebar_control.estimation.step import first_update
-from fivebar_description.known_sensors import KnownSensors
+from fivebar_description.sensors import KnownSensors
 
 
 def test_further_readings_remember_those_before() -> None:

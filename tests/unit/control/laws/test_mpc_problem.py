@@ -32,8 +32,7 @@ from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY, input_map, observed_disturbance, unified_step
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque
 from fivebar_description.settings import as_numbers
 
 Vector = NDArray[np.float64]

@@ -16,8 +16,7 @@ from fivebar_control.laws.reference import (
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform, State
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque
 
 States = Callable[[int, int], list[State]]
 

@@ -47,10 +47,9 @@ from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.planner import PlanRefused, ZoneSettings, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.friction import weight_torque
 from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
 from fivebar_description.loads import NO_FORCES, Forces
-from fivebar_description.parameters import FiveBar, external_acceleration
+from fivebar_description.parameters import FiveBar, external_acceleration, weight_torque
 from fivebar_description.robot_file import RobotFile, load_robot, read_robot
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings

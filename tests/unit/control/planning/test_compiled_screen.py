@@ -30,7 +30,7 @@ from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.way import StraightWay, locus_fractions, write_determinants
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
-from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 RATE_HZ = 500

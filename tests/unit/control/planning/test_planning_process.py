@@ -28,7 +28,7 @@ from fivebar_control.planning.ride_through import HeldTorque
 from fivebar_control.planning.stopping import StopRequest
 from fivebar_control.safety.stages import Area
 from fivebar_description.loads import Loads
-from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 CONDITIONS = Conditions("dextar", 100, 2.0, 50.0)

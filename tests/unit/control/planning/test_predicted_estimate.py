@@ -27,7 +27,7 @@ from fivebar_control.planning.predicted_run import Peak, predict_run
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
-from fivebar_description.passive_encoder import PassiveEncoder
+from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
 
 RATE_HZ = 500

@@ -20,7 +20,7 @@ from fivebar_control.planning.program import (
     read_program,
 )
 from fivebar_control.planning.program_run import SETTLING, ProgramRun, ProgramState
-from fivebar_description.share import share_file
+from fivebar_description.files import share_file
 from fivebar_description.strict_yaml import InputError, yaml_text
 
 SHIPPED = share_file("fivebar_bringup", "config", "programs")

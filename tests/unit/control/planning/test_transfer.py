@@ -22,8 +22,7 @@ from fivebar_control.planning.roadmap import roadmap
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, ZoneRule, plan_motion
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque
 from fivebar_description.robot_file import ElbowsPass, load_robot
 
 RATE_HZ = 500

@@ -20,9 +20,9 @@ from fivebar_control.safety.forbidden import FORESEEN, stay_at_angle, stay_betwe
 from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.stages import SafetySettings
 from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_description.files import share_file
 from fivebar_description.forbidden import NOWHERE, PostureBounds
 from fivebar_description.robot_file import load_robot
-from fivebar_description.share import share_file
 from fivebar_description.strict_yaml import InputError
 
 ROBOT = load_robot("motkin")

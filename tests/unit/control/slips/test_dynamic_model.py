@@ -15,8 +15,7 @@ from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.state import Platform
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, friction_torque
 
 
 def test_both_assembly_modes_meet_at_type_2() -> None:

@@ -21,8 +21,7 @@ from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.time_law import rest_to_rest, rest_to_rest_without_jerk
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque
 
 A, BEYOND = (0.0, 0.15), (0.03, 0.13)
 BOUNDARY = (0.049, 0.144)

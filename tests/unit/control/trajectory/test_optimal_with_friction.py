@@ -9,8 +9,7 @@ from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.planner import OPTIMAL, OPTIMAL_WITH_FRICTION, QUINTIC, Plan, ZoneRule, plan_motion
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque
 
 RATE_HZ = 500
 MIDDLE = ((0.0, 0.15), (0.0, 0.02))

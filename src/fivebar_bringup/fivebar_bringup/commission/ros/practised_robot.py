@@ -31,7 +31,7 @@ from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock
 from fivebar_sim.imu import ImuReading
 from fivebar_sim.motors.emulation import POLL_PERIOD
 from fivebar_sim.motors.odrive import ODriveBus
-from fivebar_sim.readings import ReadingQueue, imu_queue
+from fivebar_sim.sensors import ReadingQueue, imu_queue
 
 
 class ImuOnTopic:

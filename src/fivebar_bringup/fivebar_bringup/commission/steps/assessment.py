@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from fivebar_bringup.commission.crossings import USED, TriedCrossing, as_found, likely_crossings
 from fivebar_bringup.commission.session import Session
 from fivebar_bringup.commission.step import Findings, GateClosed, GatedStep
+from fivebar_description.files import write_file
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError, validate
-from fivebar_description.text_file import write_file
 
 if TYPE_CHECKING:
     from fivebar_bringup.studies.engine.study import Study

@@ -30,11 +30,10 @@ from fivebar_bringup.drives.choice import run_files_of
 from fivebar_bringup.recorded.results import write_errors
 from fivebar_control.hardware.connection import interface_of
 from fivebar_description.drive_kinds import confirm_installed, drive_kind
+from fivebar_description.files import is_yaml_path, write_file
 from fivebar_description.robot_file import RobotFile, read_robot
-from fivebar_description.share import is_yaml_path
 from fivebar_description.strict_yaml import InputError, load_yaml, parse_yaml, validate, yaml_text
 from fivebar_description.suggestion import expected_one_of
-from fivebar_description.text_file import write_file
 
 PRACTICE_FILE = "practice.yaml"
 """The simulated robot: what the steps are to find out."""

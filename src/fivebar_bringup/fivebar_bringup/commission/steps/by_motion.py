@@ -10,9 +10,9 @@ from fivebar_bringup.commission.steps.calibration import figures_of, take
 from fivebar_bringup.commission.steps.identification import finished
 from fivebar_bringup.commission.steps.rehearsal import chosen_crossings
 from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
+from fivebar_description.files import write_file
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import yaml_text
-from fivebar_description.text_file import write_file
 
 CONFIRMED = 0.05e-3
 """Elbow gap (m) that is left at most for the calibration by hand to count as confirmed as it is."""

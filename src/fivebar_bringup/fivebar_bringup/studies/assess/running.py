@@ -24,9 +24,8 @@ from fivebar_bringup.studies.rigs.declared import (
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.rigs.rig import OF_ROBOT, Rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, draw, on_robot
+from fivebar_bringup.studies.sweep.planning import TimedCase, odds_seed, planned, screened, timed, timed_for_loads
 from fivebar_bringup.studies.sweep.running import verdict_on
-from fivebar_bringup.studies.sweep.screening import planned, screened
-from fivebar_bringup.studies.sweep.timing import TimedCase, odds_seed, timed, timed_for_loads
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.errors import InputError

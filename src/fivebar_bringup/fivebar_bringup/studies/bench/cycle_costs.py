@@ -74,7 +74,7 @@ ITEMS: Mapping[str, tuple[str, ...]] = {
     "posture and reference for the laws": ("fivebar_control.loop.shared_results:SharedResult.__call__",),
     "laws": ("fivebar_control.loop.law_runner:LawRunner.__call__",),
     "guard: blending, limits, faults": ("fivebar_control.safety.guard:Guard.command",),
-    "publishing on DDS": ("fivebar_description.ros.node:Serializing.publish",),
+    "publishing on DDS": ("fivebar_description.ros.messages:Serializing.publish",),
 }
 """Functions of the items, as MODULE:NAME."""
 

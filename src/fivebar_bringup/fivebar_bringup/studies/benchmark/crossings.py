@@ -15,9 +15,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import BASES, PLANNED_FOR, RATE_HZ, ROBOT, VARIED, Draw, draw, on_robot
-from fivebar_bringup.studies.sweep.screening import limits_for
+from fivebar_bringup.studies.sweep.planning import limits_for
 from fivebar_control.planning.feasibility import screen
-from fivebar_description.share import share_file
+from fivebar_description.files import share_file
 from fivebar_description.strict_yaml import InputError
 
 SEED = 1914

@@ -8,10 +8,10 @@ from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_bringup.simulation.uncompiled import crossing as run_crossing
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, crossing_of, robot_of_all
 from fivebar_bringup.studies.benchmark.scoring import Result, SuccessLimits
+from fivebar_bringup.studies.engine.local import in_turns
 from fivebar_bringup.studies.engine.study import StudySettings
-from fivebar_bringup.studies.engine.turns import in_turns
 from fivebar_bringup.studies.sweep.drawing import torque_limit_of
-from fivebar_bringup.studies.sweep.screening import planned
+from fivebar_bringup.studies.sweep.planning import planned
 from fivebar_control.laws.registry import TIMED_CONTROLLERS
 from fivebar_control.laws.robot_sizes import size_ratio
 from fivebar_control.safety.stages import NO_FAULT

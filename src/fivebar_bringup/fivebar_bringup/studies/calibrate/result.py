@@ -15,8 +15,8 @@ from fivebar_control.calibration.observability import Unseen
 from fivebar_control.calibration.parameters import CAMERA, PARAMETERS
 from fivebar_control.calibration.passive import PassiveZero
 from fivebar_control.calibration.result import CONFIDENCE, QUANTILE, Calibration
-from fivebar_description.known_sensors import KnownSensors
 from fivebar_description.robot_file import Lengths, RobotFile
+from fivebar_description.sensors import KnownSensors
 from fivebar_description.strict_yaml import yaml_text
 from fivebar_description.tolerances import EXACT, UNIFORM, Tolerances
 from fivebar_sim.effects.links import with_another_model

@@ -15,8 +15,8 @@ from fivebar_bringup.recorded.results import finite, json_text, new_directory, w
 from fivebar_bringup.studies.engine.study import Settings, Study, StudyReport
 from fivebar_bringup.studies.engine.table import Row
 from fivebar_bringup.studies.study_directory import StudyDirectory
+from fivebar_description.files import LARGEST_TABLE, append_to_file, read_text, replace_file
 from fivebar_description.strict_yaml import InputError
-from fivebar_description.text_file import LARGEST_TABLE, append_to_file, read_text, replace_file
 
 PROGRAM = "program"
 """Key of the digest of the code that decides the rows, beside the settings."""

@@ -24,6 +24,8 @@ Output = TypeVar("Output")
 
 STARTING = "starting processes, which compile machine code where it is new"
 
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+
 
 def share(
     function: Callable[[Input], Output],
@@ -155,3 +157,14 @@ def _end_with_parent() -> None:
     if parent is not None:
         connection.wait([parent.sentinel])
         os._exit(1)
+
+
+def in_turns(function: Callable[[Input], Output], items: Sequence[Input], case: int) -> list[Output]:
+    """Return the results of a function for all items, in their order.
+
+    Each case begins with another item. What takes long the first time, such as the compilation of a law's loop, is then
+    done by several processes at once. Multiples of the golden ratio keep the beginnings of successive cases apart.
+    """
+    first = int((case * GOLDEN) % 1.0 * len(items))
+    results = {place: function(items[place]) for place in (*range(first, len(items)), *range(first))}
+    return [results[place] for place in range(len(items))]

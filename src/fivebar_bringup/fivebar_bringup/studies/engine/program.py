@@ -43,7 +43,7 @@ DECIDING = {
         "scenario.py",
         "studies/rigs/*.py",
         "studies/engine/table.py",
-        "studies/engine/turns.py",
+        "studies/engine/local.py",
     ),
 }
 """Files that decide the rows of every study, and not only how they are shown: patterns by package."""

@@ -19,7 +19,7 @@ from fivebar_bringup.studies.engine.running import Progress, run_study
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.results.page import MADE, MadeRun, ResultPage, StudyRun
 from fivebar_description.errors import InputError
-from fivebar_description.text_file import LARGEST_TABLE, read_text
+from fivebar_description.files import LARGEST_TABLE, read_text
 
 MADE_FILE = "made.csv"
 

@@ -20,12 +20,12 @@ from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.scenario.robot_defaults import expected_force
 from fivebar_description.camera import CameraSettings
 from fivebar_description.errors import InputError
+from fivebar_description.files import is_yaml_path
 from fivebar_description.imu import ImuSettings
 from fivebar_description.loads import Loads
-from fivebar_description.passive_encoder import PassiveEncoder
 from fivebar_description.robot_file import RobotFile, read_robot
+from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.settings import plain_keys
-from fivebar_description.share import is_yaml_path
 from fivebar_description.strict_yaml import validate
 from fivebar_description.suggestion import expected_one_of
 from fivebar_description.tolerances import Tolerances

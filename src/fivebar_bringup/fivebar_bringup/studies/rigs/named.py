@@ -9,7 +9,7 @@ from pathlib import Path
 from fivebar_bringup.studies.rigs.declared import declared_rig
 from fivebar_bringup.studies.rigs.rig import CHANGES, OF_ROBOT, Rig, changed, read_rig
 from fivebar_description.errors import InputError
-from fivebar_description.share import is_yaml_path, share_file, yaml_path
+from fivebar_description.files import is_yaml_path, share_file, yaml_path
 from fivebar_description.suggestion import expected_one_of
 
 

@@ -15,9 +15,9 @@ from fivebar_control.laws.registry import CONTROLLERS, find_controller
 from fivebar_control.scenario.sensors import check_sensors
 from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.errors import InputError
+from fivebar_description.files import placed_beside
 from fivebar_description.scenario_file import with_files_beside
 from fivebar_description.settings import Section, Setting
-from fivebar_description.share import placed_beside
 from fivebar_description.shared_settings import Robot
 from fivebar_description.strict_yaml import NEWEST, Format, StrictModel, read_versioned, validate
 from fivebar_description.suggestion import expected_one_of

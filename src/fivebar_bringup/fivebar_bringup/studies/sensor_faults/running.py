@@ -16,9 +16,8 @@ from fivebar_bringup.studies.engine.study import StudySettings
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sensor_faults.faults import drawn_faults
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
+from fivebar_bringup.studies.sweep.planning import odds_seed, planned, sampled_case, timed
 from fivebar_bringup.studies.sweep.running import verdict_on
-from fivebar_bringup.studies.sweep.screening import planned, sampled_case
-from fivebar_bringup.studies.sweep.timing import odds_seed, timed
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import InputError
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
+from fivebar_bringup.studies.sweep.planning import planned, screened
 from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.screening import planned, screened
 from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.model.singularity import FOLDED, STRETCHED, DistalLinks, parallel_svd

@@ -33,8 +33,7 @@ from fivebar_control.trajectory.planner import (
     plan_motion,
 )
 from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_description.friction import friction_torque
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, friction_torque
 from fivebar_description.robot_file import load_robot
 from fivebar_description.rounding import in_millimetres
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
+from fivebar_bringup.studies.sweep.planning import accepted, planned
 from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.screening import accepted, planned
 from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.safety.stages import NO_FAULT

@@ -15,10 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.studies.sweep.drawing import Draw, draw
+from fivebar_bringup.studies.sweep.planning import accepted, planned, timed_for_loads
 from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.screening import accepted, planned
 from fivebar_bringup.studies.sweep.statistics import share_words
-from fivebar_bringup.studies.sweep.timing import timed_for_loads
 from fivebar_control.laws.registry import SUPERVISIONS
 from fivebar_control.machine_code import expect_many_motions
 

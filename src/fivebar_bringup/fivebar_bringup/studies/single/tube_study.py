@@ -21,7 +21,7 @@ from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.simulation.case import X, Y, case_of, sampled
 from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
-from fivebar_bringup.studies.sweep.screening import accepted, planned
+from fivebar_bringup.studies.sweep.planning import accepted, planned
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.machine_code import expect_many_motions

@@ -10,11 +10,10 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.uncompiled import crossing
-from fivebar_bringup.studies.engine.turns import in_turns
+from fivebar_bringup.studies.engine.local import in_turns
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, draw
+from fivebar_bringup.studies.sweep.planning import TimedCase, planned, sampled_case, screened, timed
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SUCCESS_PROBABILITY, SweepRow
-from fivebar_bringup.studies.sweep.screening import planned, sampled_case, screened
-from fivebar_bringup.studies.sweep.timing import TimedCase, timed
 from fivebar_control.laws import registry
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
 from fivebar_control.safety.stages import NO_FAULT

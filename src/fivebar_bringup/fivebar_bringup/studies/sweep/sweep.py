@@ -40,7 +40,7 @@ MOST_DRAWS = 100
 """Largest ratio of drawn cases to requested crossings."""
 
 
-DECIDING = tuple(f"studies/sweep/{module}.py" for module in ("drawing", "rows", "running", "screening", "timing"))
+DECIDING = tuple(f"studies/sweep/{module}.py" for module in ("drawing", "planning", "rows", "running"))
 """Files that decide the rows besides those of every study."""
 
 

@@ -1,15 +1,23 @@
-"""Files from outside as bytes or text: regular files of bounded size, everything else refused in one line."""
+"""Files: where those of a package and those that a user names are, and their content as bytes or text.
+
+What is read from outside is a regular file of bounded size; everything else is refused in one line.
+"""
 
 from __future__ import annotations
 
 import codecs
+import importlib.util
 import os
 import stat
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from fivebar_description.errors import InputError
+from fivebar_description.suggestion import expected_one_of
 
 LARGEST_TEXT = 1_000_000
 """Bytes of a file that people write, such as a scenario, robot file or program."""
@@ -26,6 +34,74 @@ KINDS = {
 }
 
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+@cache
+def share_file(package: str, *parts: str) -> Path:
+    """Return the path of a data file of `package`, such as ("fivebar_description", "config", "dextar.yaml").
+
+    The source tree comes first, so that an editable or symlinked installation shows edits at once; then the
+    installation prefix that holds the package. The file itself need not exist. It is found once, since robots are asked
+    for by name again and again.
+
+    Raises:
+        ModuleNotFoundError: the package is not installed.
+    """
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        raise ModuleNotFoundError(f"package {package} is not installed")
+    module = Path(spec.origin).resolve()
+    source = module.parents[1]
+    if (source / "package.xml").is_file():
+        return source.joinpath(*parts)
+    for prefix in (*module.parents, Path(sys.prefix)):
+        if (prefix / "share" / package / "package.xml").is_file():
+            return prefix.joinpath("share", package, *parts)
+    return Path(sys.prefix, "share", package, *parts)
+
+
+def is_yaml_path(name: str) -> bool:
+    """Return whether a name is the path of a YAML file, not that of a shipped one."""
+    return name.endswith((".yaml", ".yml"))
+
+
+def placed_beside(folder: Path, content: Any, *places: tuple[str, ...]) -> Any:
+    """Return a file's content in which names of other YAML files that lie beside it are paths.
+
+    A name of which no file lies there is left as it is: it is that of a shipped file, or relative to the working
+    directory.
+
+    Args:
+        folder: of the file.
+        content: as parsed.
+        places: where names of files stand, each the keys that lead there.
+    """
+    for first, *rest in places:
+        inside = content.get(first) if isinstance(content, Mapping) else None
+        if rest:
+            content = content if inside is None else {**content, first: placed_beside(folder, inside, tuple(rest))}
+        elif isinstance(inside, str) and is_yaml_path(inside) and is_file(folder / inside):
+            content = {**content, first: str(folder / inside)}
+    return content
+
+
+def yaml_path(what: str, name: str, *folders: Path) -> Path:
+    """Return a YAML file by its shipped name or by its path.
+
+    Args:
+        what: what the file describes, for the message.
+        name: name of a shipped file without its ending, or a path that ends in .yaml or .yml.
+        folders: where the shipped files are.
+
+    Raises:
+        InputError: no file of that name is shipped.
+    """
+    if is_yaml_path(name):
+        return Path(name)
+    shipped = {file.stem: file for folder in folders for file in folder.glob("*.yaml")}
+    if name not in shipped:
+        raise InputError(f"{what} {name!r}: {expected_one_of(name, sorted(shipped), ', or a path to a .yaml file')}")
+    return shipped[name]
 
 
 def read_bytes(path: Path, largest: int = LARGEST_TABLE) -> bytes:

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from fivebar_description.errors import InputError, quoted
+from fivebar_description.files import is_file, read_text, write_file
 from fivebar_description.strict_yaml import parse_yaml
-from fivebar_description.text_file import is_file, read_text, write_file
 
 BOM = b"\xef\xbb\xbf"
 

@@ -1,0 +1,300 @@
+"""Plans, times and judges a case of a sweep: by a controller's screen, a run predicted on the engine, and its odds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from functools import lru_cache
+from itertools import count
+from typing import NamedTuple
+
+import numpy as np
+
+from fivebar_bringup.odds.alternatives import Alternatives, Candidate, best_of_all
+from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.robot_errors import UNIFORM, has_odds
+from fivebar_bringup.odds.trials import ROBOTS, trials_of
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.case import Sampled, X, Y, case_of, sampled
+from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_bringup.simulation.uncompiled import traced_crossing
+from fivebar_bringup.studies.rigs.named import find_rig
+from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, plan_of
+from fivebar_control.estimation.homing import check_declared
+from fivebar_control.planning.course import STRAIGHT_LAWS
+from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
+from fivebar_control.planning.figures import Feasibility, nearest
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.pacing import Task, feasible_in, longest_bearing, pace_of
+from fivebar_control.planning.places import TimedCourse, courses_elsewhere
+from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, PredictedSample
+from fivebar_control.planning.timing import SLOWER, UNHURRIED, first_feasible
+from fivebar_control.safety.stages import NO_FAULT, SafetySettings
+from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
+from fivebar_control.trajectory.path_distance import FloatArray, path_distances
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.loads import NO_LOADS
+from fivebar_description.parameters import without_cogging
+from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.settings import PlantSettings
+
+PLACE = [TraceRow._fields.index(name) for name in ("estimated_x", "estimated_y")]
+
+MOMENT = [
+    TraceRow._fields.index(name)
+    for name in ("estimated_x", "estimated_y", "estimated_vx", "estimated_vy", "command1", "command2")
+]
+
+ANGLES = [TraceRow._fields.index(name) for name in ("q11", "q12", "q21", "q22")]
+
+REQUESTED = [TraceRow._fields.index(name) for name in ("requested1", "requested2")]
+
+ODDS = 4
+"""Random stream of a case besides those of its motion and its robot."""
+
+DURATIONS = tuple(1.4 * 0.8**step for step in range(14))
+"""Durations that are tried for better odds, relative to the one drawn."""
+
+
+def planned(case: Draw) -> Plan:
+    """Return the plan of a case, the same for all controllers.
+
+    Raises:
+        InputError: the planner refuses the motion, or the estimator its start.
+    """
+    plan = plan_of(case)
+    scenario = case.scenario(PLANNED_FOR)
+    if scenario.estimated:
+        check_declared(scenario.five_bar(), scenario.homing())
+    return plan
+
+
+def accepted(drawn: Callable[[int], Draw], controller: str = PLANNED_FOR) -> Iterator[Draw]:
+    """Yield the cases that planner and screen accept for a controller, without end; `drawn` returns one by its number.
+
+    A case that `drawn` refuses by an `InputError` is left out, too.
+    """
+    for number in count():
+        try:
+            case = drawn(number)
+        except InputError:
+            continue
+        if verdict_if_accepted(case, controller) is not None:
+            yield case
+
+
+def verdict_if_accepted(case: Draw, controller: str = PLANNED_FOR, judge_loads: bool = True) -> Feasibility | None:
+    """Return the screen's judgement of a case; None where planner or screen refuse it for a controller."""
+    try:
+        planned(case)
+        verdict = screened(case, controller, judge_loads)
+    except InputError:
+        return None
+    return verdict if verdict.feasible else None
+
+
+@lru_cache(maxsize=8)
+def screened(case: Draw, controller: str, judge_loads: bool = True) -> Feasibility:
+    """Return the screen's judgement of a controller's run of a planned case; predicted where nothing else is.
+
+    The declared loads are judged too, unless the odds decide about them.
+
+    The last ones are remembered: a case is judged when it is timed, and again for its row.
+    """
+    plan, scenario = plan_of(case), case.scenario(controller)
+    limits = limits_for(case, scenario)
+    if not judge_loads:
+        limits = limits.without_loads()
+    verdict = screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits)
+    if only_torque(verdict, scenario.tuned()):
+        weaker = scenario.plant._replace(torque_limit=limits.torque_share * limits.torque)
+        spare = predicted_on_engine(scenario.model_copy(update={"plant": weaker}), sampled_case(case))
+        verdict = with_reserve(verdict, spare, limits)
+    if not verdict.feasible:
+        return verdict
+    predicted = predicted_on_engine(scenario, sampled_case(case))
+    return with_sensing(
+        with_prediction(verdict, predicted, plan, limits),
+        predicted,
+        scenario.five_bar(),
+        plan,
+        RATE_HZ,
+        limits,
+        scenario.sensing(),
+    )
+
+
+def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
+    """Return the limits of the screen for a case: with exact sensors those of a motion that is chosen, by a draw."""
+    if case.encoder_counts is None:
+        return chosen_limits(scenario, torque=case.torque_limit)
+    return given_limits(scenario, plan_of(case), case.torque_limit)
+
+
+@lru_cache(maxsize=4)
+def sampled_case(case: Draw) -> Sampled:
+    """Return the plan of a case at its samples, the same for all controllers."""
+    scenario = case.scenario(PLANNED_FOR)
+    return sampled(scenario.five_bar(), plan_of(case), RATE_HZ, scenario.lead_samples)
+
+
+def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
+    """Return what becomes of a scenario on the robot as modelled, up to the end of the motion.
+
+    Args:
+        scenario: of which robot, controller and torque limit count.
+        samples: its sampled plan; a lead is left out.
+    """
+    perfect = scenario.model_copy(
+        update={
+            "plant": PlantSettings(torque_limit=scenario.plant.torque_limit),
+            "estimator": "none",
+            "safety": SafetySettings(
+                torque_limit=scenario.safety.torque_limit, request_ratio=math.inf, type1_margin=0.0
+            ),
+            "tracking_error_limit": LOST,
+        }
+    )
+    rate_hz, rows = scenario.rate_hz, samples.rows[: len(samples.rows) - scenario.lead_samples]
+    case = case_of(perfect, stop_at_fault=True)
+    control = case.numbers.control
+    # the plant of the prediction does not cog
+    known = case.numbers._replace(control=control._replace(robot=without_cogging(control.robot)))
+    outcome, trace = traced_crossing(case._replace(numbers=known), samples._replace(rows=rows))
+    places = trace[:, PLACE]
+    distances = np.hypot(*(places - rows[: len(trace), [X, Y]]).T)
+    off_path = path_distances(rows[:, [X, Y]], places)
+    # at its end a motion is to have come to its goal
+    off_path[len(rows) - 1 :] = distances[len(rows) - 1 :]
+    requests = np.max(np.abs(trace[:, REQUESTED]), axis=1)
+    # det A = sin(theta_2 - theta_1), theta_i = q_i1 + q_i2
+    q11, q12, q21, q22 = trace[:, ANGLES].T
+    signs = np.sign(np.sin(q21 + q22 - q11 - q12))
+    changes = np.flatnonzero(signs[1:] * signs[:-1] < 0.0) + 1
+
+    def peak(value: float, sample: int) -> Peak:
+        x, y = places[sample].tolist()
+        return Peak(value, sample / rate_hz, x, y)
+
+    lost, largest = outcome.fault != NO_FAULT, int(np.argmax(np.nan_to_num(requests, nan=math.inf)))
+
+    def error(values: FloatArray) -> Peak:
+        worst = int(np.argmax(values))
+        return peak(math.inf, len(trace) - 1) if lost else peak(float(values[worst]), worst)
+
+    return PredictedRun(
+        error=error(distances),
+        path_error=error(off_path),
+        torque=peak(float(requests[largest]), largest),
+        mode_changes=peak(float(outcome.mode_changes), int(changes[-1]) if changes.size else 0),
+        moments=tuple(PredictedSample(*row) for row in trace[:, MOMENT].tolist()),
+    )
+
+
+class TimedCase(NamedTuple):
+    """A case as its planner times it, with its odds; None where its robots declare nothing to draw from."""
+
+    case: Draw
+    odds: Odds | None = None
+
+    @property
+    def required(self) -> float:
+        """The share of robots that have to make it."""
+        return self.case.scenario(PLANNED_FOR).risk.success
+
+    @property
+    def likely(self) -> bool:
+        """Whether enough of the drawn robots make it; also where none are drawn."""
+        return self.odds is None or self.odds.share >= self.required
+
+
+def timed(case: Draw) -> TimedCase:
+    """Return a case as the planner times it for `PLANNED_FOR`.
+
+    First it is timed for the declared loads. Where not enough of the robots make it that are drawn as the rig's are,
+    other than the case's own, other durations, time laws and places of crossing are tried on them.
+
+    Raises:
+        InputError: the planner refuses the motion.
+    """
+    first = timed_for_loads(case)
+    planned(first)
+    if case.rig == VARIED or not has_odds(first.scenario(PLANNED_FOR)):
+        return TimedCase(first)
+    # what is declared of a robot are bounds, however its errors are distributed
+    errors, seed = find_rig(case.rig).errors._replace(distribution=UNIFORM), odds_seed(case)
+    scenario = first.scenario(PLANNED_FOR)
+    feasible = screened(first, PLANNED_FOR, judge_loads=False).feasible
+    by_loads = TimedCase(first, trials_of(scenario, errors, seed, range(ROBOTS)).odds if feasible else Odds())
+    if feasible and by_loads.likely:
+        return by_loads
+
+    def tried(course: TimedCourse) -> Candidate[Draw] | None:
+        along = case.along(course)
+        accepted = verdict_if_accepted(along, judge_loads=False) is not None
+        return Candidate(along, along.scenario(PLANNED_FOR)) if accepted else None
+
+    def elsewhere() -> Iterable[TimedCourse]:
+        limits = limits_for(case, scenario).without_loads()
+        task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
+        start, goal = scenario.waypoints
+        return courses_elsewhere(task, start, goal, plan_of(first))
+
+    robot = scenario.five_bar()
+    alternatives = Alternatives(tried, lambda course: course.by_other_laws(robot), elsewhere, RATE_HZ)
+    durations = (alternatives.in_duration(Candidate(first, scenario), one * case.duration) for one in DURATIONS)
+    motions = [one for one in durations if one is not None]
+    choice = best_of_all(motions, alternatives, errors, seed, by_loads.required)
+    return by_loads if choice is None else TimedCase(choice.motion.motion, choice.odds)
+
+
+def odds_seed(case: Draw) -> int:
+    """Return the seed of the robots on which a case is tried."""
+    return int(np.random.default_rng((case.seed, case.number, ODDS)).integers(2**62))
+
+
+def timed_for_loads(case: Draw) -> Draw:
+    """Return a case as the planner times it for `PLANNED_FOR`: otherwise than drawn where the rig's loads ask for it.
+
+    The drawn duration is what a user asks for; the planner keeps it where the loads displace the platform by no more
+    than it aims at. Otherwise it takes the longest duration that does, or the shortest that keeps the other limits, and
+    where that is not feasible somewhat longer ones, as for a requested motion. In each case a duration 1.4 times as
+    long is taken instead, if the platform is expected no farther from its reference. The polynomial gives way to the
+    time law of least torque where only that is feasible, or keeps nearer to the reference.
+
+    Raises:
+        InputError: the planner refuses the motion.
+    """
+    scenario = case.scenario(PLANNED_FOR)
+    plan, limits = plan_of(case), limits_for(case, scenario)
+    if not limits.loads.declared:
+        return case
+    task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
+    found = first_feasible(
+        _durations(task, plan),
+        lambda duration: _nearest_by_law(case, duration),
+        lambda duration: _nearest_by_law(case, UNHURRIED * duration),
+        lambda judged: judged[1],
+    )
+    return case if isinstance(found, str) else found[0]
+
+
+def _nearest_by_law(case: Draw, duration: float) -> tuple[Draw, Feasibility] | str:
+    """Return a case in a duration (s) by the time law that keeps it nearest to its reference, if one is feasible."""
+    timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
+    cases = [timed._replace(time_law=time_law) for time_law in STRAIGHT_LAWS]
+    found = [(one, verdict) for one in cases if (verdict := verdict_if_accepted(one)) is not None]
+    return nearest(found, lambda judged: judged[1]) if found else "not feasible by any time law"
+
+
+def _durations(task: Task, drawn: Plan) -> list[float]:
+    """Return the durations (s) to try under loads: from the shortest on, at last the drawn one."""
+    limits, longest = task.limits, drawn.path.duration
+    calm = longest_bearing(task, drawn, limits.risk.load_aim, limits.loads).duration
+    if calm == longest:
+        return [longest]
+    unloaded = task._replace(limits=limits._replace(loads=NO_LOADS))
+    wanted = calm
+    if not feasible_in(unloaded, drawn, calm):
+        wanted = max(calm, pace_of(unloaded, drawn).fastest)
+    return [*(factor * wanted for factor in SLOWER if factor * wanted < longest), longest]
