@@ -1,14 +1,17 @@
 """The signals that ask for a stop, as KeyboardInterrupt, which waits until no foreign code is running.
 
 A handler runs between any two steps of Python, also where a library calls Python from C++. An exception that it raises
-there is lost, or becomes another one: rclpy makes a RuntimeError of it while it converts a message.
+there is lost, or becomes another one: rclpy makes a RuntimeError of it while it converts a message, and LLVM goes on
+without the machine code that it was handing over.
 """
 
 from __future__ import annotations
 
+import _thread
 import math
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -38,6 +41,13 @@ def resumable(words: str) -> Iterator[None]:
         raise ResumableInterrupt(words) from interrupt
 
 
+CALLED_BACK = ("_raw_object_cache_notify", "_raw_object_cache_getbuffer")
+"""Functions that LLVM calls in the middle of a compilation: without what they do it goes on with half of a program."""
+
+AGAIN = 0.02
+"""Time (s) after which an interrupt that could not come is tried again."""
+
+
 def end_at_once(number: int, frame: FrameType | None) -> None:
     """End the process with exit status 0, as a signal does before a service has begun."""
     os._exit(0)
@@ -54,6 +64,8 @@ class _Interrupts:
     """Whether one has been raised since the outermost of them began."""
     raised_at = -math.inf
     """Time of the last interrupt (monotonic, s)."""
+    number: int = signal.SIGINT
+    """The signal that it came by."""
 
 
 def heard_signals() -> tuple[signal.Signals, ...]:
@@ -74,9 +86,21 @@ def keyboard_interrupts() -> Iterator[None]:
     """Make these signals raise KeyboardInterrupt, within `interrupts_deferred` at its end; an ignored one stays so."""
     previous = {number: signal.signal(number, _interrupt) for number in heard_signals()}
     _Interrupts.raised_at = -math.inf
+    hook = sys.unraisablehook
+
+    def unraisable(found: sys.UnraisableHookArgs) -> None:
+        """Repeat an interrupt that was lost, as in `__del__`, since nothing called the function it was raised in."""
+        if not issubclass(found.exc_type, KeyboardInterrupt):
+            hook(found)
+            return
+        _Interrupts.raised_at, _Interrupts.raised = -math.inf, False
+        _send_again(_Interrupts.number)
+
+    sys.unraisablehook = unraisable
     try:
         yield
     finally:
+        sys.unraisablehook = hook
         for number, handler in previous.items():
             signal.signal(number, handler)
 
@@ -134,7 +158,31 @@ def _raise() -> None:
 def _interrupt(number: int, frame: FrameType | None) -> None:
     if time.monotonic() - _Interrupts.raised_at < REPEAT_PERIOD:
         return
+    _Interrupts.number = number
     if not _Interrupts.deferred:
-        _raise()
+        if _is_called_back(frame):
+            _send_again(number)
+        else:
+            _raise()
     elif not _Interrupts.raised:
         _Interrupts.pending = True
+
+
+def _is_called_back(frame: FrameType | None) -> bool:
+    """Return whether a library waits for the function of a frame, which must not end by an exception."""
+    while frame is not None:
+        if frame.f_code.co_name in CALLED_BACK:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _send_again(number: int) -> None:
+    """Send a signal to this process a little later."""
+
+    def send() -> None:
+        time.sleep(AGAIN)
+        os.kill(os.getpid(), number)
+
+    # not of `threading`, whose locks the interrupted function may hold
+    _thread.start_new_thread(send, ())

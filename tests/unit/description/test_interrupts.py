@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import signal
 import threading
+import time
 
 import pytest
 
@@ -84,6 +86,44 @@ def test_a_signal_after_the_work_still_interrupts() -> None:
         signal.raise_signal(signal.SIGINT)
         steps.append("stopped in order")
     assert steps == ["worked", "stopped in order"]
+
+
+def _wait_for_an_interrupt() -> None:
+    until = time.monotonic() + 10.0
+    while time.monotonic() < until:
+        pass
+
+
+@pytest.mark.parametrize("number", STOP_SIGNALS)
+def test_a_function_that_llvm_has_called_ends_before_it_is_interrupted(number: signal.Signals) -> None:
+    steps = []
+
+    def _raw_object_cache_notify() -> None:
+        signal.raise_signal(number)
+        steps.append("handed over")
+
+    call = ctypes.CFUNCTYPE(None)(_raw_object_cache_notify)
+    with pytest.raises(KeyboardInterrupt), keyboard_interrupts():
+        call()
+        steps.append("compiled")
+        _wait_for_an_interrupt()
+    assert steps == ["handed over", "compiled"]
+
+
+def test_an_interrupt_that_is_lost_is_repeated() -> None:
+    """Python drops exceptions where nothing called the function that they are raised in."""
+
+    class Disposed:
+        def __del__(self) -> None:
+            signal.raise_signal(signal.SIGTERM)
+
+    steps = []
+    with pytest.raises(KeyboardInterrupt), keyboard_interrupts():
+        found = Disposed()
+        del found
+        steps.append("went on")
+        _wait_for_an_interrupt()
+    assert steps == ["went on"]
 
 
 def test_another_thread_defers_nothing() -> None:
