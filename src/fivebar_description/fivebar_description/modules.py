@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import sys
+import traceback
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from fivebar_description.errors import InputError
@@ -26,10 +28,21 @@ def load_part(place: str) -> Any:
     """Return what MODULE:NAME is; its module is imported.
 
     Raises:
-        InputError: it cannot be imported.
+        InputError: it cannot be imported, or its module fails while it is.
     """
     module, _, name = place.partition(":")
     try:
         return getattr(import_module(module), name)
     except (ImportError, AttributeError) as error:
         raise InputError(f"{place}: cannot be loaded: {error}") from error
+    except Exception as error:
+        raise InputError(f"{place}: cannot be loaded: {_with_place(error)}") from error
+
+
+def _with_place(error: Exception) -> str:
+    """Return what an error of a module is, and in which line, which a SyntaxError says by itself."""
+    words = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    if isinstance(error, SyntaxError):
+        return words
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{words} ({Path(last.filename).name}, line {last.lineno})"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import pytest
 
 from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
@@ -45,3 +48,23 @@ def test_every_part_of_a_shipped_one_is_there(kind: DriveKind) -> None:
 def test_others_are_refused_by_name(name: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         drive_kind(name)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("import json\ndef ::\n", r"broken_kind:KIND: cannot be loaded: SyntaxError: .*\(broken_kind\.py, line 2\)"),
+        (
+            "KIND = 1\n\nKIND / 0\n",
+            r"broken_kind:KIND: cannot be loaded: ZeroDivisionError: .*\(broken_kind\.py, line 3\)",
+        ),
+    ],
+)
+def test_a_module_that_fails_is_named_with_the_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, content: str, words: str
+) -> None:
+    (tmp_path / "broken_kind.py").write_text(content, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "broken_kind", raising=False)
+    with pytest.raises(InputError, match=words):
+        drive_kind("broken_kind:KIND")

@@ -20,6 +20,7 @@ from fivebar_control.hardware.drive_interface import (
 )
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.interface import ALL_WELL
+from fivebar_description.outside_text import one_line
 
 REPEAT_PERIOD = 0.1
 """Time (s) between two publications of sample 0 while nobody has answered it."""
@@ -132,12 +133,22 @@ class DriveSession:
         )
 
     def open(self) -> bool:
-        """Open and set up both drives, which stay without power; return whether that succeeded."""
+        """Open and set up both drives, which stay without power; return whether that succeeded.
+
+        A driver may raise an OSError where its bus or port cannot be opened. Any other exception is a mistake in it,
+        and is raised again with the fault latched.
+        """
         try:
             self._drives = self._open_drives()
         except DriveError as error:
             self.latch(error.fault)
             return False
+        except OSError as error:
+            self.latch(Fault("bus_missing", one_line(str(error))))
+            return False
+        except Exception as error:
+            self.latch(Fault("drive_setup", one_line(f"the driver failed: {type(error).__name__}: {error}")))
+            raise
         self.fault = None
         return True
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import pytest
+
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, JointTarget, Torques
 from fivebar_control.hardware.drive_session import DriveSession
@@ -150,3 +154,27 @@ def test_drives_that_follow_the_clock_are_not_kept_waiting() -> None:
     sample = session.cycle(2 * PERIOD)
     assert sample is not None
     assert (sample.number, session.overdue) == (2, False)
+
+
+def session_that_opens(driver: Callable[[], Drives]) -> tuple[DriveSession, list[str]]:
+    faults: list[str] = []
+    session = DriveSession(
+        driver, round(1.0 / PERIOD), TIMEOUT, 1.0, lambda fault, own: faults.append(str(fault)), "bridge", False
+    )
+    return session, faults
+
+
+def test_a_driver_whose_port_cannot_be_opened_is_a_fault() -> None:
+    def no_device() -> Drives:
+        raise OSError(19, "No such device")
+
+    session, faults = session_that_opens(no_device)
+    assert not session.open() and not session.is_open
+    assert faults == ["bus_missing: [Errno 19] No such device"]
+
+
+def test_a_mistake_in_a_driver_is_a_fault_beside_its_traceback() -> None:
+    session, faults = session_that_opens(lambda: {}["port"])
+    with pytest.raises(KeyError):
+        session.open()
+    assert faults == ["drive_setup: the driver failed: KeyError: 'port'"]
