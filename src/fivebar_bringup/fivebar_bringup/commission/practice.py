@@ -25,7 +25,7 @@ from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directo
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.guided import GuidedSample, pulled, write_guided_bag
+from fivebar_bringup.simulation.guided import DAMPING, GuidedSample, pulled, write_guided_bag
 from fivebar_bringup.simulation.mechanism_code import compiled_motion
 from fivebar_bringup.studies.engine.running import silent
 from fivebar_control.hardware.drive_interface import set_up_or_closed
@@ -35,6 +35,7 @@ from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints
 from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.time_law import rest_to_rest
+from fivebar_description.errors import InputError
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile, read_robot
@@ -51,7 +52,10 @@ from fivebar_sim.sensors import ReadingQueue, imu_queue
 DEGREE = math.pi / 180.0
 
 GRIP = 10.0
-"""Stiffness of a hand that puts the platform on a mark, relative to that of one that leads it."""
+"""Largest stiffness of a hand that puts the platform on a mark, relative to that of one that leads it."""
+
+STEADY = 1.5
+"""Part of the platform's speed that the hand may take within a period: with 2 it swings."""
 
 LOADING = 600.0
 """Longest time (s) by the clock until the simulated motors have power."""
@@ -220,12 +224,29 @@ class PracticeRobot:
         return state_from_joints(self.actual, *truth.position, *truth.velocity)
 
     def by_hand(self, wanted: Callable[[float], Platform], seconds: float, grip: float = 1.0) -> None:
-        """Let a hand move the platform without power, to where it is wanted at each time (s)."""
+        """Let a hand move the platform without power, to where it is wanted at each time (s).
+
+        Raises:
+            InputError: the robot moves too fast to be simulated.
+        """
         for number in range(round(seconds / self.period)):
             x, y = pulled(self.actual, self.state, wanted(number * self.period))
             self.motors.pull(grip * x, grip * y)
             self.commanded(False, (0.0, 0.0))
         self.motors.pull(0.0, 0.0)
+        if all(motor.faulty for motor in self.motors.motors):
+            raise InputError(f"{self.file.name}: moved by hand, the robot moves too fast to be simulated")
+
+    @property
+    def firmest_grip(self) -> float:
+        """The grip of a hand whose force, held for a period, does not make the robot swing where it is."""
+        actual, state, springs = self.actual, self.state, self.file.effects.transmission
+        of_links = 1.0 - springs.rotor_share if springs.frequency > 0.0 else 1.0
+        moved = actual.mass * np.eye(2)
+        for parameters, leg in ((actual.leg1, state.leg1), (actual.leg2, state.leg2)):
+            moved += of_links * parameters.inertia / leg.b**2 * np.outer((leg.u_x, leg.u_y), (leg.u_x, leg.u_y))
+        steady = STEADY * float(np.linalg.eigvalsh(moved)[0]) / (DAMPING * actual.mass * self.period)
+        return max(1.0, min(GRIP, steady))
 
     def moved_to(self, x: float, y: float) -> None:
         """Let a hand put the platform in a place, and let go of it there."""
@@ -235,7 +256,7 @@ class PracticeRobot:
             share = rest_to_rest(time / HAND_TIME)[0]
             return Platform(begin.x + share * (x - begin.x), begin.y + share * (y - begin.y), 0.0, 0.0, 0.0, 0.0)
 
-        self.by_hand(wanted, HAND_TIME + REST_TIME, GRIP)
+        self.by_hand(wanted, HAND_TIME + REST_TIME, self.firmest_grip)
 
     def does(self, task: Task) -> None:
         """Let a hand do a task at the robot, as well as it can; a motion along waypoints is left to the bench."""

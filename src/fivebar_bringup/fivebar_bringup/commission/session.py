@@ -19,6 +19,7 @@ from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.studies.rigs.declared import derived_tuning
 from fivebar_control.hardware.drive_interface import DriveReading
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import JointAngles
@@ -180,6 +181,11 @@ class Session:
         """Keep the drives' file as it was while something was recorded."""
         self.drives.write(folder.path / DRIVES_FILE)
 
+    def _declared_play(self) -> dict[str, float]:
+        """Return by how much the estimator expects motors and links to differ, where the file says that they may."""
+        tuning = derived_tuning(self.robot)
+        return {"play": tuning["play"]} if "play" in tuning else {}
+
     def scenario(self, name: str, **content: Any) -> Scenario:
         """Return a scenario of the robot, within what it is allowed."""
         drives = self.drives
@@ -194,7 +200,7 @@ class Session:
             "rate_hz": drives.rate_hz,
             "estimator": "ekf",
             # what the robot file says of a sensor is a claim until it has been commissioned
-            "ekf": {"gyro": False} | content.pop("ekf", {}),
+            "ekf": {"gyro": False} | self._declared_play() | content.pop("ekf", {}),
             "plant": plant | content.pop("plant", {}),
             "safety": safety | content.pop("safety", {}),
         }

@@ -15,8 +15,10 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.commission.limits import Allowed
 from fivebar_bringup.commission.person import PutAt, Turn
 from fivebar_bringup.commission.practice import (
+    GRIP,
     PracticeBench,
     PracticeFile,
+    PracticeRobot,
     SimulatedPerson,
     assumed_drives,
     drawn_practice,
@@ -29,6 +31,8 @@ from fivebar_bringup.commission.steps.sequence import STEPS
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.motors_file import load_motors
+from fivebar_control.model.state import Platform
+from fivebar_description.errors import InputError
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import read_yaml, validate, yaml_text
 
@@ -62,6 +66,24 @@ def test_robots_are_drawn_within_their_bounds_and_again_by_the_same_number() -> 
     assert 0.15 < np.abs([one.mass_scale - 1.0 for one in drawn]).max() <= 0.2
     assert 0.4 < np.abs([one.friction_scale - 1.0 for one in drawn]).max() <= 0.5
     assert np.degrees(np.abs([one.placing for one in drawn]).max()) <= 0.3
+
+
+def test_a_hand_turns_the_links_of_a_light_robot() -> None:
+    """At 500 Hz a hand as firm as for DexTAR's links would make it swing ever more."""
+    drawn = drawn_practice("dextar", 3)
+    assert PracticeRobot(validate(drawn, PracticeFile, "test"), machine_code=False).firmest_grip == GRIP
+    robot = PracticeRobot(validate(drawn | {"inertia_scale": 0.03}, PracticeFile, "test"), machine_code=False)
+    before = robot.state
+    robot.does(Turn(1, 0.3))
+    after = robot.state
+    assert after.leg2.q1 - before.leg2.q1 == pytest.approx(0.3, abs=0.02)
+    assert after.leg1.q1 - before.leg1.q1 == pytest.approx(0.0, abs=0.02)
+
+
+def test_a_robot_that_is_moved_too_fast_by_hand_is_named() -> None:
+    robot = PracticeRobot(validate(drawn_practice("dextar", 3), PracticeFile, "test"), machine_code=False)
+    with pytest.raises(InputError, match="dextar_3: moved by hand, the robot moves too fast"):
+        robot.by_hand(lambda time: Platform(0.0, 0.1, 0.0, 0.0, 0.0, 0.0), 1.0, 30.0 * GRIP)
 
 
 @pytest.mark.extra

@@ -19,6 +19,7 @@ from fivebar_bringup.studies.engine.directory import opened
 from fivebar_control.fault import Fault
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
+from fivebar_description.transmission import Transmission
 
 LAST = "zero"
 """The last step that needs no more than drives."""
@@ -53,6 +54,15 @@ def commissioned(folder: Path, spoil: Spoil = lambda bench: None) -> tuple[Ended
 
 def reversed_motor(bench: ToyBench) -> None:
     bench.motors.signs = [1, -1]
+
+
+def test_declared_soft_transmissions_let_the_encoders_differ_from_the_links(tmp_path: Path) -> None:
+    session, _ = session_of(tmp_path / "new")
+    waypoints = [session.robot.home_m, session.robot.home_m]
+    assert session.scenario("rest", waypoints=waypoints).ekf.play == 0.0
+    soft = Transmission(frequency=60.0, backlash=1e-3)
+    session.learn_robot(session.robot.model_copy(update={"transmission": soft}))
+    assert session.scenario("rest", waypoints=waypoints).ekf.play == pytest.approx(5e-3)
 
 
 def test_an_interrupted_assessment_resumes_unless_it_is_finished_or_the_robot_has_changed(tmp_path: Path) -> None:
