@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.robots.questions import LENGTHS, OTHERS
+from fivebar_bringup.studies.rigs.named import find_rig
+from fivebar_bringup.studies.rigs.rig import OF_ROBOT
 from fivebar_control.planning.postures import place_at
 from fivebar_description.robot_file import read_robot
 
@@ -80,7 +82,9 @@ def test_empty_lines_are_the_usual_answers_which_are_shown(tmp_path: Path) -> No
     [
         ("platform", "heavy", "'heavy': expected a number"),
         ("platform", "nan", "nan: expected above 0"),
-        ("a", "-3", "-3: expected above 0"),
+        ("a", "-3", "-3: expected at least 0.1"),
+        ("l_22", "0.001", "0.001: expected at least 0.1, at most 10000"),
+        ("tilt", "90", "90: expected at least 0, at most 89"),
         ("counts", "1000.5", "1000.5: expected a whole number"),
         ("backlash", "1e3", "1e3: expected at least 0, at most 100"),
     ],
@@ -92,6 +96,21 @@ def test_a_wrong_answer_is_refused_in_a_line_and_asked_again(tmp_path: Path, key
     question = next(one.words for one in QUESTIONS if one.key == key)
     assert shown.count(question) == 2
     assert read_robot(str(tmp_path / "again.yaml")).lengths_m.a == 0.2
+
+
+def test_an_encoder_that_does_not_count_is_refused(tmp_path: Path) -> None:
+    code, _, refused = answered(tmp_path / "none.yaml", text_of(BELT | {"gear": "1e-6", "counts": "2"}))
+    assert (code, refused) == (2, "fivebar: gear of 1e-06: 2 counts: expected at least 2 in a turn of the joint\n")
+
+
+def test_a_name_with_spaces_and_signs_makes_a_robot_whose_command_can_be_pasted(tmp_path: Path) -> None:
+    path = tmp_path / 'my "bot" #.yaml'
+    code, shown, _ = answered(path, text_of(BELT))
+    assert code == 0 and f"fivebar assess '{path}' says" in shown
+    done = CliRunner().invoke(app, ["robot", "check", str(path)])
+    assert (done.exit_code, done.stderr) == (0, "")
+    # a variant of it, as the assessment runs it
+    assert find_rig(f"{OF_ROBOT}{path}#push").robot == str(path)
 
 
 def test_legs_that_never_meet_are_asked_for_again(tmp_path: Path) -> None:

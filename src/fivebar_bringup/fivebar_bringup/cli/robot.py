@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sys
 from enum import StrEnum
 from functools import partial
@@ -49,7 +50,7 @@ def robot(
             words = f"{file}: robot {name}: a valid robot file"
         else:
             name = _new(file, overwrite, sys.stderr if as_json else sys.stdout)
-            words = f"wrote {file}: fivebar assess {file} says what it can do"
+            words = f"wrote {file}: {shlex.join(('fivebar', 'assess', str(file)))} says what it can do"
     if as_json:
         print(json.dumps({"file": str(file), "robot": name}, indent=2))
     else:

@@ -60,6 +60,8 @@ def robot_text(name: str, answers: Answers) -> str:
     """
     x, y = home_of(_robot(answers))
     gear, counts = answers["gear"], round(answers["counts"] * answers["gear"])
+    if counts < 2:
+        raise InputError(f"gear of {gear:g}: {answers['counts']:g} counts: expected at least 2 in a turn of the joint")
     inertias = [_inertia(answers, leg) for leg in (1, 2)]
     # half of what one count in a sample is
     width = max(LEAST_WIDTH, 0.5 * TURN / counts * answers["rate"])

@@ -61,17 +61,17 @@ def _as(key: str) -> Callable[[Answers], float]:
 
 
 LENGTHS = (
-    Question("a", "distance between the motor axes (mm)", 118.0, 0.0, 1e4, above=True),
-    Question("l_11", "proximal link of leg 1, the left one (mm)", 90.0, 0.0, 1e4, above=True),
-    Question("l_12", "distal link of leg 1 (mm)", 90.0, 0.0, 1e4, above=True),
-    Question("l_21", "proximal link of leg 2 (mm)", _as("l_11"), 0.0, 1e4, above=True),
-    Question("l_22", "distal link of leg 2 (mm)", _as("l_12"), 0.0, 1e4, above=True),
+    Question("a", "distance between the motor axes (mm)", 118.0, 0.1, 1e4),
+    Question("l_11", "proximal link of leg 1, the left one (mm)", 90.0, 0.1, 1e4),
+    Question("l_12", "distal link of leg 1 (mm)", 90.0, 0.1, 1e4),
+    Question("l_21", "proximal link of leg 2 (mm)", _as("l_11"), 0.1, 1e4),
+    Question("l_22", "distal link of leg 2 (mm)", _as("l_12"), 0.1, 1e4),
 )
 
 OTHERS = (
-    Question("platform", "mass at the platform: end effector, pin, payload (kg)", 0.3, 0.0, 1e3, above=True),
+    Question("platform", "mass at the platform: end effector, pin, payload (kg)", 0.3, 0.0, 500.0, above=True),
     Question("proximal_mass", "mass of a proximal link (kg)", 0.2, 0.0, 1e3),
-    Question("distal_mass", "mass of a distal link (kg)", 0.1, 0.0, 1e3),
+    Question("distal_mass", "mass of a distal link (kg)", 0.1, 0.0, 500.0),
     Question("gear", "gear: turns of the motor per turn of the joint, 1 for none", 1.0, 0.0, 1e4, above=True),
     Question("rotor", "inertia of a rotor, on the motor's side (kg m^2)", 1e-4, 0.0, 100.0, above=True),
     Question("torque", "largest torque at the joint, behind the gear (Nm)", 2.0, 0.0, 1e6, above=True),
@@ -100,7 +100,7 @@ OTHERS = (
     ),
     Question("known_length", "how exactly each length is known (mm, plus or minus)", 0.3, 0.0, 100.0),
     Question("known_zero", "how exactly the encoders' zeros are known (degrees, plus or minus)", 0.3, 0.0, 57.0),
-    Question("tilt", "largest tilt of the base (degrees)", 2.0, 0.0, 90.0),
+    Question("tilt", "largest tilt of the base (degrees)", 2.0, 0.0, 89.0),
     Question(
         "push",
         "largest push on the platform, as by a cable (N)",

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import shlex
+import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.main import get_command
@@ -11,6 +14,9 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.studies.assess.assess import ASSESSMENT
+from fivebar_bringup.studies.benchmark.study import BENCHMARK
+from fivebar_bringup.studies.engine.study import Study
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.robustness.bursts import (
     BURSTS,
@@ -41,9 +47,11 @@ from fivebar_bringup.studies.robustness.running import (
 )
 from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 from fivebar_bringup.studies.robustness.tables import first_failures
+from fivebar_bringup.studies.sweep.sweep import SWEEP
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_file import load_robot
+from fivebar_description.share import share_file
 from fivebar_description.tolerances import EXACT
 from fivebar_sim.effects.mechanism import mechanism_of
 from fivebar_sim.effects.settings import PlantSettings
@@ -251,3 +259,12 @@ def test_bursts_of_lost_samples_are_borne() -> None:
     assert losses.without < losses.errors[-1].max() < 1e-3
     assert BURSTS[Lost.SAMPLES][-1] == LIMIT - 1
     assert losses.moments.tolist() == [0.25, 0.5, 0.75]
+
+
+@pytest.mark.parametrize("study", [ASSESSMENT, BENCHMARK, ROBUSTNESS, SWEEP], ids=lambda study: study.name)
+def test_the_command_of_a_study_takes_a_path_with_spaces(study: Study[Any, Any], tmp_path: Path) -> None:
+    """As it stands on the page, to be pasted into a shell."""
+    path = tmp_path / "my robot.yaml"
+    shutil.copy(share_file("fivebar_description", "config", "dextar.yaml"), path)
+    words = shlex.split(study.command(study.settings(robot=str(path))))
+    assert words[:2] == ["fivebar", study.name] and str(path) in words

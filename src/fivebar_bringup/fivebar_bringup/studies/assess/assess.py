@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from shlex import quote
 from typing import Any
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT, success_rule
@@ -86,7 +87,8 @@ def assess_report(settings: AssessSettings, rows: Sequence[AssessRow]) -> StudyR
         reach_table(reach),
     ]
     command = command_of(settings)
-    check = f"fivebar sweep --robot {settings.robot} --controllers {first} --seed {settings.seed + 1} --cases 200"
+    robot, seed = quote(settings.robot), settings.seed + 1
+    check = f"fivebar sweep --robot {robot} --controllers {first} --seed {seed} --cases 200"
     content: dict[str, Any] = {
         "robot": file.name,
         "command": command,
@@ -184,7 +186,7 @@ def _summary(settings: AssessSettings, rows: Sequence[AssessRow], file: RobotFil
 
 def command_of(settings: AssessSettings) -> str:
     """Return the command that repeats the study."""
-    usual, words = AssessSettings(), [f"fivebar assess {settings.robot}"]
+    usual, words = AssessSettings(), [f"fivebar assess {quote(settings.robot)}"]
     quick = all(getattr(settings, name) == value for name, value in QUICK.items())
     words += ["--quick"] if quick else [f"--cases {settings.cases}"] if settings.cases != usual.cases else []
     words += [f"--seed {settings.seed}"] if settings.seed != usual.seed else []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from shlex import quote
 
 from fivebar_bringup.pages.content import Cell, Line, Table, table
 from fivebar_bringup.pages.rendering import study_page
@@ -53,9 +54,9 @@ def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> 
 
 def command_of(settings: BenchmarkSettings) -> str:
     """Return the command that repeats a benchmark."""
-    words = [f"fivebar benchmark --rig {','.join(settings.rigs)}"]
+    words = [f"fivebar benchmark --rig {quote(','.join(settings.rigs))}"]
     words += settings.options("controllers")
-    words += [f"--robot {settings.robot}"] if settings.robot else []
+    words += [f"--robot {quote(settings.robot)}"] if settings.robot else []
     return " ".join([*words, f"--cases {settings.cases}"])
 
 

@@ -245,7 +245,7 @@ def declared_rig(name: str) -> Rig:
     Raises:
         InputError: there is no such robot or variant, or the robot's file does not fit.
     """
-    robot, _, variant = name.partition(VARIANT)
+    robot, variant = _parted(name)
     if variant not in VARIANTS:
         raise InputError(f"{name}: {variant!r}: {expected_one_of(variant, tuple(VARIANTS))}")
     changed = VARIANTS[variant]
@@ -256,6 +256,14 @@ def declared_rig(name: str) -> Rig:
     rig = validate(content, Rig, robot)
     check_rig(rig, robot)
     return rig
+
+
+def _parted(name: str) -> tuple[str, str]:
+    """Return robot and variant of a rig; the path of a robot's file may have the sign between them, too."""
+    if is_yaml_path(name) or VARIANT not in name:
+        return name, DECLARED
+    robot, _, variant = name.rpartition(VARIANT)
+    return robot, variant
 
 
 def tolerances_or_assumed(file: RobotFile) -> Tolerances:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from shlex import quote
 from typing import Any
 
 from fivebar_bringup.pages.rendering import study_page
@@ -72,7 +73,7 @@ def robustness_report(settings: RobustnessSettings, rows: Sequence[RobustnessRow
 def command_of(settings: RobustnessSettings) -> str:
     """Return the command that repeats the study."""
     usual, words = RobustnessSettings(), ["fivebar robustness"]
-    words += [f"--robot {settings.robot}"] if settings.robot != usual.robot else []
+    words += [f"--robot {quote(settings.robot)}"] if settings.robot != usual.robot else []
     words += ["--quick"] if settings.draws == QUICK["draws"] else []
     return " ".join([*words, *settings.options("effects", "controllers")])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from shlex import quote
 from typing import Any
 
 from fivebar_bringup.odds.misfit_limits import alarm_rate
@@ -120,7 +121,7 @@ def sensor_faults_report(settings: SensorFaultSettings, rows: Sequence[SensorFau
 
 def command_of(settings: SensorFaultSettings) -> str:
     """Return the command that repeats the study."""
-    words = f"fivebar robustness --rig {settings.rig} --cases {settings.cases} --seed {settings.seed}"
+    words = f"fivebar robustness --rig {quote(settings.rig)} --cases {settings.cases} --seed {settings.seed}"
     return " ".join([words, *settings.options("controllers")])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from shlex import quote
 from typing import Any
 
 from pydantic import field_validator
@@ -103,8 +104,8 @@ def _of_cases(settings: SweepSettings) -> str:
     """Return the command of a sweep, without the number of its cases."""
     words = [f"fivebar sweep --seed {settings.seed}"]
     declared = settings.rig.removeprefix(OF_ROBOT) if settings.rig.startswith(OF_ROBOT) else ""
-    words += [f"--rig {settings.rig}"] if settings.rig and not declared else []
-    words += [f"--robot {settings.robot or declared}"] if settings.robot or declared else []
+    words += [f"--rig {quote(settings.rig)}"] if settings.rig and not declared else []
+    words += [f"--robot {quote(settings.robot or declared)}"] if settings.robot or declared else []
     return " ".join([*words, *settings.options("controllers")])
 
 
