@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fivebar_description.share import share_file
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -51,7 +52,6 @@ from fivebar_bringup.studies.sweep.sweep import SWEEP
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_file import load_robot
-from fivebar_description.share import share_file
 from fivebar_description.tolerances import EXACT
 from fivebar_sim.effects.mechanism import mechanism_of
 from fivebar_sim.effects.settings import PlantSettings
