@@ -24,7 +24,6 @@ from fivebar_bringup.studies.results import comparison, crossing, faults, laws, 
 from fivebar_bringup.studies.results.catalogue import PAGES, RUNS, whole_sample
 from fivebar_bringup.studies.results.making import ResultFiles, make_results
 from fivebar_bringup.studies.results.page import MadeRun, ResultPage, StudyRun, TextTable
-from fivebar_bringup.studies.robustness.effects import EFFECTS
 from fivebar_bringup.studies.single.crossing_gain import MODE, PAIR, ROBOT
 from fivebar_bringup.studies.sweep.drawing import draw
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SUCCESS_PROBABILITY, SweepRow
@@ -90,10 +89,6 @@ def test_every_run_is_one_of_its_study_and_for_a_page() -> None:
     assert {run for page in PAGES for run in page.runs} == set(RUNS)
 
 
-IMU = {"noise": "gyro_noise", "offset": "gyro_bias"}
-"""Faults of the gyroscope that docs/imu.md lists, and their effects."""
-
-
 def test_pages_state_the_numbers_of_the_data(kept: ResultFiles) -> None:
     of = {row.rig: row for row in kept.rows["rigs"]}
     calibrated, middling = of["calibrated"], of["middling"]
@@ -102,7 +97,6 @@ def test_pages_state_the_numbers_of_the_data(kept: ResultFiles) -> None:
     score = {(row.rig, row.controller): row for row in kept.rows["laws"]}
     small = [score[rig, law] for rig in ("calibrated", "good") for law in ("unified", "mpc")]
     shares = sorted(100 * row.successes / row.crossings for row in small)
-    gyro = {line[0]: line[4:6] for line in faults.faults_table(kept.rows["faults"]).rows}
     claims = kept.rows["thesis"]
     missed = [row for row in claims if row.verdict == Verdict.NOT_REPRODUCED]
     stated = {
@@ -115,11 +109,7 @@ def test_pages_state_the_numbers_of_the_data(kept: ResultFiles) -> None:
             f"within {in_millimetres(calibrated.error_95)} of its reference in 95 %",
             f"within {in_millimetres(middling.error_95)}",
         ),
-        "docs/imu.md": (
-            f"{within['printed']} random crossings within 2 mm",
-            *(f"| {' | '.join((words, *gyro[EFFECTS[name].words]))} |" for words, name in IMU.items()),
-        ),
-        "docs/motkin.md": (f"{within['printed_calibrated']} stay within 2 mm, uncalibrated {within['printed']}",),
+        "docs/imu.md": (f"{within['printed']} random crossings within 2 mm",),
         "docs/choose.md": (f"`unified` and `mpc` make {shares[0]:.0f} to {shares[-1]:.0f} %",),
     }
     texts = {name: " ".join((HOME / name).read_text(encoding="utf-8").split()) for name in stated}
