@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fivebar_description.share import share_file
 from typer.main import get_command
 from typer.testing import CliRunner
 
@@ -50,6 +49,7 @@ from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
 from fivebar_bringup.studies.robustness.tables import first_failures
 from fivebar_bringup.studies.sweep.sweep import SWEEP
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
+from fivebar_description.files import share_file
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_file import load_robot
 from fivebar_description.tolerances import EXACT
