@@ -1,25 +1,42 @@
-"""Runs a launch file with the service behind `ros2 launch`, and exits as that does.
-
-python launched.py FILE NAME:=VALUE ...
-"""
+"""The processes of a launch file as those of a bench: `control.launch.py` without `ros2 launch`."""
 
 from __future__ import annotations
 
-import sys
+import signal
+from pathlib import Path
 
-from launch import LaunchDescription, LaunchService
-from launch.actions import IncludeLaunchDescription
-from launch.launch_description_sources import PythonLaunchDescriptionSource
+from forked_node import ForkedNode
+from graph_probe import Bench
 
-
-def main(path: str, *arguments: str) -> int:
-    """Return the exit status of a launch, once all of it has ended."""
-    service = LaunchService(argv=arguments)
-    values = [tuple(argument.split(":=", 1)) for argument in arguments]
-    included = IncludeLaunchDescription(PythonLaunchDescriptionSource(path), launch_arguments=values)
-    service.include_launch_description(LaunchDescription([included]))
-    return int(service.run())
+from fivebar_bringup.bag import RECORDER
+from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT
+from fivebar_bringup.runs.launched_graph import launched_processes
+from fivebar_bringup.runs.launching import ControlRequest
 
 
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+class Launched:
+    """The graph that a launch starts."""
+
+    def __init__(self, bench: Bench, request: ControlRequest) -> None:
+        self._processes = {}
+        for one in launched_processes(request):
+            file = Path(bench.folder, f"{one.name}.yaml")
+            file.write_text(one.parameter_file, encoding="utf-8")
+            words = ("--params-file", str(file))
+            self._processes[one.name] = (
+                bench.start_group(*one.arguments, "--ros-args", *words)
+                if one.arguments
+                else bench.start(one.executable, arguments=words)
+            )
+
+    def stop(self) -> None:
+        """End all processes, the bridge before its drives, and the recorder last."""
+
+        def rank(name: str) -> int:
+            order = [*BRIDGES, "", EMULATED_ROBOT, RECORDER]
+            return order.index(name if name in order else "")
+
+        for name in sorted(self._processes, key=rank):
+            process: ForkedNode = self._processes[name]
+            process.send(signal.SIGINT)
+            assert process.wait() == 0, process.stderr
