@@ -115,7 +115,7 @@ def test_ros_stays_in_the_nodes_and_in_the_folders_named_ros() -> None:
     assert not {name: found for name, found in wrong.items() if found}
 
 
-BELOW_THE_LAWS = {"model", "laws", "fault", "compiling", "machine_code"}
+BELOW_THE_LAWS = {"model", "laws", "fault", "compiling"}
 """What the laws may import of their package: neither plans nor nodes, so that a law is known by its inputs alone."""
 
 

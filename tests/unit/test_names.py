@@ -52,7 +52,6 @@ ELSEWHERE = {
         "fivebar_description.known_drives",
         "fivebar_description.tuning",
     ),
-    "unit/control/planning/test_compiled_screen.py": ("fivebar_control.machine_code",),
     "unit/control/planning/test_passage.py": ("fivebar_bringup.studies.single.passage_study",),
     "unit/control/test_known_cogging.py": ("fivebar_control.estimation.platform_motion",),
     "unit/control/trajectory/test_passage_torques.py": ("fivebar_control.trajectory.way",),

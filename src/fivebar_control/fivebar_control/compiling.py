@@ -1,4 +1,8 @@
-"""Compiles plain scalar functions without changing them, together with all functions that they call."""
+"""Compiles plain scalar functions without changing them, together with all functions that they call.
+
+Machine code takes a second to load, ten to make the first time, and a single motion is judged in a fifth of a second
+without it: functions of whole motions are compiled only where many motions are judged.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +14,25 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any, get_type_hints
+from typing import Any, TypeVar, cast, get_type_hints
 
 from fivebar_description.stages import COMPILING, stage
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 DIGEST = re.compile(r"[0-9a-f]{16}")
 
 _kept_by_themselves: set[FunctionType] = set()
 _compiled: dict[FunctionType, Any] = {}
 _callees: dict[FunctionType, Any] = {}
+
+_many_motions = False
+
+
+def expect_many_motions() -> None:
+    """Have this process judge motions by machine code from now on."""
+    global _many_motions
+    _many_motions = True
 
 
 def kept_by_itself(function: Callable[..., Any]) -> None:
@@ -70,6 +84,17 @@ def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any])
     plain = _with_names(_plain(function), {name: _plain(one) for name, one in bound.items()})
     name = "_".join([plain.__qualname__, *(one.__name__ for one in bound.values())])
     return _kept_code(plain, name)
+
+
+_kept = cache(compiled_and_kept)
+
+
+def as_machine_code(function: F) -> F:
+    """Return a module's plain function as machine code, which is kept on disk; itself where few motions are expected.
+
+    The results are the same, but for the last digits where matrix products come from another library.
+    """
+    return cast(F, _kept(function)) if _many_motions else function
 
 
 def _kept_code(function: FunctionType, name: str, **options: Any) -> Any:

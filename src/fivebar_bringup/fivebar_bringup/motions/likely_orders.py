@@ -12,7 +12,7 @@ from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.machine_code import expect_many_motions
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.planning.motion_queue import PlanningRequest
 from fivebar_control.planning.places import TimedCourse, chart_for, courses_elsewhere
 from fivebar_control.planning.planning_process import Conditions, Order, Planned, plan_once, plan_timed, task_of

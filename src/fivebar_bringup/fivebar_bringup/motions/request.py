@@ -9,7 +9,6 @@ from fivebar_bringup.motions.start import Start
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
-from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.postures import mode_name
@@ -22,7 +21,6 @@ from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_description.suggestion import expected_one_of
-from fivebar_sim.effects.settings import PlantSettings
 
 ASSEMBLY_MODES = {"+": 1, "-": -1}
 """The assembly modes by name: the sign of det A."""
@@ -73,10 +71,10 @@ def within_drives(robot: str, torque_limit: float | None, speed_limit: float | N
         InputError: the robot's file is missing or does not describe a five-bar.
     """
     drives, usual = read_robot(robot).drives, MotionLimits()
-    return (
-        _first(torque_limit, drives.torque_limit, usual.torque),
-        _first(speed_limit, drives.joint_speed_limit, usual.motor_speed),
-    )
+    torques = torque_limit, drives.torque_limit, usual.torque
+    speeds = speed_limit, drives.joint_speed_limit, usual.motor_speed
+    torque, speed = (next(one for one in limits if one is not None) for limits in (torques, speeds))
+    return torque, speed
 
 
 def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
@@ -113,14 +111,16 @@ def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
         via=request.via,
         blend_radius=request.blend_radius,
     )
-    if _before(request).estimated:
+    if asked_scenario(request).estimated:
         check_declared(task.robot, homing_at(task.robot, *start.working_mode, start.x, start.y))
     return transfer
 
 
 def task_of_request(request: Request, judge_loads: bool = True) -> Task:
     """Return the task of a request; arguments as for `plan_request`."""
-    follower, asked = _follower(request), asked_scenario(request)
+    asked = asked_scenario(request)
+    # settings are the defaults, those of torques in the robot's size
+    follower = registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
     limits = chosen_limits(asked, follower, request.torque_limit, request.motor_speed)
     return Task(
         load_robot(request.robot),
@@ -138,7 +138,7 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
     Raises:
         InputError: the run before has settings that do not go with the request.
     """
-    before = request.start.scenario
+    before, asked = request.start.scenario, asked_scenario(request)
     content = {} if before is None else before.model_dump(mode="json", exclude={"working_modes"})
     content |= {
         "name": "goto",
@@ -150,46 +150,34 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
         "time_law": transfer.course.time_law,
         "blend_radius": list(transfer.course.blend_radius) if transfer.course.rounded else 0.0,
         "rate_hz": request.rate_hz,
-        "judge": asked_scenario(request).judge,
-        "plant": _plant(request, _before(request))._asdict(),
+        "judge": asked.judge,
+        "plant": asked.plant._asdict(),
     }
     return validate(content, Scenario, "goto")
 
 
 def asked_scenario(request: Request) -> Scenario:
-    """Return the run before with all of a request but its motion: the robot, the rate, the torque, what judges it."""
-    before = _before(request)
+    """Return the run before with all of a request but its motion: the robot, the rate, the torque, what judges it.
+
+    Where there was no run before, the rest are the defaults of the robot.
+    """
+    start, before = request.start, request.start.scenario
+    if before is None:
+        content = {
+            "name": "goto",
+            "controller": request.controller,
+            "robot": request.robot,
+            "working_mode": list(start.working_mode),
+            "waypoints": [[start.x, start.y], [request.x, request.y]],
+        }
+        before = validate(content, Scenario, "goto")
     update: dict[str, object] = {
         "robot": request.robot,
         "rate_hz": request.rate_hz,
-        "plant": _plant(request, before),
+        "plant": before.plant._replace(torque_limit=request.torque_limit),
         "judge": before.judge if request.judge is None else request.judge,
     }
     return before.model_copy(update=update)
-
-
-def _plant(request: Request, before: Scenario) -> PlantSettings:
-    return before.plant._replace(torque_limit=request.torque_limit)
-
-
-def _before(request: Request) -> Scenario:
-    """Return the run before, or one with the defaults of the robot."""
-    if request.start.scenario is not None:
-        return request.start.scenario
-    start = request.start
-    content = {
-        "name": "goto",
-        "controller": request.controller,
-        "robot": request.robot,
-        "working_mode": list(start.working_mode),
-        "waypoints": [[start.x, start.y], [request.x, request.y]],
-    }
-    return validate(content, Scenario, "goto")
-
-
-def _follower(request: Request) -> TunedController:
-    """Return the controller with default settings, those of torques in the robot's size."""
-    return registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
 
 
 def refuse_malformed(request: Request) -> None:
@@ -222,7 +210,3 @@ def check_positive(option: str, value: float) -> None:
     """
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(f"{option}: {value}: expected a positive number")
-
-
-def _first(given: float | None, known: float | None, usual: float) -> float:
-    return next(value for value in (given, known, usual) if value is not None)

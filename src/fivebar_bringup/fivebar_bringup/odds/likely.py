@@ -13,7 +13,7 @@ from fivebar_bringup.odds.relief import most_relieved
 from fivebar_bringup.odds.robot_errors import declared_errors
 from fivebar_bringup.odds.trials import ROBOTS, SEED, trials_of
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.machine_code import expect_many_motions
+from fivebar_control.compiling import expect_many_motions
 from fivebar_description.stages import stage
 from fivebar_description.strict_yaml import InputError
 

@@ -19,13 +19,13 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.gains import FALLBACK_KD, FALLBACK_KP, FALLBACK_WEIGHT, SPEED_TIME, TORQUE_LIMIT
 from fivebar_control.laws.law import Feedback, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
 from fivebar_control.laws.unified import InputMap, UnifiedSettings, acceleration, input_map, unified_step
-from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_description.parameters import FiveBar, with_floats

@@ -33,20 +33,13 @@ class LawRunner:
         self._robot = robot
         self._plan = plan
         self._rate_hz = rate_hz
-        self._memory = self.first_memory(law, robot, plan, rate_hz) if memory is None else memory
+        if memory is None:
+            memory = self._law.first_memory(
+                robot, plan.mode1, plan.mode2, lambda: planned_references(plan, rate_hz), 1.0 / rate_hz, self._settings
+            )
+        self.memory = memory
+        """Memory of the law before the next sample."""
         self._last: int | None = None
-
-    @staticmethod
-    def first_memory(law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int) -> Any:
-        """Return the memory of a law before the first sample of a plan."""
-        return law.law.first_memory(
-            robot,
-            plan.mode1,
-            plan.mode2,
-            lambda: planned_references(plan, rate_hz),
-            1.0 / rate_hz,
-            as_numbers(law.settings),
-        )
 
     def carry(self, robot: FiveBar) -> None:
         """Go on with another mass of the platform."""
@@ -55,7 +48,7 @@ class LawRunner:
     def follow(self, references: FloatArray) -> None:
         """Go on with a motion that begins, or changes, with the next sample: float64[n, 6], its references."""
         if self._law.follow is not None:
-            self._memory = self._law.follow(self._memory, references)
+            self.memory = self._law.follow(self.memory, references)
 
     def __call__(
         self, sample: int, state: State, reference: Reference, ahead: tuple[Platform, ...] | None = None
@@ -67,7 +60,7 @@ class LawRunner:
         is given `ahead`, or else the plan.
         """
         if self._last is not None and sample != self._last + 1:
-            self._memory = self._law.after_gap(self._memory)
+            self.memory = self._law.after_gap(self.memory)
         self._last = sample
         plan, t = self._plan, sample / self._rate_hz
         segment = plan.path.line_at(t)
@@ -81,5 +74,5 @@ class LawRunner:
             1.0 / self._rate_hz,
             reference_ahead(plan, sample, self._rate_hz, self._ahead) if ahead is None else ahead,
         )
-        torque, self._memory = self._law.step(self._robot, instant, self._memory, self._settings)
+        torque, self.memory = self._law.step(self._robot, instant, self.memory, self._settings)
         return torque

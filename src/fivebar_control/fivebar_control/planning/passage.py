@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.law import Feedback
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.unified import Box, InputMap, acceleration, box_least_squares, input_map, normal_matrix
 from fivebar_control.loop.supervisor import Supervisor
-from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import ParallelSvd, parallel_svd
 from fivebar_control.model.state import Leg

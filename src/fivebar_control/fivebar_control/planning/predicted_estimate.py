@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
 from fivebar_control.estimation.covariance import Matrix, X, Y, propagated
 from fivebar_control.estimation.ekf import NO_ERRORS, Belief, EkfSettings, Estimate, transition
@@ -20,7 +21,6 @@ from fivebar_control.estimation.encoder import Angle, angle_variance, first_angl
 from fivebar_control.estimation.measurements import corrected, elbow_turned, homed_belief, seen_at, turn_rate, turned
 from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
-from fivebar_control.machine_code import as_machine_code
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, PredictedSample
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Plan

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.loop.supervisor import Supervisor
-from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, inverse_condition_rate, type1_margin
 from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, WORKSPACE, Figure
 from fivebar_control.planning.reference_torque import ReferenceTorque, full_torque

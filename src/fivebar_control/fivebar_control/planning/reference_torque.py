@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import Any
 
 from fivebar_control.laws.blend import blend
-from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.torque import Torque
@@ -23,7 +22,6 @@ from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.kinematics import joint_acceleration
 from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, inverse_condition_rate
-from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
 
@@ -37,8 +35,9 @@ class ReferenceTorque:
         self._plan = plan
         self._rate_hz = rate_hz
         self._regular = follower.controller.needs_no_zones
-        self._own = follower.nominal if self._regular else follower.constraint
-        self._memories: dict[str, Any] = {}
+        own = follower.nominal if self._regular else follower.constraint
+        self._own = None if own is None else own.unlimited()
+        self._memory: Any = None
         self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
         self.forecasts = self._supervise.forecasts
         """Whether the share of its own answer depends on |d kappa / dt|."""
@@ -50,7 +49,10 @@ class ReferenceTorque:
         share = self.own_share(sample, inverse_condition(state), kappa_rate)
         if self._own is None or reference.by_motors or not share > 0.0:
             return full
-        return blend(share, full, self._answer(self._own, sample, state, reference))
+        # every sample is answered with the memory before the first one
+        runner = LawRunner(self._own, self._robot, self._plan, self._rate_hz, self._memory)
+        self._memory = runner.memory
+        return blend(share, full, runner(sample, state, reference))
 
     def own_share(self, sample: int, kappa: float, kappa_rate: float) -> float:
         """Return the share of the controller's own answer in its torque, from 0, for `full_torque`, to 1.
@@ -62,14 +64,6 @@ class ReferenceTorque:
         if self._regular:
             return 1.0 if kappa < NEAR_LOCUS else 0.0
         return self._supervise.weight(sample / self._rate_hz, kappa, kappa_rate)
-
-    def _answer(self, law: TunedLaw, sample: int, state: State, reference: Reference) -> Torque:
-        """Return the torque of a law without memory and limits."""
-        free = law.unlimited()
-        if law.law.name not in self._memories:
-            self._memories[law.law.name] = LawRunner.first_memory(free, self._robot, self._plan, self._rate_hz)
-        memory = self._memories[law.law.name]
-        return LawRunner(free, self._robot, self._plan, self._rate_hz, memory)(sample, state, reference)
 
 
 def full_torque(robot: FiveBar, reference: Reference) -> Torque:

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.reference import Reference, reference_at_rest, reference_from_motors, reference_from_platform
-from fivebar_control.machine_code import as_machine_code
 from fivebar_control.model.state import Leg, Platform, State
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan

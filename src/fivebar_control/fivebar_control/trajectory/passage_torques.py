@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from toppra.constraint import LinearConstraint
 
-from fivebar_control.machine_code import as_machine_code
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.trajectory.way import Way

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.machine_code import as_machine_code
+from fivebar_control.compiling import as_machine_code
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.root_search import zero_between

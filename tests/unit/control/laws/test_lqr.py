@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
 
-from fivebar_control import machine_code
+from fivebar_control import compiling
 from fivebar_control.laws.law import Instant
 from fivebar_control.laws.lqr import LAW, Gain, LqrSettings, linearised, lqr_gains, riccati_step
 from fivebar_control.laws.reference import reference_from_platform
@@ -95,7 +95,7 @@ def test_as_machine_code_the_gains_are_the_same(dextar: FiveBar, monkeypatch: py
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.14), (0.0, 0.04)), [0.2], RATE_HZ, ZoneRule())
     references, settings = planned_references(plan, RATE_HZ), as_numbers(LqrSettings())
     plain = lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)
-    monkeypatch.setattr(machine_code, "_many", True)
+    monkeypatch.setattr(compiling, "_many_motions", True)
     compiled = lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)
     assert list(compiled) == list(plain)
     for reference, gain in plain.items():

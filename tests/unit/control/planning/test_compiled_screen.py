@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fivebar_control import machine_code
+from fivebar_control import compiling
 from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.laws.reference import Reference
@@ -46,15 +46,15 @@ def plan(dextar: FiveBar) -> Plan:
 @pytest.fixture(autouse=True)
 def as_in_a_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
     """Judge motions by machine code, as a process of a sweep does."""
-    monkeypatch.setattr(machine_code, "_many", True)
+    monkeypatch.setattr(compiling, "_many_motions", True)
 
 
 def test_only_who_judges_many_motions_loads_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert machine_code.as_machine_code(write_determinants) is not write_determinants
-    monkeypatch.setattr(machine_code, "_many", False)
-    assert machine_code.as_machine_code(write_determinants) is write_determinants
-    machine_code.expect_many_motions()
-    assert machine_code.as_machine_code(write_determinants) is not write_determinants
+    assert compiling.as_machine_code(write_determinants) is not write_determinants
+    monkeypatch.setattr(compiling, "_many_motions", False)
+    assert compiling.as_machine_code(write_determinants) is write_determinants
+    compiling.expect_many_motions()
+    assert compiling.as_machine_code(write_determinants) is not write_determinants
 
 
 @pytest.fixture
@@ -63,7 +63,7 @@ def plainly(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], An
 
     def worked_out(found: Callable[[], Any]) -> Any:
         with monkeypatch.context() as patch:
-            patch.setattr(machine_code, "_many", False)
+            patch.setattr(compiling, "_many_motions", False)
             return found()
 
     return worked_out

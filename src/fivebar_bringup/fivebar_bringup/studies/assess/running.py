@@ -26,7 +26,7 @@ from fivebar_bringup.studies.rigs.rig import OF_ROBOT, Rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, draw, on_robot
 from fivebar_bringup.studies.sweep.planning import TimedCase, odds_seed, planned, screened, timed, timed_for_loads
 from fivebar_bringup.studies.sweep.running import verdict_on
-from fivebar_control.machine_code import expect_many_motions
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.errors import InputError
 

@@ -23,7 +23,6 @@ DECIDING = {
     fivebar_sim: ("*.py", "effects/*.py", "vision/*.py"),
     fivebar_control: (
         "compiling.py",
-        "machine_code.py",
         "fault.py",
         "root_search.py",
         "estimation/*.py",

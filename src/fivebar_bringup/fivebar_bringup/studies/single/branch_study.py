@@ -21,7 +21,7 @@ from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenar
 from fivebar_bringup.studies.sweep.planning import planned, screened
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.statistics import share_words
-from fivebar_control.machine_code import expect_many_motions
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.model.singularity import FOLDED, STRETCHED, DistalLinks, parallel_svd
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.desired import desired_at

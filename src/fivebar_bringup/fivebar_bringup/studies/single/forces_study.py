@@ -22,7 +22,7 @@ import numpy as np
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.statistics import share_words
-from fivebar_control.machine_code import expect_many_motions
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.planning.reference_torque import full_torque
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import CRITERION, Plan

@@ -21,7 +21,7 @@ from fivebar_bringup.studies.sweep.drawing import Draw, draw
 from fivebar_bringup.studies.sweep.planning import accepted, planned
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.statistics import share_words
-from fivebar_control.machine_code import expect_many_motions
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.safety.stages import NO_FAULT
 
 LAWS, FORCES, LENGTH, STREAM = ("unified", "path"), (0.0, 1.0, 4.0), 0.05, 13

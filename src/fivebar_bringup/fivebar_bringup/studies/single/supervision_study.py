@@ -18,8 +18,8 @@ from fivebar_bringup.studies.sweep.drawing import Draw, draw
 from fivebar_bringup.studies.sweep.planning import accepted, planned, timed_for_loads
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.statistics import share_words
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.laws.registry import SUPERVISIONS
-from fivebar_control.machine_code import expect_many_motions
 
 CONTROLLER, TORQUE_LIMIT = "multi_cartesian", 2.0
 RIGS = ("ideal", "encoders", "calibrated")

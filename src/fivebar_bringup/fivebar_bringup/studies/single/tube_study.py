@@ -22,9 +22,9 @@ from fivebar_bringup.simulation.case import X, Y, case_of, sampled
 from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
 from fivebar_bringup.studies.sweep.planning import accepted, planned
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.unified import UnifiedSettings
-from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.tube import Mismatch, tube
 from fivebar_control.safety.stages import NO_FAULT

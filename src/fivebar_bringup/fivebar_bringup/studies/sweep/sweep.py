@@ -33,8 +33,8 @@ from fivebar_bringup.studies.sweep.statistics import (
     silence_table,
     within_table,
 )
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.laws.registry import controller_problem, laws_unopened
-from fivebar_control.machine_code import expect_many_motions
 from fivebar_control.trajectory.path_distance import TIMED
 
 MOST_DRAWS = 100
