@@ -17,8 +17,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
     VALUES,
 )
-from fivebar_description.ros.messages import to_stamp
-from fivebar_description.ros.twins import content_status
+from fivebar_description.ros.messages import content_status, to_stamp
 
 
 def test_a_plant_tells_its_run_in_standard_messages(bench: Bench) -> None:

@@ -11,7 +11,7 @@ from fivebar_control.calibration.record import CalibrationRecord
 from fivebar_control.model.kinematics import distal_acceleration, joints_of, state_from_platform
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar, LegParameters
-from fivebar_sim.imu import Imu
+from fivebar_sim.sensors import Imu
 
 FloatArray = NDArray[np.float64]
 

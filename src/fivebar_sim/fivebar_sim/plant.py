@@ -24,8 +24,7 @@ from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.timing import lost_commands
 from fivebar_sim.engines import SimulatedMechanism, is_mechanism, motion_of
-from fivebar_sim.imu import Imu, ImuReading
-from fivebar_sim.sensors import Encoder, TorqueOutput
+from fivebar_sim.sensors import Encoder, Imu, ImuReading, TorqueOutput
 
 MAX_STEP = 1e-3
 """Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""

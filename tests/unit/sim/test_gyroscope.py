@@ -11,8 +11,7 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import late_stamp_ns, moment_of_stamp
 from fivebar_sim.effects.encoders import EncoderErrors, EncoderReading, angle_seen_as, disc_of, read_at, seen
 from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock, SampleSpan, jump, jumps, missing_samples
-from fivebar_sim.imu import Gyroscope, Imu
-from fivebar_sim.sensors import ReadingQueue, made_readings
+from fivebar_sim.sensors import Gyroscope, Imu, ReadingQueue, made_readings
 
 RATE_HZ = 500
 

@@ -16,8 +16,8 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar
 from fivebar_description.urdf import urdf_text
 from fivebar_sim.effects.settings import PlantSettings
-from fivebar_sim.imu import Imu
 from fivebar_sim.plant import Plant
+from fivebar_sim.sensors import Imu
 
 Vector = NDArray[np.float64]
 States = Callable[[int, int], list[State]]

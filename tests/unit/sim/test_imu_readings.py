@@ -8,8 +8,7 @@ from scipy.signal import lfilter
 
 from fivebar_description.imu import ImuSettings
 from fivebar_description.sensors import ReadingSchedule
-from fivebar_sim.imu import Gyroscope, Imu, gyro_errors, gyro_stream
-from fivebar_sim.sensors import ReadingQueue, lost_readings
+from fivebar_sim.sensors import Gyroscope, Imu, ReadingQueue, gyro_errors, gyro_stream, lost_readings
 
 RATE_HZ, SAMPLES = 500, 400
 

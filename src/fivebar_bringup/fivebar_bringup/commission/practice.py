@@ -43,11 +43,10 @@ from fivebar_description.settings import Section
 from fivebar_description.strict_yaml import read_yaml
 from fivebar_sim.effects.links import with_another_model
 from fivebar_sim.effects.mechanism import actual_robot
-from fivebar_sim.imu import ImuReading
 from fivebar_sim.motors.configuration import MotorsEmulationFile
 from fivebar_sim.motors.motors import EmulatedMotors, ShaftState
 from fivebar_sim.plant import Measurement
-from fivebar_sim.sensors import ReadingQueue, imu_queue
+from fivebar_sim.sensors import ImuReading, ReadingQueue, imu_queue
 
 DEGREE = math.pi / 180.0
 

@@ -25,9 +25,8 @@ from fivebar_sim.effects.links import with_modelled_geometry
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects, without_effects
 from fivebar_sim.effects.timing import lost_commands
-from fivebar_sim.imu import gyro_errors, gyro_stream
 from fivebar_sim.plant import steps_of_period
-from fivebar_sim.sensors import PASSIVE_LOSSES, PassiveNumbers, made_readings, passive_numbers
+from fivebar_sim.sensors import PASSIVE_LOSSES, PassiveNumbers, gyro_errors, gyro_stream, made_readings, passive_numbers
 from fivebar_sim.vision.frames import frame_of
 
 FloatArray = NDArray[np.float64]

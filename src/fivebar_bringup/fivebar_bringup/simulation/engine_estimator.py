@@ -19,8 +19,7 @@ from fivebar_control.model.kinematics import assembly_mode, state_from_joints
 from fivebar_control.model.state import Joints, State
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
-from fivebar_sim.imu import sensed_rate
-from fivebar_sim.sensors import passive_reading
+from fivebar_sim.sensors import passive_reading, sensed_rate
 
 
 class LateReadings(NamedTuple):

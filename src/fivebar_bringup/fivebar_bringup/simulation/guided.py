@@ -30,8 +30,7 @@ from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.gyroscope import ImuClock
 from fivebar_sim.effects.loads import tilt_angle
 from fivebar_sim.engines import motion_of
-from fivebar_sim.imu import Imu, ImuReading
-from fivebar_sim.sensors import Encoder, ReadingQueue, imu_queue
+from fivebar_sim.sensors import Encoder, Imu, ImuReading, ReadingQueue, imu_queue
 
 STIFFNESS, DAMPING = 3700.0, 110.0
 """Stiffness and damping of the hand, for each kg of the platform: N/m and N s/m. It follows the waypoints at some

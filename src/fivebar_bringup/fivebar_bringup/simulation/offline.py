@@ -77,9 +77,8 @@ from fivebar_description.run_quantities import (
     sampled_topics,
 )
 from fivebar_sim.effects.gyroscope import ImuClock
-from fivebar_sim.imu import ImuReading
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
-from fivebar_sim.sensors import PASSIVE_LOSSES, ReadingQueue, imu_queue, passive_numbers, passive_reading
+from fivebar_sim.sensors import PASSIVE_LOSSES, ImuReading, ReadingQueue, imu_queue, passive_numbers, passive_reading
 
 if TYPE_CHECKING:
     from fivebar_control.estimation.estimator import PositionFix, StateEstimator, Vector6

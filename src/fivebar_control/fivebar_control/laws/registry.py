@@ -113,6 +113,11 @@ class TunedController(NamedTuple):
         """Number of samples ahead whose reference the laws need."""
         return max(law.samples_ahead for law in self.laws)
 
+    def limited_to(self, torque: float) -> TunedController:
+        """Return the controller whose laws keep a torque limit (Nm) themselves, or the lower one of their settings."""
+        constraint = None if self.constraint is None else self.constraint.limited_to(torque)
+        return self._replace(nominal=self.nominal.limited_to(torque), constraint=constraint)
+
 
 CONTROLLERS = {
     controller.name: controller

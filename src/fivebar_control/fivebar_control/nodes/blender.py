@@ -41,7 +41,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample
 from fivebar_description.parameters import laden
-from fivebar_description.ros.payload import listen_to_payload
+from fivebar_description.ros.messages import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of

@@ -52,8 +52,7 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
 from fivebar_description.publishers import same
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
-from fivebar_description.ros.payload import listen_to_payload
+from fivebar_description.ros.messages import JointMessage, listen_to_payload, read_fields, stamp_of
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of

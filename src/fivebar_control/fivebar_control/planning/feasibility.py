@@ -32,7 +32,6 @@ from fivebar_control.planning.passage import displacement
 from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate, wrong_mode_probability
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_scan import ReferenceScan
-from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.safety.stages import EVERYWHERE
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Crossing, Plan
@@ -140,7 +139,7 @@ def screen_run(
     verdict = screen(robot, plan, rate_hz, follower, limits)
     if only_torque(verdict, follower) and is_predictable(plan):
         less = limits.torque_share * limits.torque
-        verdict = with_reserve(verdict, predict_run(robot, plan, rate_hz, limited_to(follower, less), less), limits)
+        verdict = with_reserve(verdict, predict_run(robot, plan, rate_hz, follower.limited_to(less), less), limits)
     if not verdict.feasible:
         return verdict
     if not stretches_of(plan, rate_hz):

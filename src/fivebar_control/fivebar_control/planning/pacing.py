@@ -14,7 +14,6 @@ from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.reference_scan import dwells_near_locus
-from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.trajectory.path import Path, Segment
 from fivebar_control.trajectory.planner import CRITERION, Plan, PlanRefused, ZoneRule, plan_motion
 from fivebar_control.trajectory.rounded import RESTS, RoundedSegment
@@ -94,7 +93,7 @@ class Task(NamedTuple):
 
     def limited(self) -> TunedController:
         """Return the controller with the torque limit of the drives."""
-        return limited_to(self.follower, self.limits.torque)
+        return self.follower.limited_to(self.limits.torque)
 
 
 class Pace(NamedTuple):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.state import State
-from fivebar_control.planning.reference_torque import ReferenceTorque
+from fivebar_control.planning.reference_scan import ReferenceTorque
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar

@@ -29,8 +29,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
-from fivebar_description.ros.messages import JointMessage, stamp_of
-from fivebar_description.ros.payload import listen_to_payload
+from fivebar_description.ros.messages import JointMessage, listen_to_payload, stamp_of
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError

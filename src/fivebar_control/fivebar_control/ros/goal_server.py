@@ -39,9 +39,8 @@ from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment
 from fivebar_description.interface import GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.outside_text import one_line
-from fivebar_description.ros.messages import qos_profile
+from fivebar_description.ros.messages import listen_to_payload, qos_profile
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.static_frames import Vector
 
 LONGEST_ID = 64

@@ -40,13 +40,12 @@ from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameter_names import is_key, meant_by
 from fivebar_description.ros.hearing import Hearing, make_publisher
-from fivebar_description.ros.messages import SampleReader, Serializing, qos_profile
+from fivebar_description.ros.messages import SampleReader, Serializing, Twinned, qos_profile, twin_of
 from fivebar_description.ros.parameters import check_changes, declare
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.publisher_watch import PublisherWatch
 from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
-from fivebar_description.ros.twins import Twinned, twin_of
 from fivebar_description.ros_environment import BAD_INPUT
 from fivebar_description.settings import Declared, declared, from_parameters
 

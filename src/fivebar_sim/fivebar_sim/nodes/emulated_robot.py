@@ -22,20 +22,19 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
 )
 from fivebar_description.joint_sample import JointSample
-from fivebar_description.ros.messages import JointMessage, qos_profile, stamp_of
+from fivebar_description.ros.messages import JointMessage, listen_to_payload, qos_profile, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import FileParameters
-from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.emulated_hardware import Emulator, MeasuredRecord
 from fivebar_sim.emulators.hardware_kinds import open_hardware, timed_order
-from fivebar_sim.imu import Gyroscope
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 from fivebar_sim.ros.run_progress import RunProgress
 from fivebar_sim.scenario import SimulatedRobot
+from fivebar_sim.sensors import Gyroscope
 
 STATUS_PERIOD = 0.1
 LATE_PERIODS = 1.5

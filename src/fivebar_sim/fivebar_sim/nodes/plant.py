@@ -39,10 +39,9 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
 from fivebar_description.parameters import laden
 from fivebar_description.robot_file import load_robot
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.messages import JointMessage, listen_to_payload, read_fields, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import FileParameters
-from fivebar_description.ros.payload import listen_to_payload
 from fivebar_description.ros.process_topics import Sender
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper

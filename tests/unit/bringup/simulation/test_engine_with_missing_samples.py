@@ -22,9 +22,8 @@ from fivebar_control.loop.plan_sample import plan_sample
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.safety.guard import Guard
 from fivebar_description.interface import late_stamp_ns, moment_of_stamp
-from fivebar_sim.imu import ImuReading
 from fivebar_sim.plant import Plant
-from fivebar_sim.sensors import ReadingQueue
+from fivebar_sim.sensors import ImuReading, ReadingQueue
 
 
 def by_parts(scenario: Scenario, missing: Collection[int]) -> tuple[list[tuple[float, ...]], list[str]]:

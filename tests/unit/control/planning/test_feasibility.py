@@ -36,8 +36,7 @@ from fivebar_control.planning.limits import (
     reach_within,
     speed_step_of,
 )
-from fivebar_control.planning.reference_scan import dwells_near_locus
-from fivebar_control.planning.reference_torque import ReferenceTorque
+from fivebar_control.planning.reference_scan import ReferenceTorque, dwells_near_locus
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.loads import Loads

@@ -21,13 +21,12 @@ from fivebar_control.planning.figures import (
 )
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
 from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, path_places, predict_run, stretches_of
-from fivebar_control.planning.reference_torque import limited_to
 from fivebar_control.trajectory.path_distance import PATH, path_distances
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
 
 RATE_HZ = 500
-UNIFIED = limited_to(default_tuning(CONTROLLERS["unified"]), 2.0)
+UNIFIED = default_tuning(CONTROLLERS["unified"]).limited_to(2.0)
 
 
 def test_away_from_the_locus_the_reference_is_followed_exactly(dextar: FiveBar) -> None:
@@ -72,14 +71,14 @@ def test_a_torque_near_the_locus_beyond_the_share_is_judged_by_the_run_without_t
         verdict = screen_run(dextar, plan, RATE_HZ, UNIFIED, MotionLimits())
         assert verdict.feasible is feasible
         assert (verdict.figure(TORQUE) is None) is feasible
-        run, weaker = verdict.figure(WITH_RESERVE), predict_run(dextar, plan, RATE_HZ, limited_to(UNIFIED, 1.7), 1.7)
+        run, weaker = verdict.figure(WITH_RESERVE), predict_run(dextar, plan, RATE_HZ, UNIFIED.limited_to(1.7), 1.7)
         assert run is not None and run.value == weaker.error.value
 
 
 def test_a_law_that_is_late_on_its_path_is_judged_by_the_path_where_the_motion_is(dextar: FiveBar) -> None:
     """Under the path law the robot is up to 5 mm before or behind its reference, and 0.1 mm beside the path at most."""
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [0.5], RATE_HZ, ZoneRule())
-    follower = limited_to(default_tuning(CONTROLLERS["path"]), 2.0)
+    follower = default_tuning(CONTROLLERS["path"]).limited_to(2.0)
     predicted = predict_run(dextar, plan, RATE_HZ, follower, 2.0)
     assert 4e-3 < predicted.error.value < 6e-3
     assert predicted.path_error.value < 1e-4
@@ -102,7 +101,7 @@ def test_a_law_that_is_late_on_its_path_is_judged_by_the_path_where_the_motion_i
 def test_at_its_end_a_motion_is_judged_by_its_goal_also_by_the_path(dextar: FiveBar) -> None:
     """With little torque the robot arrives late, on its path."""
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [0.28], RATE_HZ, ZoneRule())
-    weak = limited_to(default_tuning(CONTROLLERS["path"]), 0.9)
+    weak = default_tuning(CONTROLLERS["path"]).limited_to(0.9)
     predicted = predict_run(dextar, plan, RATE_HZ, weak, 0.9)
     samples, places = plan.path.samples(RATE_HZ), np.array(predicted.moments)[:, :2]
     beside = path_distances(path_places(plan, RATE_HZ), places[:samples])

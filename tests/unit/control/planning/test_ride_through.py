@@ -9,7 +9,7 @@ import pytest
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.planning.predicted_run import advanced
-from fivebar_control.planning.reference_torque import ReferenceTorque
+from fivebar_control.planning.reference_scan import ReferenceTorque
 from fivebar_control.planning.ride_through import DISPLACEMENT, GRID_HZ, LONGEST, longest_hold
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan, ZoneSettings, plan_motion

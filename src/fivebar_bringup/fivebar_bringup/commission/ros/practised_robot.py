@@ -28,10 +28,9 @@ from fivebar_description.ros.domain_member import DomainMember
 from fivebar_description.ros.messages import imu_message
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling, spare_what_exists
 from fivebar_sim.effects.gyroscope import GyroscopeFaults, ImuClock
-from fivebar_sim.imu import ImuReading
 from fivebar_sim.motors.emulation import POLL_PERIOD
 from fivebar_sim.motors.odrive import ODriveBus
-from fivebar_sim.sensors import ReadingQueue, imu_queue
+from fivebar_sim.sensors import ImuReading, ReadingQueue, imu_queue
 
 
 class ImuOnTopic:

@@ -17,7 +17,7 @@ from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.postures import mode_name
-from fivebar_control.planning.reference_torque import ReferenceTorque
+from fivebar_control.planning.reference_scan import ReferenceTorque
 from fivebar_control.planning.roadmap import SPACING, roadmap
 from fivebar_control.planning.sight import Point
 from fivebar_control.planning.timing import Speed

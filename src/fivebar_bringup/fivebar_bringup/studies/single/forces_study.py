@@ -23,7 +23,7 @@ from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenar
 from fivebar_bringup.studies.sweep.running import made
 from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.compiling import expect_many_motions
-from fivebar_control.planning.reference_torque import full_torque
+from fivebar_control.planning.reference_scan import full_torque
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import CRITERION, Plan
 from fivebar_description.loads import Forces

@@ -38,8 +38,7 @@ from fivebar_sim.effects.mechanism import Mechanism, actual_robot, mechanism_of
 from fivebar_sim.effects.mechanism_state import MechanismState
 from fivebar_sim.effects.motion import resting
 from fivebar_sim.effects.observation import joints_of, joints_seen
-from fivebar_sim.imu import gyro_errors, gyro_stream
-from fivebar_sim.sensors import counted, encoder_resolution, shaped
+from fivebar_sim.sensors import counted, encoder_resolution, gyro_errors, gyro_stream, shaped
 
 FloatArray = NDArray[np.float64]
 
