@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import doctest
 import io
@@ -197,3 +198,20 @@ def test_pages_are_read_without_effort() -> None:
             if re.match(r"[-*0-9. ]*(Of|What|Whose|By which|Those that)\b", one) and not one.endswith("?"):
                 found.append(f"{name}: begins so that it has to be read twice: {one}")
     assert not found, "\n".join(found)
+
+
+def docstrings(path: Path) -> list[tuple[int, str]]:
+    """Return the docstrings of a module, of what it defines, and under its constants, with their lines."""
+    return [
+        (node.lineno, node.value.value)
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+    ]
+
+
+def test_docstrings_begin_with_what_a_thing_is_or_does() -> None:
+    riddle = re.compile(r"(Of|What|Whatever|Whose|Which|That|Those|By)\b")
+    paths = sorted((ROOT / "src").rglob("*.py"))
+    found = [(path, line, text) for path in paths for line, text in docstrings(path)]
+    assert len(found) > 4000
+    assert not [f"{path.name}:{line}: {text[:60]}" for path, line, text in found if riddle.match(text)]
