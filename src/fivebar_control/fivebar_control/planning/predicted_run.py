@@ -26,7 +26,7 @@ from fivebar_control.model.state import State
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, guard_limits_of
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.path_distance import FloatArray, judged_distance, path_place
+from fivebar_control.trajectory.path_distance import PATH, path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, lost_torque, with_floats, without_cogging
 
@@ -71,22 +71,15 @@ class PredictedRun(NamedTuple):
 
     Attributes:
         error: largest distance from the reference (m), infinite where the run cannot go on.
-        path_error: largest distance from the path, whatever the time, and after the end of the motion from its goal
-            (m); infinite likewise.
         torque: largest torque requested of either motor before the limits (Nm).
         mode_changes: how often the assembly mode changes; its place is that of the last change.
         moments: the robot, sample by sample.
     """
 
     error: Peak
-    path_error: Peak
     torque: Peak
     mode_changes: Peak
     moments: tuple[PredictedSample, ...] = ()
-
-    def judged_error(self, judge: str) -> Peak:
-        """Return the largest of the distances by which a motion is judged."""
-        return judged_distance(judge, self.error, self.path_error)
 
 
 def predict_run(
@@ -111,20 +104,33 @@ def predict_run(
     limits, brake = guard_limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
     start = plan.path.at(0.0)
     none = Peak(0.0, 0.0, start.x, start.y)
-    predicted = PredictedRun(none, none, none, none)
-    places = path_places(plan, rate_hz)
+    predicted = PredictedRun(none, none, none)
     for stretch in stretches_of(plan, rate_hz):
         settings = cycle_settings_of(robot, *stretch.mode, rate_hz, follower, plan.zone_time, limits, brake)
-        predicted = _predict_stretch(robot, plan, places, stretch, follower, settings, predicted)
+        predicted = _predict_stretch(robot, plan, stretch, follower, settings, predicted)
         if math.isinf(predicted.error.value):
             break
     return predicted
 
 
-def path_places(plan: Plan, rate_hz: int) -> FloatArray:
-    """Return where the reference is at the samples of a plan (m), [N, 2]."""
-    moments = (plan.path.at(sample / rate_hz) for sample in range(plan.path.samples(rate_hz) + 1))
-    return np.array([(one.x, one.y) for one in moments])
+def judged_error(judge: str, predicted: PredictedRun, plan: Plan, rate_hz: int) -> Peak:
+    """Return the largest of the distances by which a plan is judged in its predicted run (m).
+
+    By the path that is the distance from the path, whatever the time, and after the end of the motion that from its
+    goal.
+    """
+    if judge != PATH or math.isinf(predicted.error.value):
+        return predicted.error
+    instants = (plan.path.at(sample / rate_hz) for sample in range(plan.path.samples(rate_hz) + 1))
+    places = np.array([(one.x, one.y) for one in instants])
+    numbers = [sample for one in stretches_of(plan, rate_hz) for sample in range(one.first, one.last + 1)]
+    platform = np.full((numbers[-1] + 1, 2), math.nan)
+    platform[numbers[: len(predicted.moments)]] = np.array(predicted.moments)[:, :2]
+    last = len(places) - 1
+    ends = np.hypot(*(platform[last:] - places[last]).T)
+    distances = np.concatenate((path_distances(places, platform[:last]), ends))
+    worst = int(np.nanargmax(distances))
+    return Peak(float(distances[worst]), worst / rate_hz, *platform[worst].tolist())
 
 
 class Stretch(NamedTuple):
@@ -161,7 +167,6 @@ class _Stretch:
         self,
         robot: FiveBar,
         plan: Plan,
-        places: FloatArray,
         stretch: Stretch,
         follower: TunedController,
         settings: CycleSettings,
@@ -175,9 +180,7 @@ class _Stretch:
         self._advanced = as_machine_code(advanced)
         start = plan.path.at(stretch.first / self._rate_hz)
         self._state = state_from_platform(robot, *stretch.mode, start.x, start.y, 0.0, 0.0)
-        self._places, self._line = places, min(stretch.first, len(places) - 2)
-        self._error, self._path_error, self._torque, self._changes = before[:4]
-        self._moments = list(before.moments)
+        self._error, self._torque, self._changes, self._moments = *before[:3], list(before.moments)
         self._side = 0.0
 
     def begin(self) -> tuple[None, None, None]:
@@ -192,13 +195,7 @@ class _Stretch:
 
     def record(self, number: int, known: Known, planned: PlanSample, cycle: Cycle, latched: bool) -> None:
         t, state, desired, asked = number / self._rate_hz, self._state, planned.platform, cycle.requested
-        distance = distance_from(state, desired.x, desired.y)
-        self._error = self._error.or_larger(distance, t, state.x, state.y)
-        nearest = path_place(self._places, self._line, number, state.x, state.y)
-        self._line = nearest.line
-        # after its end a motion is to have come to its goal
-        off = nearest.distance if number + 1 < len(self._places) else distance
-        self._path_error = self._path_error.or_larger(off, t, state.x, state.y)
+        self._error = self._error.or_larger(distance_from(state, desired.x, desired.y), t, state.x, state.y)
         determinant = det_a(state)
         if determinant * self._side < 0.0:
             self._changes = Peak(self._changes.value + 1.0, t, state.x, state.y)
@@ -208,7 +205,7 @@ class _Stretch:
             moment = PredictedSample(state.x, state.y, state.vx, state.vy, cycle.command.tau1, cycle.command.tau2)
             self._moments.append(moment)
         else:
-            self._error = self._path_error = Peak(math.inf, t, state.x, state.y)
+            self._error = Peak(math.inf, t, state.x, state.y)
 
     def ended(self, fault: int) -> bool:
         return fault != NO_FAULT
@@ -218,13 +215,12 @@ class _Stretch:
         return Advanced(False)
 
     def conclude(self) -> PredictedRun:
-        return PredictedRun(self._error, self._path_error, self._torque, self._changes, tuple(self._moments))
+        return PredictedRun(self._error, self._torque, self._changes, tuple(self._moments))
 
 
 def _predict_stretch(
     robot: FiveBar,
     plan: Plan,
-    places: FloatArray,
     stretch: Stretch,
     follower: TunedController,
     settings: CycleSettings,
@@ -234,7 +230,7 @@ def _predict_stretch(
     rate_hz = round(1.0 / settings.period)
     memory = first_memory(follower.controller, settings, lambda: planned_references(plan, rate_hz))
     loop = bound(run_loop, **law_functions(follower.controller))
-    run = _Stretch(robot, plan, places, stretch, follower, settings, before)
+    run = _Stretch(robot, plan, stretch, follower, settings, before)
     predicted: PredictedRun = loop(run, LoopSettings(settings, stretch.first, stretch.last, 0, False), memory)
     return predicted
 

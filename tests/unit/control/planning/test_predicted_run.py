@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
@@ -20,8 +19,8 @@ from fivebar_control.planning.figures import (
     Figure,
 )
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
-from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, path_places, predict_run, stretches_of
-from fivebar_control.trajectory.path_distance import PATH, path_distances
+from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, judged_error, predict_run, stretches_of
+from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
 
@@ -81,7 +80,9 @@ def test_a_law_that_is_late_on_its_path_is_judged_by_the_path_where_the_motion_i
     follower = default_tuning(CONTROLLERS["path"]).limited_to(2.0)
     predicted = predict_run(dextar, plan, RATE_HZ, follower, 2.0)
     assert 4e-3 < predicted.error.value < 6e-3
-    assert predicted.path_error.value < 1e-4
+    beside = judged_error(PATH, predicted, plan, RATE_HZ)
+    assert beside.value < 1e-4
+    assert judged_error(TIMED, predicted, plan, RATE_HZ) == predicted.error
 
     def verdict(limits: MotionLimits) -> Feasibility:
         return screen_run(dextar, plan, RATE_HZ, follower, limits)
@@ -91,8 +92,8 @@ def test_a_law_that_is_late_on_its_path_is_judged_by_the_path_where_the_motion_i
     assert by_path.feasible
     error = by_path.figure(PATH_ERROR)
     assert error is not None
-    assert (error.value, error.limit) == (predicted.path_error.value, 1e-3)
-    assert by_path.expected_distance == predicted.path_error.value
+    assert (error.value, error.limit) == (beside.value, 1e-3)
+    assert by_path.expected_distance == beside.value
     # the robot is stopped by its distance from the reference
     stopped = verdict(MotionLimits(judge=PATH, tracking_error=4e-3))
     assert [(figure.name, figure.limit) for figure in stopped.figures if not figure.kept] == [(ERROR, 4e-3)]
@@ -103,11 +104,14 @@ def test_at_its_end_a_motion_is_judged_by_its_goal_also_by_the_path(dextar: Five
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [0.28], RATE_HZ, ZoneRule())
     weak = default_tuning(CONTROLLERS["path"]).limited_to(0.9)
     predicted = predict_run(dextar, plan, RATE_HZ, weak, 0.9)
-    samples, places = plan.path.samples(RATE_HZ), np.array(predicted.moments)[:, :2]
-    beside = path_distances(path_places(plan, RATE_HZ), places[:samples])
-    ends = np.hypot(places[samples:, 0], places[samples:, 1] - 0.02)
-    assert predicted.path_error.value == pytest.approx(max(beside.max(), ends.max()))
-    assert ends.max() > 5.0 * beside.max()
+    end = plan.path.samples(RATE_HZ)
+    late = [math.hypot(one.x, one.y - 0.02) for one in predicted.moments[end:]]
+    worst = judged_error(PATH, predicted, plan, RATE_HZ)
+    assert worst.value == pytest.approx(max(late))
+    assert worst.value > 5e-4
+    assert worst.time == (end + late.index(max(late))) / RATE_HZ
+    # on its way it was beside the path by less
+    assert max(abs(one.x) for one in predicted.moments) < 0.2 * worst.value
 
 
 def test_an_infeasible_reference_is_not_predicted(dextar: FiveBar) -> None:

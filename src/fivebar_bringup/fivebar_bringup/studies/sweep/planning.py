@@ -31,7 +31,6 @@ from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, Pre
 from fivebar_control.planning.timing import SLOWER, UNHURRIED, first_feasible
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
-from fivebar_control.trajectory.path_distance import FloatArray, path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
 from fivebar_description.parameters import without_cogging
@@ -109,12 +108,12 @@ def screened(case: Draw, controller: str, judge_loads: bool = True) -> Feasibili
     if only_torque(verdict, scenario.tuned()):
         weaker = scenario.plant._replace(torque_limit=limits.torque_share * limits.torque)
         spare = predicted_on_engine(scenario.model_copy(update={"plant": weaker}), sampled_case(case))
-        verdict = with_reserve(verdict, spare, limits)
+        verdict = with_reserve(verdict, spare, plan, RATE_HZ, limits)
     if not verdict.feasible:
         return verdict
     predicted = predicted_on_engine(scenario, sampled_case(case))
     return with_sensing(
-        with_prediction(verdict, predicted, plan, limits),
+        with_prediction(verdict, predicted, plan, RATE_HZ, limits),
         predicted,
         scenario.five_bar(),
         plan,
@@ -163,9 +162,6 @@ def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
     outcome, trace = traced_crossing(case._replace(numbers=known), samples._replace(rows=rows))
     places = trace[:, PLACE]
     distances = np.hypot(*(places - rows[: len(trace), [X, Y]]).T)
-    off_path = path_distances(rows[:, [X, Y]], places)
-    # at its end a motion is to have come to its goal
-    off_path[len(rows) - 1 :] = distances[len(rows) - 1 :]
     requests = np.max(np.abs(trace[:, REQUESTED]), axis=1)
     # det A = sin(theta_2 - theta_1), theta_i = q_i1 + q_i2
     q11, q12, q21, q22 = trace[:, ANGLES].T
@@ -176,15 +172,10 @@ def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
         x, y = places[sample].tolist()
         return Peak(value, sample / rate_hz, x, y)
 
-    lost, largest = outcome.fault != NO_FAULT, int(np.argmax(np.nan_to_num(requests, nan=math.inf)))
-
-    def error(values: FloatArray) -> Peak:
-        worst = int(np.argmax(values))
-        return peak(math.inf, len(trace) - 1) if lost else peak(float(values[worst]), worst)
-
+    worst, largest = int(np.argmax(distances)), int(np.argmax(np.nan_to_num(requests, nan=math.inf)))
+    lost = outcome.fault != NO_FAULT
     return PredictedRun(
-        error=error(distances),
-        path_error=error(off_path),
+        error=peak(math.inf, len(trace) - 1) if lost else peak(float(distances[worst]), worst),
         torque=peak(float(requests[largest]), largest),
         mode_changes=peak(float(outcome.mode_changes), int(changes[-1]) if changes.size else 0),
         moments=tuple(PredictedSample(*row) for row in trace[:, MOMENT].tolist()),
