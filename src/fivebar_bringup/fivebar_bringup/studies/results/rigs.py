@@ -171,14 +171,15 @@ def rigs_table(rows: Sequence[RigRow]) -> TextTable:
 
 
 def _answer(rows: Sequence[RigRow]) -> str:
+    shares = [(f"{share_of(row.within_2_mm, row.accepted).text} of {row.accepted}", f"on `{row.rig}`") for row in rows]
+    (share, where), *others = shares
     made = [
-        f"On `{row.rig}` {share_of(row.within_2_mm, row.accepted).text} of {row.accepted} accepted crossings stay"
-        " within 2 mm with `unified`."
-        for row in rows
+        f"{share} accepted crossings {where} stay within 2 mm with `unified`",
+        *(" ".join(other) for other in others),
     ]
     lost = sum(row.silent for row in rows)
     return (
-        f"{' '.join(made)}"
+        f"{', '.join(made)}."
         f" {lost or 'None'} of {sum(row.accepted for row in rows)} {'is' if lost == 1 else 'are'} lost silently."
     )
 
