@@ -160,9 +160,9 @@ def _machine_code(function: FunctionType, **options: Any) -> Any:
 
 def is_of_compiler(error: Exception) -> bool:
     """Return whether an error is that of a function, or of its arguments, that cannot be compiled."""
-    from numba.core.errors import NumbaError
+    from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-    return isinstance(error, NumbaError | TypeError)
+    return isinstance(error, NumbaError | UnsupportedBytecodeError | TypeError)
 
 
 def processor() -> str:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from engine_agreement import changed, expect_agreement, prepared
+from numba import njit
 from numba.core.errors import TypingError
 
 from fivebar_bringup.simulation import engine, uncompiled
 from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_control.compiling import is_of_compiler
 
 SAYS_NOTHING = "toy_law:UNCOMPILED"
 """A law from elsewhere that numba cannot compile, and that does not say so."""
@@ -61,6 +64,23 @@ def test_a_law_from_elsewhere_that_the_compiler_refuses_is_tried_once_and_interp
 def test_the_compiler_refuses_a_law_that_does_not_say_so(refusals: list[Exception]) -> None:
     expect_interpreted_twice()
     assert [type(error) for error in refusals] == [TypingError]
+
+
+def importing(number: float) -> float:
+    import json
+
+    return float(json.dumps(number))
+
+
+def sorting(number: float) -> float:
+    return max([number], key=str)
+
+
+@pytest.mark.parametrize("function", [importing, sorting])
+def test_the_errors_of_the_compiler_are_known(function: Callable[[float], float]) -> None:
+    with pytest.raises(Exception) as refused:
+        njit(function)(1.0)
+    assert is_of_compiler(refused.value)
 
 
 @pytest.mark.parametrize(

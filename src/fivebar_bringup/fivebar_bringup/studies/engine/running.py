@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
+from shlex import quote
 from tempfile import TemporaryDirectory
 from typing import Any, Generic, NamedTuple
 
@@ -71,7 +72,7 @@ def run_study(
     files, settings = opened(study, out, given)
     words = (
         f"{files.path}: interrupted: {files.rows.name} keeps the finished cases:"
-        f" the same command with --out {files.path} resumes"
+        f" the same command with --out {quote(str(files.path))} resumes"
     )
     with files.alone(), write_errors(files.path), resumable(words):
         rows = _all_rows(files, settings, executor or LocalProcesses(1), progress)
