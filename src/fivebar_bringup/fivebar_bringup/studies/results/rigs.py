@@ -171,15 +171,11 @@ def rigs_table(rows: Sequence[RigRow]) -> TextTable:
 
 
 def _answer(rows: Sequence[RigRow]) -> str:
-    shares = [(f"{share_of(row.within_2_mm, row.accepted).text} of {row.accepted}", f"on `{row.rig}`") for row in rows]
-    (share, where), *others = shares
-    made = [
-        f"{share} accepted crossings {where} stay within 2 mm with `unified`",
-        *(" ".join(other) for other in others),
-    ]
+    least, *_, most = sorted(rows, key=lambda row: row.within_2_mm / row.accepted) * 2
     lost = sum(row.silent for row in rows)
     return (
-        f"{', '.join(made)}."
+        f"{share_of(least.within_2_mm, least.accepted).text} of the accepted crossings on `{least.rig}` to"
+        f" {share_of(most.within_2_mm, most.accepted).text} on `{most.rig}` stay within 2 mm with `unified`."
         f" {lost or 'None'} of {sum(row.accepted for row in rows)} {'is' if lost == 1 else 'are'} lost silently."
     )
 
