@@ -54,6 +54,7 @@ ADVICE = {
     "estimate_lost": Advice("The estimator has lost the platform.", _HOME),
     "command_timeout": Advice("The controllers did not answer within 5 s.", _NEW_RUN),
     "command_stale": Advice("The newest torque is too old.", _RESET),
+    "feedback_invalid": Advice("A drive reads no finite number.", "Check its driver, then reset."),
     "plant_diverged": Advice("The simulation became inaccurate: the motion is too fast for it.", _NEW_RUN),
     "nodes_missing": Advice("A node did not start.", "Look into its log, then start a new run."),
     "node_died": Advice("A node has ended.", "Look into its log, then start a new run."),

@@ -275,17 +275,24 @@ class TwoMotors:
             if fault is None and self._silent[number] > self._file.missing_limit:
                 silent = self._silent[number]
                 fault = Fault("feedback_missing", f"{self._place(number)}: no answer in {silent} cycles in a row")
+            if fault is None and reading is not None and not _finite(reading):
+                read = f"{reading.position} rad, {reading.velocity} rad/s"
+                fault = Fault("feedback_invalid", f"{self._place(number)}: {read}: expected finite numbers")
         if fault is None and self._enabled and not answer.powered and None not in answer.readings:
             fault = Fault("drive_dropped_out", f"{self._place(0)} or {self._place(1)} has lost its power")
         if fault is not None and self._enabled:
             self.switch_off()
         first, second = (
-            None if reading is None else joint_reading(motor, reading)
+            None if reading is None or not _finite(reading) else joint_reading(motor, reading)
             for motor, reading in zip(self._file.pair, answer.readings, strict=True)
         )
         if first is not None and second is not None:
             self._positions = first.position, second.position
         return Exchange((first, second), fault, passed if answer.periods is None else answer.periods)
+
+
+def _finite(reading: ShaftReading) -> bool:
+    return math.isfinite(reading.position) and math.isfinite(reading.velocity)
 
 
 class PromptDriver(MotorDriver, Protocol):

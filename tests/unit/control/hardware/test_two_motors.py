@@ -151,6 +151,20 @@ def test_a_fault_takes_the_power_of_both(order: str, fault: str) -> None:
     assert motors.enabled
 
 
+@pytest.mark.parametrize("invalid", [ShaftReading(math.nan, 0.0, 0.0), ShaftReading(1.0, -math.inf, 0.0)])
+def test_a_reading_that_is_not_finite_takes_the_power_and_is_no_measurement(invalid: ShaftReading) -> None:
+    motors, driver = opened()
+    motors.enable(1.0)
+    answer = driver.exchange(PairCommand(True, (0.0, 0.0)), 0.0)
+    driver.exchange = lambda *_: PairAnswer((answer.readings[0], invalid), True)  # type: ignore[method-assign]
+    exchange = motors.exchange()
+    assert exchange.fault is not None
+    assert exchange.fault.name == "feedback_invalid"
+    assert "q21 (id 2)" in exchange.fault.detail
+    assert exchange.readings[1] is None
+    assert not motors.enabled
+
+
 def test_a_drive_that_does_not_answer_is_named() -> None:
     driver = DirectDriver()
     driver.motors.motors[1].silent = True
