@@ -68,6 +68,7 @@ def test_robots_are_drawn_within_their_bounds_and_again_by_the_same_number() -> 
     assert np.degrees(np.abs([one.placing for one in drawn]).max()) <= 0.3
 
 
+@pytest.mark.extra
 def test_a_hand_turns_the_links_of_a_light_robot() -> None:
     """At 500 Hz a hand as firm as for DexTAR's links would make it swing ever more."""
     drawn = drawn_practice("dextar", 3)

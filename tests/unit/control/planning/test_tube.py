@@ -22,7 +22,8 @@ OBLIQUE = ((0.0, 0.15), (0.04, 0.03))
 
 
 @pytest.mark.parametrize(
-    ("name", "settings", "least"), [("unified", UnifiedSettings(), 5e-5), ("mpc", MpcSettings(), 0.0)]
+    ("name", "settings", "least"),
+    [("unified", UnifiedSettings(), 5e-5), pytest.param("mpc", MpcSettings(), 0.0, marks=pytest.mark.extra)],
 )
 def test_the_response_is_that_of_the_run_and_within_the_tube(
     dextar: FiveBar, name: str, settings: UnifiedSettings | MpcSettings, least: float
