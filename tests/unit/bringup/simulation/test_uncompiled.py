@@ -11,7 +11,7 @@ from numba import njit
 from numba.core.errors import TypingError
 
 from fivebar_bringup.simulation import engine, uncompiled
-from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.compiling import is_of_compiler
 
 SAYS_NOTHING = "toy_law:UNCOMPILED"
@@ -25,12 +25,12 @@ def refusals(monkeypatch: pytest.MonkeyPatch) -> list[Exception]:
 
     def tried(*of_run: Any) -> Any:
         try:
-            return traced_crossing(*of_run)
+            return crossing(*of_run)
         except Exception as error:
             raised.append(error)
             raise
 
-    monkeypatch.setattr(engine, "traced_crossing", tried)
+    monkeypatch.setattr(engine, "crossing", tried)
     monkeypatch.setattr(uncompiled, "_refused", set())
     return raised
 
