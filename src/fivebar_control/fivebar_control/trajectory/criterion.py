@@ -25,7 +25,7 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.residual import has_residual
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
-from fivebar_control.root_search import minimum_between
+from fivebar_control.root_search import minimum_between, zero_between
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.time_law import rest_to_rest
@@ -44,10 +44,6 @@ u = 1/2 is possible, and near it only a narrow range of u."""
 LEAST_OFFSET = 1e-6
 """Crossings nearer to half of the way than this fraction are taken to be this far from it: there the equations for the
 polynomial become singular, and what is left of the acceleration is 1e-5 of its peak."""
-
-
-FIXED_POINT_STEPS = 60
-"""Steps for an equation whose slope is below 1/2 for the |rho| < 2 of any path."""
 
 
 class CriterionLaw(NamedTuple):
@@ -104,10 +100,11 @@ def criterion_law(s_crossing: float, rho: float = 0.0) -> CriterionLaw | None:
 
 def _where_quintic_meets(rho: float) -> float:
     """Return u near 1/2 where the fifth-order polynomial has s'' = rho s'^2: 1 - 2 u = 15 rho (u (1 - u))^3."""
-    u = 0.5
-    for _ in range(FIXED_POINT_STEPS if rho != 0.0 else 0):
-        u = 0.5 - 7.5 * rho * (u * (1.0 - u)) ** 3
-    return u
+    if rho == 0.0:
+        return 0.5
+    # there is exactly one such place on that side of 1/2
+    side = (0.0, 0.5) if rho > 0.0 else (0.5, 1.0)
+    return zero_between(lambda u: u - 0.5 + 7.5 * rho * (u * (1.0 - u)) ** 3, *side, tolerance=0.0)
 
 
 def _law_through(u: float, s: float, rho: float) -> CriterionLaw:

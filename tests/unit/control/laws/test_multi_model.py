@@ -120,6 +120,17 @@ def test_a_criterion_law_passes_its_crossing_without_acceleration(s_crossing: fl
     assert rate > 0.05
 
 
+@pytest.mark.parametrize("rho", [0.5, -2.0, 5.0, 9.0, -12.0, 40.0])
+def test_a_criterion_law_has_the_acceleration_that_its_crossing_asks_for(rho: float) -> None:
+    """Also where motions almost across t_s ask for much."""
+    law = criterion_law(0.45, rho)
+    assert law is not None
+    u = brentq(lambda u: law(u)[0] - 0.45, 0.0, 1.0, xtol=1e-15)
+    _, rate, bend = law(u)
+    assert bend == pytest.approx(rho * rate**2, rel=1e-6)
+    assert min(law(step / 1000.0)[1] for step in range(1001)) > -1e-6
+
+
 def test_criterion_laws_near_half_way_are_all_nearly_the_same() -> None:
     """Their peak acceleration is below the 10 / sqrt(3) of the fifth-order polynomial, which is one of them."""
     for s_crossing in (0.495, 0.499, 0.4999, 0.5 - 1e-7, 0.5, 0.5 + 1e-9, 0.5001, 0.505):
