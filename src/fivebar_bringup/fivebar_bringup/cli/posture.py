@@ -174,6 +174,6 @@ def _lines(stand: Standstill, fallen: int | None) -> list[str]:
 
 
 def _ordinary(stand: Standstill) -> list[str]:
-    """Return what to do with a robot that rests where its encoders tell the assembly mode's two places apart."""
+    """Return the advice for a robot that rests away from the locus."""
     ordinary = "away from the locus: declare the assembly mode in which it stands, or see which"
     return [] if stand.near else [ordinary]

@@ -40,7 +40,7 @@ class Relief(NamedTuple):
 
 
 def reliefs(scenario: Scenario, errors: RobotErrors, seed: int, robots: Sequence[int]) -> list[Relief]:
-    """Return the odds with each declared uncertainty taken away, the best first; arguments as for `odds_of`."""
+    """Return the odds with each declared uncertainty taken away, the best first; arguments as for `trials_of`."""
     found = []
     for remedy in REMEDIES:
         without: dict[str, Any] = dict.fromkeys(remedy.errors, 0.0)

@@ -171,7 +171,10 @@ def rigs_table(rows: Sequence[RigRow]) -> TextTable:
 
 
 def _answer(rows: Sequence[RigRow]) -> str:
-    least, *_, most = sorted(rows, key=lambda row: row.within_2_mm / row.accepted) * 2
+    def share(row: RigRow) -> float:
+        return row.within_2_mm / row.accepted
+
+    least, most = min(rows, key=share), max(rows, key=share)
     lost = sum(row.silent for row in rows)
     return (
         f"{share_of(least.within_2_mm, least.accepted).text} of the accepted crossings on `{least.rig}` to"
