@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-SRC = Path(__file__).parents[2] / "src"
+ROOT = Path(__file__).parents[2]
+SRC = ROOT / "src"
 
 MAY_IMPORT = {
     "fivebar_description": set(),
@@ -40,8 +41,15 @@ def modules() -> list[Path]:
     return sorted(path for folder in folders for path in folder.rglob("*.py"))
 
 
+def scripts() -> list[Path]:
+    """Every script that reproduces a table or figure of a page; none is part of a package."""
+    found = sorted((ROOT / "docs" / "studies").glob("*.py"))
+    assert len(found) > 15
+    return found
+
+
 def name_of(path: Path) -> str:
-    return str(path.relative_to(SRC))
+    return str(path.relative_to(SRC if path.is_relative_to(SRC) else ROOT))
 
 
 @functools.cache
@@ -179,10 +187,11 @@ def test_a_class_name_stands_for_one_class() -> None:
     The Python interface is left out: its plain words, such as Robot, are for those who see no other class.
     """
     where: dict[str, list[str]] = {}
-    for path in (one for one in modules() if "fivebar" not in one.relative_to(SRC).parts):
+    plain = [one for one in modules() if "fivebar" not in one.relative_to(SRC).parts]
+    for path in (*plain, *scripts()):
         for node in ast.walk(syntax_tree(path)):
             if isinstance(node, ast.ClassDef):
-                where.setdefault(node.name, []).append(str(path.relative_to(SRC)))
+                where.setdefault(node.name, []).append(name_of(path))
     assert not {name: paths for name, paths in where.items() if len(paths) > 1}
 
 
@@ -208,7 +217,8 @@ def undocumented(tree: ast.Module) -> Iterator[str]:
 
 
 def test_everything_public_says_what_it_is() -> None:
-    silent = {name_of(path): [*undocumented(syntax_tree(path))] for path in modules() if syntax_tree(path).body}
+    paths = (path for path in (*modules(), *scripts()) if syntax_tree(path).body)
+    silent = {name_of(path): [*undocumented(syntax_tree(path))] for path in paths}
     assert not {name: found for name, found in silent.items() if found}
 
 

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from fivebar_bringup.report.thesis import MIDDLE
-from fivebar_bringup.studies.single.mpc_study import authority, motion
 from fivebar_control.laws.lqr import LqrSettings
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import SCALE, weights_of
@@ -21,6 +20,7 @@ from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.planner import OPTIMAL, ZoneRule, plan_motion
 from fivebar_control.trajectory.way import StraightWay
 from fivebar_description.parameters import FiveBar
+from mpc_study import authority, motion
 
 DOCS = Path(__file__).parents[2] / "docs"
 LIMITS = {"torque_limit", "torque_rate_limit"}

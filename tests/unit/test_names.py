@@ -6,14 +6,17 @@ from pathlib import Path
 
 TESTS = Path(__file__).parents[1]
 SRC = TESTS.parent / "src"
+SCRIPTS = {"studies": TESTS.parent / "docs" / "studies"}
+"""Folders of scripts, by the name that stands before those of their modules here."""
+
 PACKAGES = ("fivebar_description", "fivebar_control", "fivebar_sim", "fivebar_bringup")
 
 ELSEWHERE = {
     "unit/test_parsers_refuse.py": ("fivebar_description.strict_yaml", "fivebar_description.outside_text"),
     "unit/test_robot_doc.py": ("fivebar_control.hardware.board_file",),
     "unit/test_run_table_doc.py": ("fivebar_description.run_quantities",),
-    "unit/test_mpc_doc.py": ("fivebar_bringup.studies.single.mpc_study",),
-    "unit/test_unified_doc.py": ("fivebar_bringup.studies.single.unified_sweep",),
+    "unit/test_mpc_doc.py": ("studies.mpc_study",),
+    "unit/test_unified_doc.py": ("studies.unified_sweep",),
     "unit/description/test_messages.py": ("fivebar_description.joint_sample",),
     "unit/description/test_robot_description.py": ("fivebar_description.mass_split",),
     "unit/description/test_robot_file.py": ("fivebar_description.physical_bounds",),
@@ -52,7 +55,7 @@ ELSEWHERE = {
         "fivebar_description.known_drives",
         "fivebar_description.tuning",
     ),
-    "unit/control/planning/test_passage.py": ("fivebar_bringup.studies.single.passage_study",),
+    "unit/control/planning/test_passage.py": ("studies.passage_study",),
     "unit/control/test_known_cogging.py": ("fivebar_control.estimation.platform_motion",),
     "unit/control/trajectory/test_passage_torques.py": ("fivebar_control.trajectory.way",),
     "unit/control/vision/test_camera_calibration.py": (
@@ -93,9 +96,9 @@ ELSEWHERE = {
     "unit/bringup/report/test_replay.py": ("fivebar_bringup.recorded.series",),
     "unit/bringup/report/test_report.py": ("fivebar_bringup.recorded.vision",),
     "unit/bringup/studies/test_compare.py": (
-        "fivebar_bringup.studies.single.corner_study",
-        "fivebar_bringup.studies.single.lqr_study",
-        "fivebar_bringup.studies.single.optimal_study",
+        "studies.corner_study",
+        "studies.lqr_study",
+        "studies.optimal_study",
     ),
     "unit/bringup/runs/test_injection.py": ("fivebar_sim.emulators.hardware_kinds",),
     "unit/bringup/runs/test_rehearsal_effects.py": ("fivebar_sim.emulation_file",),
@@ -120,7 +123,7 @@ ELSEWHERE = {
         "fivebar_bringup.commission.record",
     ),
     "unit/bringup/odds/test_odds.py": ("fivebar_bringup.recorded.run_odds",),
-    "unit/bringup/studies/test_calibrated_crossings.py": ("fivebar_bringup.simulation.guided",),
+    "unit/studies/test_calibrated_crossings.py": ("fivebar_bringup.simulation.guided",),
     "unit/bringup/studies/test_reproduce.py": ("fivebar_bringup.simulation.run_in_memory",),
     "unit/bringup/test_entry.py": ("fivebar_bringup.cli.main", "fivebar_bringup.cli.words"),
     "unit/bringup/test_scenario_settings.py": ("fivebar_description.shared_settings",),
@@ -189,19 +192,22 @@ ELSEWHERE = {
 
 
 def modules() -> set[str]:
-    """Every module of the packages by its full name, but those that only name a package or run one."""
-    found = (path for package in PACKAGES for path in (SRC / package / package).rglob("*.py"))
-    return {
+    """Every module of packages and scripts by its full name, but those that only name a package or run one."""
+    found = {
         ".".join(path.relative_to(SRC).with_suffix("").parts[1:])
-        for path in found
+        for package in PACKAGES
+        for path in (SRC / package / package).rglob("*.py")
         if path.stem not in ("__init__", "__main__")
     }
+    scripts = {f"{name}.{path.stem}" for name, folder in SCRIPTS.items() for path in folder.glob("*.py")}
+    assert len(scripts) > 15
+    return found | scripts
 
 
 def is_found(module: str, names: set[str]) -> bool:
     """Whether the name of a test begins or ends with that of the module or of its folder, be it singular or plural."""
     *_, folder, own = module.split(".")
-    told = {own} if folder in ("ros", "nodes") else {own, folder}
+    told = {own} if folder in ("ros", "nodes", "studies") else {own, folder}
     words = {one for name in told for one in (name, f"{name}s", name.removesuffix("s"))}
     starts, ends = tuple(f"{word}_" for word in words), tuple(f"_{word}" for word in words)
     return any(name in words or name.startswith(starts) or name.endswith(ends) for name in names)

@@ -14,6 +14,7 @@ TEXT = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
 SLIP_TESTS = "tests/unit/control/slips"
 
 FUNCTIONS = sorted(set(re.findall(r"`(fivebar_\w+(?:\.\w+)+)(?:\(\))?`", TEXT)))
+STUDIED = sorted(set(re.findall(r"`docs/studies/(\w+)\.py::(\w+)`", TEXT)))
 TESTS = sorted(set(re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", TEXT)))
 FILES = sorted(set(re.findall(r"`(tests/[\w/]+\.py)`", TEXT)))
 SLIPS = re.findall(r"^\| (S\d+) \|(.*)\|$", TEXT, flags=re.MULTILINE)
@@ -52,6 +53,8 @@ def test_there_is_something_to_check() -> None:
 
 def test_named_functions_exist() -> None:
     assert not [name for name in FUNCTIONS if not resolves(name)]
+    assert STUDIED
+    assert not [name for name in map(".".join, STUDIED) if not resolves(name)]
 
 
 def test_named_tests_exist() -> None:

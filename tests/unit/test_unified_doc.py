@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.studies.single.unified_sweep import SWEPT
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.scenario_file import shipped_scenarios
+from unified_sweep import SWEPT
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = {name: value for name, value in UnifiedSettings()._asdict().items() if name != "torque_limit"}

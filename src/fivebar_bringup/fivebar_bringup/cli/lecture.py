@@ -25,7 +25,7 @@ def lecture(
     Example: `fivebar lecture --out slides`
     """
     from fivebar_bringup.recorded.results import write_errors
-    from fivebar_bringup.studies.single.lecture_slides import draw_slides
+    from fivebar_bringup.studies.lecture_slides import draw_slides
 
     with input_errors(), write_errors(out), progress_bar("slides") as progress:
         paths = draw_slides(out, progress)

@@ -11,9 +11,9 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import Outcome
-from fivebar_bringup.studies.single.inner_loop import ERRORS
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import validate
+from inner_loop import ERRORS
 
 
 def crossed(name: str, plant: dict[str, Any] | None = None) -> Outcome:

@@ -12,11 +12,11 @@ import yaml
 from fivebar_bringup.motions.start import start_seen
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_bringup.studies.single.seen_starts import random_starts
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
+from seen_starts import random_starts
 
 UNDECLARED = {
     "name": "undeclared",

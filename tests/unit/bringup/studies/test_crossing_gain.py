@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from fivebar_bringup.studies.single.crossing_gain import (
+from fivebar_bringup.studies.results.crossing_gain import (
     CROSSING_GAIN,
     MODE,
     PAIR,

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.recorded.outcome import RunOutcome
-from fivebar_bringup.studies.single.lecture_slides import SLIDES, draw_slides, run_with
+from fivebar_bringup.studies.lecture_slides import SLIDES, draw_slides, run_with
 
 
 @pytest.mark.extra

@@ -22,9 +22,9 @@ from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
 from fivebar_bringup.studies.results import comparison, crossing, faults, laws, odds, rigs
 from fivebar_bringup.studies.results.catalogue import PAGES, RUNS, whole_sample
+from fivebar_bringup.studies.results.crossing_gain import MODE, PAIR, ROBOT
 from fivebar_bringup.studies.results.making import ResultFiles, make_results
 from fivebar_bringup.studies.results.page import MadeRun, ResultPage, StudyRun, TextTable
-from fivebar_bringup.studies.single.crossing_gain import MODE, PAIR, ROBOT
 from fivebar_bringup.studies.sweep.drawing import draw
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SCREENED_OUT, SUCCESS_PROBABILITY, SweepRow
 from fivebar_description.rounding import in_millimetres

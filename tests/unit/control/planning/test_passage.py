@@ -13,7 +13,6 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import Case, case_of, sampled
 from fivebar_bringup.simulation.uncompiled import crossing
-from fivebar_bringup.studies.single.passage_study import passage
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course
@@ -27,6 +26,7 @@ from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.robot_file import load_robot
+from passage_study import passage
 
 ROBOT = load_robot()
 UNIFIED = default_tuning(CONTROLLERS["unified"])

@@ -12,11 +12,11 @@ from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.pages.style import BLUE, GREY, VERMILION
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
+from fivebar_bringup.studies.results.crossing_gain import MODE, PAIR, GainRow
+from fivebar_bringup.studies.results.crossing_gain import ROBOT as ALL_MODES
 from fivebar_bringup.studies.results.page import ResultPage, StudyRun, TextTable
-from fivebar_bringup.studies.single.crossing_gain import MODE, PAIR, GainRow
-from fivebar_bringup.studies.single.crossing_gain import ROBOT as ALL_MODES
 
-RUNS = (StudyRun("crossing_gain", "fivebar_bringup.studies.single.crossing_gain:CROSSING_GAIN", {}, {"pairs": 6}),)
+RUNS = (StudyRun("crossing_gain", "fivebar_bringup.studies.results.crossing_gain:CROSSING_GAIN", {}, {"pairs": 6}),)
 
 
 class CrossingRow(NamedTuple):

@@ -1,1 +1,0 @@
-"""Studies of one question each, run as `python -m`."""
