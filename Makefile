@@ -107,11 +107,11 @@ walks: setup ## count the files and functions that data passes on four ways thro
 
 .PHONY: bench
 bench: setup ## measure speed on this machine
-	@$(BIN)/python -m fivebar_bringup.studies.bench
+	@$(BIN)/python bench
 
 .PHONY: bench-realtime
 bench-realtime: setup ## repeat runs in real time on this machine; RUNS=40 KINDS="middle kilohertz" are a choice of them
-	@$(BIN)/python -m fivebar_bringup.studies.bench.series $(RUNS) $(KINDS)
+	@$(BIN)/python bench/series.py $(RUNS) $(KINDS)
 
 .PHONY: build
 build: setup ## build the packages as colcon does, into build/ install/ log/
@@ -194,7 +194,7 @@ try-jazzy: ## try the way for ROS 2 Jazzy in a fresh Debian made by debootstrap,
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
 	@rm -rf $(VENV) .jazzy .lowest-* .newest .uv .audit .browser .docs .vendors .cluster .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
-	find src tests docs -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
+	find src tests docs bench -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py
 # only reinstalls the workspace.

@@ -42,9 +42,9 @@ def modules() -> list[Path]:
 
 
 def scripts() -> list[Path]:
-    """Every script that reproduces a table or figure of a page; none is part of a package."""
-    found = sorted((ROOT / "docs" / "studies").glob("*.py"))
-    assert len(found) > 15
+    """Every script that reproduces a table or figure of a page, and every benchmark; none is part of a package."""
+    found = sorted(path for folder in ("docs/studies", "bench") for path in (ROOT / folder).glob("*.py"))
+    assert len(found) > 30
     return found
 
 

@@ -72,17 +72,20 @@ def test_every_command_is_one_with_its_options() -> None:
 
 def test_every_script_is_one_of_a_page_with_its_options() -> None:
     """Each study is named in a page, with options that it has, and in its own words; others are of no use."""
-    scripts = {path.name: path.read_text(encoding="utf-8") for path in (DOCS / "studies").glob("*.py")}
+    paths = (path for folder in (DOCS / "studies", ROOT / "bench") for path in folder.glob("*.py"))
+    scripts = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in paths}
     written = [
         (page.name, *found)
         for page in PAGES
-        for found in re.findall(r"`python docs/studies/(\w+\.py)([^`]*)`", page.read_text(encoding="utf-8"))
+        for found in re.findall(r"python ((?:docs|bench)/[\w/]+\.py)([^`\n]*)", page.read_text(encoding="utf-8"))
     ]
-    assert {script for _, script, _ in written} == set(scripts)
+    named, studies = {script for _, script, _ in written}, {name for name in scripts if name.startswith("docs/")}
+    assert not named - set(scripts)
+    assert len(studies) > 15 and not studies - named
     options = [(page, script, option) for page, script, rest in written for option in re.findall(r"--[\w-]+", rest)]
     assert len(options) > 3
     assert not [(page, script, one) for page, script, one in options if f'"{one}"' not in scripts[script]]
-    assert not [name for name, text in scripts.items() if f"python docs/studies/{name}" not in text.split('"""')[1]]
+    assert not [name for name in studies if f"python {name}" not in scripts[name].split('"""')[1]]
 
 
 def test_every_page_has_its_place_on_the_site() -> None:
@@ -226,7 +229,7 @@ def docstrings(path: Path) -> list[tuple[int, str]]:
 
 def test_docstrings_begin_with_what_a_thing_is_or_does() -> None:
     riddle = re.compile(r"(Of|What|Whatever|Whose|Which|That|Those|By)\b")
-    paths = sorted(path for folder in (ROOT / "src", DOCS / "studies") for path in folder.rglob("*.py"))
+    paths = sorted(path for folder in (ROOT / "src", DOCS / "studies", ROOT / "bench") for path in folder.rglob("*.py"))
     found = [(path, line, text) for path in paths for line, text in docstrings(path)]
     assert len(found) > 4000
     assert not [f"{path.name}:{line}: {text[:60]}" for path, line, text in found if riddle.match(text)]

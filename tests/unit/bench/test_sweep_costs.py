@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from fivebar_bringup.studies.bench.sweep_costs import REST, costs_of
+from sweep_costs import REST, costs_of
 
 
 def spend(seconds: float) -> None:

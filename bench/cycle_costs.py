@@ -10,10 +10,12 @@ import functools
 import gc
 import importlib
 import json
+import os
 import statistics
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -200,6 +202,20 @@ class WatchedGroup(ProcessSpec):
     def module(self) -> str:
         """The module that runs it."""
         return __name__ if super().module == NODE_GROUP else super().module
+
+
+@contextmanager
+def importable() -> Iterator[None]:
+    """Have the processes that are started meanwhile find this module by its name."""
+    before = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = os.pathsep.join([*([before] if before else []), str(Path(__file__).parent)])
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["PYTHONPATH"]
+        else:
+            os.environ["PYTHONPATH"] = before
 
 
 def medians(costs: Costs) -> CycleCosts:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fivebar_bringup.runs.processes import CONTROLLERS
-from fivebar_bringup.studies.bench.processes import GraphSpeed
-from fivebar_bringup.studies.bench.stalls import Stalls
+from graph_speed import GraphSpeed
+from stalls import Stalls
 
 Row = tuple[str, str, str, str]
 """A measured quantity, its value in the control chain and in the bare loop, and the target; "" for none."""

@@ -1,4 +1,4 @@
-"""Itemises a case of a sweep: `python -m fivebar_bringup.studies.bench.sweep_costs [RIG [CASES]]`, "" for no rig."""
+"""Itemises a case of a sweep: `python bench/sweep_costs.py [RIG [CASES]]`, "" for no rig."""
 
 from __future__ import annotations
 

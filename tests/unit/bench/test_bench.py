@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import itertools
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from importlib import import_module
 from operator import attrgetter
+from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.bench import cycle_costs
-from fivebar_bringup.studies.bench.cycle_costs import (
+import cycle_costs
+from cycle_costs import (
     DRIVES,
     ITEMS,
     REST,
@@ -19,14 +22,18 @@ from fivebar_bringup.studies.bench.cycle_costs import (
     WARM_UP,
     WRITTEN,
     Costs,
+    WatchedGroup,
+    importable,
     medians,
 )
-from fivebar_bringup.studies.bench.estimator_speed import estimator_us
-from fivebar_bringup.studies.bench.itemised import costs_rows
-from fivebar_bringup.studies.bench.processes import GraphSpeed
-from fivebar_bringup.studies.bench.real_time import real_time_rows
-from fivebar_bringup.studies.bench.series import FIGURES, KINDS, RUNS, Series, chosen, series_row
-from fivebar_bringup.studies.bench.stalls import Stalls, bare_loop
+from estimator_speed import estimator_us
+from fivebar_bringup.graph.node_spec import NodeSpec
+from fivebar_bringup.scenarios.scenario_files import load_scenario
+from graph_speed import GraphSpeed
+from itemised import costs_rows
+from real_time import real_time_rows
+from series import FIGURES, KINDS, RUNS, Series, chosen, series_row
+from stalls import Stalls, bare_loop
 
 
 def test_each_figure_of_real_time_stands_beside_that_of_a_bare_loop() -> None:
@@ -49,6 +56,19 @@ def test_every_function_of_an_item_is_there() -> None:
     for place in (*(place for places in ITEMS.values() for place in places), TICK, WRITTEN):
         module, _, name = place.partition(":")
         assert callable(attrgetter(name)(import_module(module))), place
+
+
+def test_a_process_that_is_itemised_finds_the_module_that_does_it(tmp_path: Path) -> None:
+    find = [sys.executable, "-P", "-c", "import cycle_costs"]
+    before = dict(os.environ)
+    with importable():
+        found = subprocess.run(find, cwd=tmp_path, check=False)
+    assert found.returncode == 0
+    assert dict(os.environ) == before
+    assert subprocess.run(find, cwd=tmp_path, check=False, stderr=subprocess.DEVNULL).returncode != 0
+    nodes = tuple(NodeSpec("fivebar_control", name, {}, (), ()) for name in ("supervisor", "blender"))
+    assert WatchedGroup("controllers", nodes).module == "cycle_costs"
+    assert WatchedGroup("alone", nodes[:1]).module == nodes[0].module
 
 
 def test_an_item_s_time_leaves_out_that_of_what_it_calls_and_ends_with_the_torque(
@@ -93,7 +113,7 @@ def test_only_an_estimator_has_a_speed() -> None:
 def test_the_speed_of_the_estimator_is_in_microseconds_per_sample(monkeypatch: pytest.MonkeyPatch) -> None:
     short = load_scenario("gyro_middle").model_copy(update={"segment_duration": 0.5})
     calls = itertools.count()
-    monkeypatch.setattr("fivebar_bringup.studies.bench.estimator_speed.perf_counter", lambda: 3e-6 * next(calls))
+    monkeypatch.setattr("estimator_speed.perf_counter", lambda: 3e-6 * next(calls))
     assert estimator_us(short) == pytest.approx(3.0)
     assert next(calls) == 2 * (short.plan().path.samples(short.rate_hz) + 1)
 

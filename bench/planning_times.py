@@ -1,4 +1,4 @@
-"""How long planning takes, by kind of request: `python -m fivebar_bringup.studies.bench.planning_times`.
+"""How long planning takes, by kind of request: `python bench/planning_times.py`.
 
 The robot declares the tolerances and loads of the rig `middling`, so that every motion has odds. Each kind is measured
 in a process of its own, after a first one that may have to compile.
@@ -76,7 +76,7 @@ def _text(times: tuple[float, float]) -> str:
 def _measured(name: str, folder: Path) -> Times:
     # with bytecode, as an installation has it
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
-    command = [sys.executable, "-m", "fivebar_bringup.studies.bench.planning_times", name, str(folder)]
+    command = [sys.executable, __file__, name, str(folder)]
     done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, check=True, text=True)
     return Times(*json.loads(done.stdout.splitlines()[-1]))
 

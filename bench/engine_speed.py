@@ -12,9 +12,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
-from fivebar_bringup.studies.bench.mujoco_speed import STEP, MujocoFiveBar, loop_gap
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.closed_loop import ClosedLoop
+from mujoco_speed import STEP, MujocoFiveBar, loop_gap
 
 MUJOCO_STEPS = 100
 """About as long as one of our crossings, so that a busy machine disturbs both alike."""

@@ -1,4 +1,4 @@
-"""Itemises a cycle of the control chain: `python -m fivebar_bringup.studies.bench.itemised [SCENARIO]`."""
+"""Itemises a cycle of the control chain: `python bench/itemised.py [SCENARIO]`."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ import sys
 from rich.console import Console
 from rich.table import Table
 
+from cycle_costs import DRIVES, CycleCosts
 from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.bench.cycle_costs import DRIVES, CycleCosts
-from fivebar_bringup.studies.bench.processes import graph_speed
+from graph_speed import graph_speed
 
 REHEARSED = "middle_moteus"
 """Scenario that is run on emulated drives."""

@@ -9,11 +9,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from cycle_costs import CycleCosts, WatchedGroup, costs_file, importable, read_costs
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.drives.run_files import Rehearsal
@@ -28,7 +30,6 @@ from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import CONTROLLERS, processes
 from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.bench.cycle_costs import CycleCosts, WatchedGroup, costs_file, read_costs
 from fivebar_description.interface import DEFAULT_PRIORITY, FAULTS, JOINT_STATES
 from fivebar_description.ros.scheduling import Scheduling
 
@@ -36,6 +37,9 @@ HOPS = 3
 """Hops of one cycle: plant to controllers, controllers to blender, blender to plant."""
 
 RING_DEADLINE = 120.0
+
+BARE_CHAIN = Path(__file__).with_name("bare_chain.py")
+"""Script that runs a node of the bare ring."""
 
 
 class GraphSpeed(NamedTuple):
@@ -103,7 +107,8 @@ def graph_speed(
         specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), sharing)
         if itemised:
             specs = tuple(WatchedGroup(*spec) for spec in specs)
-        outcome = run_graph(specs, run, domain, look, started, mode)
+        with importable() if itemised else nullcontext():
+            outcome = run_graph(specs, run, domain, look, started, mode)
         write_outcome(run, scenario, mode, outcome)
         summary = write_report(run, with_page=False)
         bag = read_bag(run.bag)
@@ -152,7 +157,7 @@ def _ring_node(position: int, rounds: int, domain: int) -> subprocess.Popen[str]
     assignments = [word for name, value in parameters.items() for word in ("-p", f"{name}:={value}")]
     remap = ["-r", f"__node:=bare_chain_{position}"]
     return subprocess.Popen(
-        [sys.executable, "-m", "fivebar_bringup.nodes.bare_chain", "--ros-args", *assignments, *remap],
+        [sys.executable, str(BARE_CHAIN), "--ros-args", *assignments, *remap],
         stdout=subprocess.PIPE,
         text=True,
         env={**os.environ, "ROS_DOMAIN_ID": str(domain)},

@@ -1,21 +1,21 @@
-"""`python -m fivebar_bringup.studies.bench`: run the benchmarks and print them."""
+"""`python bench`: run the benchmarks and print them."""
 
 from __future__ import annotations
 
 from rich.console import Console
 from rich.table import Table
 
+from engine_speed import EngineSpeed, engine_speed
+from estimator_speed import estimator_us
 from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.bench.engine_speed import EngineSpeed, engine_speed
-from fivebar_bringup.studies.bench.estimator_speed import estimator_us
-from fivebar_bringup.studies.bench.histogram import histogram
-from fivebar_bringup.studies.bench.laws import plain_speed
-from fivebar_bringup.studies.bench.processes import HOPS, bare_chain_p50_ms, graph_speed, stamp
-from fivebar_bringup.studies.bench.real_time import ALONE, TOGETHER, real_time_rows
-from fivebar_bringup.studies.bench.stalls import bare_loop
-from fivebar_bringup.studies.bench.start_up import start_up_rows
 from fivebar_description.interface import DEFAULT_PRIORITY
+from graph_speed import HOPS, bare_chain_p50_ms, graph_speed, stamp
+from histogram import histogram
+from plain_speed import plain_speed
+from real_time import ALONE, TOGETHER, real_time_rows
+from stalls import bare_loop
+from start_up import start_up_rows
 
 ESTIMATED = {"from encoders": "middle_encoders", "with a gyroscope": "gyro_middle"}
 """Scenarios on which the estimator is measured, by what it has."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from fivebar_bringup.simulation.plant import PlantState, chain_at, stepped
-from fivebar_bringup.studies.bench.mujoco_speed import STEP, MujocoFiveBar, loop_gap
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_sim.mujoco_model import TINY_INERTIA, TINY_MASS
+from mujoco_speed import STEP, MujocoFiveBar, loop_gap
 
 STEPS = 600
 

@@ -1,4 +1,4 @@
-"""`python -m fivebar_bringup.studies.bench.series [RUNS] [NAME ...]`: repeated runs in real time, as a table."""
+"""`python bench/series.py [RUNS] [NAME ...]`: repeated runs in real time, as a table."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.runs.processes import CONTROLLERS
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.bench.histogram import histogram
-from fivebar_bringup.studies.bench.processes import GraphSpeed, graph_speed, stamp
-from fivebar_bringup.studies.bench.stalls import bare_loop
 from fivebar_description.interface import DEFAULT_PRIORITY
 from fivebar_description.rounding import in_millimetres
+from graph_speed import GraphSpeed, graph_speed, stamp
+from histogram import histogram
+from stalls import bare_loop
 
 RUNS = 20
 """Runs of each kind, by default."""

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+import planning_times
 from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.bench import planning_times
-from fivebar_bringup.studies.bench.planning_times import KINDS, RIG, Times, Watch, prepared
 from fivebar_bringup.studies.rigs.named import find_rig
+from planning_times import KINDS, RIG, Times, Watch, prepared
 
 
 def test_what_is_planned_has_the_odds_of_the_rig() -> None:

@@ -1,1 +1,0 @@
-"""Benchmarks on this machine: ratios measured side by side in one run."""
