@@ -26,9 +26,9 @@ from fivebar_control.compiling import expect_many_motions
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.planning.tube import Mismatch, tube
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.rounding import in_millimetres
+from tube import Mismatch, tube
 
 RIG = "ideal"
 

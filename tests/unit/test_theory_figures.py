@@ -14,10 +14,10 @@ from fivebar_control.laws.unified import UnifiedSettings, input_map
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.planning.limits import exceeded_share
-from fivebar_control.planning.tube import FloatArray, model_along
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.settings import PlantSettings, has_effects
+from tube import FloatArray, model_along
 
 DOCS = Path(__file__).parents[2] / "docs"
 THEORY, MOTIONS = ((DOCS / name).read_text(encoding="utf-8") for name in ("theory.md", "motions.md"))

@@ -13,9 +13,9 @@ from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.predicted_run import predict_run
-from fivebar_control.planning.tube import Mismatch, tube
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
+from tube import Mismatch, tube
 
 RATE_HZ = 500
 OBLIQUE = ((0.0, 0.15), (0.04, 0.03))
