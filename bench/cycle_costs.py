@@ -40,14 +40,14 @@ ITEMS: Mapping[str, tuple[str, ...]] = {
     ),
     "messages passed on within the process": ("fivebar_description.ros.process_topics:ProcessTopics.dispatch",),
     "messages made": ("fivebar_description.joint_sample:JointSample.__init__",),
-    "fields read and checked": ("fivebar_description.ros.messages:read_fields",),
+    "fields read and checked": ("fivebar_description.joint_sample:JointSample.read",),
     "stamps to samples and back": (
         "fivebar_description.ros.run_agreement:RunAgreement.sample",
         "fivebar_description.ros.run_agreement:RunAgreement.stamp",
     ),
     "inputs joined by stamp": (
-        "fivebar_description.ros.stamp_join:StampJoin.put",
-        "fivebar_description.ros.stamp_join:StampJoin.arrival",
+        "fivebar_description.ros.sampling_node:StampJoin.put",
+        "fivebar_description.ros.sampling_node:StampJoin.arrival",
     ),
     "second publishers looked for": (
         "fivebar_description.ros.node:GraphNode.refuses",

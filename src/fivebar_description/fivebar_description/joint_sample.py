@@ -51,13 +51,36 @@ class JointSample:
         self.frame = frame
         self._read: dict[Any, tuple[tuple[float, ...], ...]] = {}
 
-    def read(self, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool) -> tuple[tuple[float, ...], ...]:
-        """Return what `checked_fields` does, checked once for all readers."""
+    def read(
+        self, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool = False
+    ) -> tuple[tuple[float, ...], ...]:
+        """Return the wanted fields ("position", "velocity", "effort") in the order of `names`, checked once for all.
+
+        The joints may come in any order. With `allow_nan` a NaN (an undefined torque) passes; infinities never do.
+
+        Raises:
+            MessageError: wrong names, a field of another length than the names, or a value that is not finite or beyond
+                `LARGEST`.
+        """
         key = names, fields, allow_nan
-        found = self._read.get(key)
-        if found is None:
-            found = self._read[key] = checked_fields(self, names, fields, allow_nan)
-        return found
+        if (known := self._read.get(key)) is not None:
+            return known
+        given = self.name
+        if given != names and (len(given) != len(names) or sorted(given) != sorted(names)):
+            raise MessageError(f"{len(given)} names {list(given[: len(names)])}, expected {list(names)}")
+        found = []
+        for field in fields:
+            values: tuple[float, ...] = getattr(self, field)
+            if len(values) != len(names):
+                raise MessageError(f"{field} has {len(values)} values, expected {len(names)}")
+            if given != names:
+                values = tuple(values[given.index(name)] for name in names)
+            for name, value in zip(names, values, strict=True):
+                if not -LARGEST <= value <= LARGEST and not (allow_nan and math.isnan(value)):
+                    raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
+            found.append(values)
+        self._read[key] = tuple(found)
+        return self._read[key]
 
     def cdr(self, frame: str | None = None) -> bytes:
         """Return the JointState in CDR, as a publisher serialises it; in another frame than its own if one is given."""
@@ -157,24 +180,3 @@ def part_of(message: JointSample, names: tuple[str, ...]) -> JointSample | None:
     places = [given.index(name) for name in names]
     position, velocity, effort = (tuple(field[place] for place in places) if field else () for field in fields)
     return JointSample(message.stamp_ns, names, position, velocity, effort, message.frame)
-
-
-def checked_fields(
-    message: Any, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool
-) -> tuple[tuple[float, ...], ...]:
-    """Return the wanted fields of a JointState or a sample, checked, in the order of `names`; as `read_fields`."""
-    given = tuple(message.name)
-    if given != names and (len(given) != len(names) or sorted(given) != sorted(names)):
-        raise MessageError(f"{len(given)} names {list(given[: len(names)])}, expected {list(names)}")
-    found = []
-    for field in fields:
-        values = tuple(getattr(message, field))
-        if len(values) != len(names):
-            raise MessageError(f"{field} has {len(values)} values, expected {len(names)}")
-        if given != names:
-            values = tuple(values[given.index(name)] for name in names)
-        for name, value in zip(names, values, strict=True):
-            if not -LARGEST <= value <= LARGEST and not (allow_nan and math.isnan(value)):
-                raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
-        found.append(values)
-    return tuple(found)

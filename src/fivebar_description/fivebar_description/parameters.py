@@ -67,6 +67,11 @@ def has_external_force(robot: FiveBar) -> bool:
     return robot.gravity_x != 0.0 or robot.gravity_y != 0.0 or robot.force_x != 0.0 or robot.force_y != 0.0
 
 
+def has_residual(robot: FiveBar) -> bool:
+    """Return whether a distal link has a residual inertia."""
+    return robot.leg1.residual != 0.0 or robot.leg2.residual != 0.0
+
+
 def without_external_force(robot: FiveBar) -> FiveBar:
     """Return a robot on which nothing acts all the time."""
     return robot._replace(gravity_x=0.0, gravity_y=0.0, force_x=0.0, force_y=0.0)

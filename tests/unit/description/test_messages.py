@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 
 from fivebar_description.interface import ACTIVE_JOINTS, JOINTS, REFERENCE_NAMES, SUPERVISOR_NAMES
 from fivebar_description.joint_sample import JointSample, MessageError
-from fivebar_description.ros.messages import SampleReader, joint_state, own_fields, read_fields, sampled, stamp_of
+from fivebar_description.ros.messages import SampleReader, joint_state, own_fields, sampled, stamp_of
 
 STAMP = 1_234_567_890_123_456_789
 
@@ -84,7 +84,7 @@ def test_other_names_in_a_message_are_left_out_where_that_is_asked_for() -> None
     message = joint_state(STAMP, names, (9.0, 2.0, 1.0), (), (9.0, 4.0, 3.0))
     assert own_fields(message, ACTIVE_JOINTS, ("position", "effort")) == ((1.0, 2.0), (3.0, 4.0))
     with pytest.raises(MessageError):
-        read_fields(message, ACTIVE_JOINTS, ("position",))
+        sampled(message).read(ACTIVE_JOINTS, ("position",))
     with pytest.raises(MessageError):
         own_fields(joint_state(STAMP, names[:2], (9.0, 2.0)), ACTIVE_JOINTS, ("position",))
 
@@ -93,11 +93,13 @@ def test_a_sample_is_read_as_a_message_is() -> None:
     values = (1.0, math.nan)
     sample = JointSample(STAMP, ("q21", "q11"), (1.0, 2.0), effort=values)
     message = joint_state(STAMP, ("q21", "q11"), (1.0, 2.0), effort=values)
-    for one in (sample, message):
-        assert read_fields(one, ACTIVE_JOINTS, ("position",)) == ((2.0, 1.0),)
-        assert repr(read_fields(one, ACTIVE_JOINTS, ("effort",), allow_nan=True)) == "((nan, 1.0),)"
-        for fields in (("effort",), ("velocity",)):
-            with pytest.raises(MessageError):
-                read_fields(one, ACTIVE_JOINTS, fields)
-        with pytest.raises(MessageError, match="expected"):
-            read_fields(one, JOINTS, ("position",))
+    for one in (sample, sampled(message)):
+        # also once it has been read
+        for _ in range(2):
+            assert one.read(ACTIVE_JOINTS, ("position",)) == ((2.0, 1.0),)
+            assert repr(one.read(ACTIVE_JOINTS, ("effort",), allow_nan=True)) == "((nan, 1.0),)"
+            for fields in (("effort",), ("velocity",)):
+                with pytest.raises(MessageError):
+                    one.read(ACTIVE_JOINTS, fields)
+            with pytest.raises(MessageError, match="expected"):
+                one.read(JOINTS, ("position",))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_description.ros.stamp_join import CAPACITY, LEAP, Arrival, Contradicted, StampJoin
+from fivebar_description.ros.sampling_node import CAPACITY, LEAP, Arrival, Contradicted, StampJoin
 
 
 def answered(sample: int) -> StampJoin:

@@ -17,12 +17,12 @@ from fivebar_control.model.dynamics import (
     platform_motion,
     with_residual_rows,
 )
-from fivebar_control.model.residual import has_residual
 from fivebar_description.parameters import (
     FiveBar,
     LegParameters,
     friction_slope,
     friction_torque,
+    has_residual,
     lost_torque,
     weight_torque,
 )

@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 from fivebar_control.model.dynamics import multipliers
 from fivebar_control.model.kinematics import platform_acceleration, state_from_motors
-from fivebar_control.model.residual import distal_moments, has_residual, moment_multipliers, moment_torques
+from fivebar_control.model.residual import distal_moments, moment_multipliers, moment_torques
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import MotorMotion, State
-from fivebar_description.parameters import FiveBar, has_external_force, weight_torque
+from fivebar_description.parameters import FiveBar, has_external_force, has_residual, weight_torque
 
 
 class PlatformLoad(NamedTuple):

@@ -15,10 +15,10 @@ from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.resolution import Load, full_inverse, held_along
 from fivebar_control.laws.torque import Torque
-from fivebar_control.model.residual import distal_moments, has_residual, moment_torques
+from fivebar_control.model.residual import distal_moments, moment_torques
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
-from fivebar_description.parameters import FiveBar, has_external_force
+from fivebar_description.parameters import FiveBar, has_external_force, has_residual
 
 
 def reduced_ctc_torque(robot: FiveBar, state: State, reference: Reference, kp: float, kd: float) -> Torque:

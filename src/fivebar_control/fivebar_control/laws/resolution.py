@@ -15,10 +15,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fivebar_control.laws.torque import UNDEFINED, Torque
-from fivebar_control.model.residual import distal_moments, has_residual, moment_torques
+from fivebar_control.model.residual import distal_moments, moment_torques
 from fivebar_control.model.singularity import SQRT_HALF, ParallelSvd
 from fivebar_control.model.state import State
-from fivebar_description.parameters import FiveBar, external_acceleration, external_force, has_external_force
+from fivebar_description.parameters import (
+    FiveBar,
+    external_acceleration,
+    external_force,
+    has_external_force,
+    has_residual,
+)
 
 MIN_NORM, FULL_FRICTION, FULL_INVERSE = 0, 1, 2
 

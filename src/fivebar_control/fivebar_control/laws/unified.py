@@ -21,9 +21,9 @@ from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.constraint_form import ConstraintForm, constraint_form, pushed, response_to
 from fivebar_control.model.geometry import wrap
-from fivebar_control.model.residual import has_residual, moment_ratio, with_residuals
+from fivebar_control.model.residual import moment_ratio, with_residuals
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar, LegParameters, has_residual
 from fivebar_description.settings import Setting
 
 

@@ -16,13 +16,12 @@ from fivebar_control.model.constraint_form import DynamicResponse, constraint_fo
 from fivebar_control.model.kinematics import det_a, distal_acceleration, joint_acceleration, platform_acceleration
 from fivebar_control.model.residual import (
     distal_moments,
-    has_residual,
     moment_multipliers,
     moment_torques,
     with_residuals,
 )
 from fivebar_control.model.state import Leg, State
-from fivebar_description.parameters import FiveBar, LegParameters, external_acceleration, external_force
+from fivebar_description.parameters import FiveBar, LegParameters, external_acceleration, external_force, has_residual
 
 NAN = math.nan
 

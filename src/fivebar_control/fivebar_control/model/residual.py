@@ -26,11 +26,6 @@ class DistalMoments(NamedTuple):
     moment2: float
 
 
-def has_residual(robot: FiveBar) -> bool:
-    """Return whether a distal link has a residual inertia."""
-    return robot.leg1.residual != 0.0 or robot.leg2.residual != 0.0
-
-
 def moment_ratio(parameters: LegParameters, leg: Leg) -> float:
     """Return l_i1 cos(q_i2) / l_i2, the torque on the motor per moment on the distal link."""
     return parameters.proximal * leg.cos_q2 / parameters.distal

@@ -211,7 +211,7 @@ class Blender(SamplingNode):
         self._watchdog.completed(sample, self._deadline_clock.read())
         if sample < self._first:
             return
-        if self.may_have_second_publisher:
+        if self._watch.pending:
             self.hold(sample)
             return
         (position, velocity), (reference,), (alone,), *rest = values

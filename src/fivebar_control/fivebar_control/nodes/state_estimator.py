@@ -52,7 +52,7 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
 from fivebar_description.publishers import same
-from fivebar_description.ros.messages import JointMessage, listen_to_payload, read_fields, stamp_of
+from fivebar_description.ros.messages import listen_to_payload, stamp_of
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -71,7 +71,7 @@ Reading = tuple[str, float]
 """The sensor of a reading, and the moment of its stamp in samples."""
 
 
-def read_released(message: JointMessage) -> tuple[Reading, ...]:
+def read_released(message: JointSample) -> tuple[Reading, ...]:
     """Return the readings that come with a sample.
 
     Raises:
@@ -274,17 +274,17 @@ class StateEstimatorNode(SamplingNode):
         if part is None:
             return
         try:
-            ((angle,),) = read_fields(part, (self._joint,), ("position",))
+            ((angle,),) = part.read((self._joint,), ("position",))
         except MessageError as error:
             self.drop(PASSIVE_STATES, str(error))
             return
         self._keep(PASSIVE_STATES, self._joint, message, angle)
 
-    def _on_seen(self, message: JointMessage) -> None:
+    def _on_seen(self, message: JointSample) -> None:
         if not self._run.holds or self.refuses(VISION_PLATFORM):
             return
         try:
-            (values,) = read_fields(message, VISION_NAMES, ("position",), allow_nan=True)
+            (values,) = message.read(VISION_NAMES, ("position",), allow_nan=True)
         except MessageError as error:
             self.drop(VISION_PLATFORM, str(error))
             return
@@ -292,7 +292,7 @@ class StateEstimatorNode(SamplingNode):
         self._resting.see(PositionFix(self._run.moment(stamp_of(message)), *reading))
         self._keep(VISION_PLATFORM, CAMERA_FRAME, message, reading)
 
-    def _keep(self, topic: Topic, sensor: str, message: Imu | JointMessage, value: Any) -> None:
+    def _keep(self, topic: Topic, sensor: str, message: Imu | JointSample, value: Any) -> None:
         """Keep a late sensor's reading until a sample takes it."""
         moment = self._run.moment(stamp_of(message))
         ahead = self._made((sensor, moment)) - self.last_sample
@@ -315,12 +315,12 @@ class StateEstimatorNode(SamplingNode):
         if self._reply is not None:
             self._publish(*self._reply)
 
-    def _on_command(self, message: JointMessage) -> None:
+    def _on_command(self, message: JointSample) -> None:
         if not self._run.holds or self.refuses(TORQUE_COMMAND):
             return
         sample = self._run.sample(stamp_of(message))
         try:
-            ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
+            ((tau1, tau2),) = message.read(ACTIVE_JOINTS, ("effort",))
         except MessageError as error:
             self.drop(TORQUE_COMMAND, str(error))
             return

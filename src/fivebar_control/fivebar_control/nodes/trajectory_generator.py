@@ -29,8 +29,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample
 from fivebar_description.ros.run import run_node
-from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
-from fivebar_description.ros.stamp_join import CAPACITY
+from fivebar_description.ros.sampling_node import CAPACITY, Input, SamplingNode, fields_of
 from fivebar_description.run_plan import plan_text
 from fivebar_description.shared_settings import REALTIME
 

@@ -31,7 +31,7 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
 )
 from fivebar_description.joint_sample import JointSample, MessageError
-from fivebar_description.ros.messages import JointMessage, checked_stamp
+from fivebar_description.ros.messages import checked_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -144,7 +144,7 @@ class VisionListener(GraphNode):
             self._tracker, self._tracked = PlatformTracker(self._camera, optics), (width, height)
         return self._tracker
 
-    def _on_joints(self, message: JointMessage) -> None:
+    def _on_joints(self, message: JointSample) -> None:
         if not self._run.holds:
             return
         read = self._run.read(JOINT_STATES, message, JOINTS, ("position", "velocity"))

@@ -29,7 +29,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
-from fivebar_description.ros.messages import JointMessage, listen_to_payload, stamp_of
+from fivebar_description.ros.messages import listen_to_payload
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError
@@ -101,15 +101,15 @@ class ControllerNode(SamplingNode):
             )
         return own
 
-    def _read_reference(self, message: JointMessage) -> Any:
+    def _read_reference(self, message: JointSample) -> Any:
         """Return the values of a reference, and work out the desired instant, since it comes before its sample."""
         planned = PLANNED(message)
-        sample = self._run.sample(stamp_of(message))
+        sample = self._run.sample(message.stamp_ns)
         if sample is not None:
             self._desired(sample, planned)
         return planned
 
-    def _read_motion(self, message: JointMessage) -> None:
+    def _read_motion(self, message: JointSample) -> None:
         """Keep the motion that begins with the stamp, if one does, also where that sample gets no answer.
 
         Raises:
@@ -118,7 +118,7 @@ class ControllerNode(SamplingNode):
         values = tuple(message.position)
         if len(values) % MOTION_FIELDS or not all(-LARGEST <= value <= LARGEST for value in values):
             raise MessageError(f"{len(values)} values, expected {MOTION_FIELDS} finite numbers for each sample")
-        sample = self._run.sample(stamp_of(message))
+        sample = self._run.sample(message.stamp_ns)
         if values and sample is not None:
             self._announced = sample, np.array(values).reshape(-1, MOTION_FIELDS)
 

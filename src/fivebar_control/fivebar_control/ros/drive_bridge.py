@@ -46,7 +46,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
 from fivebar_description.ros.latency_watch import LatencyWatch
-from fivebar_description.ros.messages import JointMessage, qos_profile, read_fields, stamp_of
+from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
@@ -308,20 +308,20 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._run.begin(next_epoch(now + int(REPEAT_PERIOD * NANOSECONDS), self._rate_hz))
         return True
 
-    def _on_command(self, message: JointMessage) -> None:
+    def _on_command(self, message: JointSample) -> None:
         if self.refuses(TORQUE_COMMAND):
             return
         try:
-            ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
+            ((tau1, tau2),) = message.read(ACTIVE_JOINTS, ("effort",))
         except MessageError as error:
             self.drop(TORQUE_COMMAND, str(error))
             return
-        sample = self._run.sample(stamp_of(message))
-        if sample is not None and self._answer.contradicts(stamp_of(message), (tau1, tau2)):
+        sample = self._run.sample(message.stamp_ns)
+        if sample is not None and self._answer.contradicts(message.stamp_ns, (tau1, tau2)):
             self.contradicted(TORQUE_COMMAND, f"sample {sample}")
             return
-        target = None if self._targets is None else self._targets.of(stamp_of(message))
-        if self.may_have_second_publisher:
+        target = None if self._targets is None else self._targets.of(message.stamp_ns)
+        if self._watch.pending:
             tau1 = tau2 = 0.0
             target = None
         if not self._session.command(sample, (tau1, tau2), time.monotonic(), target):

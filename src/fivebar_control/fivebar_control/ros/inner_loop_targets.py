@@ -5,8 +5,7 @@ from __future__ import annotations
 from fivebar_control.hardware.drive_interface import JointTarget
 from fivebar_control.hardware.inner_loop import InnerLoop
 from fivebar_description.interface import JOINT_STATES, JOINTS, REFERENCE, REFERENCE_NAMES, Topic
-from fivebar_description.joint_sample import MessageError
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
+from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.ros.node import GraphNode
 
 KEPT = 4
@@ -39,26 +38,26 @@ class InnerLoopTargets:
         self.counts["led_samples"] += target is not None
         return target
 
-    def _on_reference(self, message: JointMessage) -> None:
+    def _on_reference(self, message: JointSample) -> None:
         self._keep(self._references, REFERENCE, message, REFERENCE_NAMES, ("position",))
 
-    def _on_state(self, message: JointMessage) -> None:
+    def _on_state(self, message: JointSample) -> None:
         self._keep(self._states, JOINT_STATES, message, JOINTS, ("position", "velocity"))
 
     def _keep(
         self,
         kept: dict[int, Values],
         topic: Topic,
-        message: JointMessage,
+        message: JointSample,
         names: tuple[str, ...],
         fields: tuple[str, ...],
     ) -> None:
         try:
-            values = read_fields(message, names, fields)
+            values = message.read(names, fields)
         except MessageError as error:
             self._node.drop(topic, str(error))
             return
-        if kept.setdefault(stamp_of(message), values) != values:
-            self._node.contradicted(topic, f"the stamp {stamp_of(message)} ns")
+        if kept.setdefault(message.stamp_ns, values) != values:
+            self._node.contradicted(topic, f"the stamp {message.stamp_ns} ns")
         while len(kept) > KEPT:
             kept.pop(next(iter(kept)))

@@ -31,7 +31,7 @@ from fivebar_control.hardware.state_grid import SLOWEST, GridSample, JointStates
 from fivebar_control.ros.controller_watch import ControllerWatch
 from fivebar_description.interface import JOINT_STATES, NANOSECONDS
 from fivebar_description.joint_sample import JointSample, MessageError, part_of
-from fivebar_description.ros.messages import SampleReader, best_effort, read_fields
+from fivebar_description.ros.messages import SampleReader, best_effort
 from fivebar_description.ros.run import NodeExecutor
 
 NODE = "controlled_joints"
@@ -216,7 +216,7 @@ class JointsPort:
         missing = [name for name in self._names if name not in part.name]
         if missing:
             raise MessageError(f"no joint {' and '.join(missing)}: {', '.join(part.name)}")
-        (positions,) = read_fields(part, self._names, ("position",))
+        (positions,) = part.read(self._names, ("position",))
         velocities, efforts = (_where_finite(part, self._names, field) for field in ("velocity", "effort"))
         return part.stamp_ns, JointStates((positions[0], positions[1]), velocities, efforts)
 

@@ -36,7 +36,6 @@ from fivebar_description.interface import (
     RELEASE_STATUS,
 )
 from fivebar_description.joint_sample import JointSample, MessageError
-from fivebar_description.ros.messages import read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 
 LONGEST_GAP = 5
@@ -127,11 +126,11 @@ class Releasing:
         if not self._wanted or self._node.refuses(MOTOR_STATES):
             return
         try:
-            ((q11, q21),) = read_fields(message, ACTIVE_JOINTS, ("position",))
+            ((q11, q21),) = message.read(ACTIVE_JOINTS, ("position",))
         except MessageError as error:
             self._node.drop(MOTOR_STATES, str(error))
             return
-        sample = self._sample_of(stamp_of(message))
+        sample = self._sample_of(message.stamp_ns)
         if sample is not None:
             rate, self._rate = self._rate, math.nan
             self._take(sample, q11, q21, rate, None)

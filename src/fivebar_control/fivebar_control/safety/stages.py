@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import Torque
-from fivebar_control.model.singularity import type1_distance
+from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.state import Leg, State
 from fivebar_control.safety.forbidden import (
     FORESEEN,
@@ -283,7 +283,7 @@ def first_fault(
         return FORBIDDEN_POSTURE
     if not is_clear_of_type_1(state, mode1, mode2, limits.type1_margin):
         return NEAR_TYPE_1
-    if not is_on_track(state, x, y, limits.tracking_error):
+    if not distance_from(state, x, y) <= limits.tracking_error:
         return TRACKING_LOST
     if excess >= limits.request_samples:
         return TORQUE_EXCESSIVE
@@ -318,7 +318,7 @@ def is_inside(area: Area, x: float, y: float) -> bool:
 
 def is_in_reach(robot: FiveBar, state: State) -> bool:
     """Return whether the platform is where both legs reach, but for `REACH_TOLERANCE`."""
-    return type1_distance(robot, state) >= -REACH_TOLERANCE
+    return workspace_margin(robot, state.x, state.y) >= -REACH_TOLERANCE
 
 
 def type1_clearance(leg: Leg, mode: int) -> float:
@@ -339,11 +339,6 @@ def is_clear_of_type_1(state: State, mode1: int, mode2: int, margin: float) -> b
 def distance_from(state: State, x: float, y: float) -> float:
     """Return how far (m) the platform is from a place (m)."""
     return math.hypot(state.x - x, state.y - y)
-
-
-def is_on_track(state: State, x: float, y: float, limit: float) -> bool:
-    """Return whether the platform is within the limit (m) of the desired place (m)."""
-    return distance_from(state, x, y) <= limit
 
 
 def limited(torque: Torque, limit: float) -> Torque:
@@ -381,7 +376,7 @@ def fault_of(
         if limits.workspace != EVERYWHERE and not is_inside(limits.workspace, state.x, state.y):
             reason = f"workspace {list(limits.workspace)} m"
         else:
-            beyond = -type1_distance(robot, state)
+            beyond = -workspace_margin(robot, state.x, state.y)
             reason = f"{in_millimetres(beyond, 1)} out of reach: the joints contradict each other"
         return Fault(name, f"platform at ({state.x:.4f}, {state.y:.4f}) m, {reason}")
     if number == FORBIDDEN_POSTURE:

@@ -22,14 +22,13 @@ import numpy as np
 
 from fivebar_control.model.dynamics import distal_row
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.model.residual import has_residual
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
 from fivebar_control.root_search import minimum_between, zero_between
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.time_law import rest_to_rest
-from fivebar_description.parameters import FiveBar, external_force, without_external_force
+from fivebar_description.parameters import FiveBar, external_force, has_residual, without_external_force
 
 MONOTONE_GRID = 400
 """Points at which a polynomial is checked for going forwards only."""

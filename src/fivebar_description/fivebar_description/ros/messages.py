@@ -10,7 +10,7 @@ import json
 import secrets
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -35,7 +35,7 @@ from fivebar_description.interface import (
     Topic,
     frame_prefix,
 )
-from fivebar_description.joint_sample import JointSample, MessageError, checked_fields, part_of
+from fivebar_description.joint_sample import JointSample, MessageError, part_of
 from fivebar_description.parameters import MOST_PAYLOAD
 from fivebar_description.run_plan import read_epoch
 
@@ -128,9 +128,6 @@ def goal_message(fields: Mapping[str, float], request_id: str) -> JointState:
     return message
 
 
-JointMessage: TypeAlias = JointState | JointSample
-
-
 def sampled(message: JointState) -> JointSample:
     """Return a received JointState as a sample, which is cheaper to read for several readers.
 
@@ -187,37 +184,21 @@ class Serializing:
         self._publisher = publisher
         self._frame = frame
 
-    def publish(self, message: JointMessage, /) -> None:
+    def publish(self, message: JointState | JointSample, /) -> None:
         """Publish a message."""
         self._publisher.publish(message.cdr(self._frame) if isinstance(message, JointSample) else message)
-
-
-def read_fields(
-    message: JointMessage, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool = False
-) -> tuple[tuple[float, ...], ...]:
-    """Return the wanted fields ("position", "velocity", "effort") of a JointState, in the order of `names`.
-
-    The joints may come in any order. With `allow_nan` a NaN (an undefined torque) passes; infinities never do.
-
-    Raises:
-        MessageError: wrong names, a field of another length than the names, or a value that is not finite or beyond
-            `LARGEST`.
-    """
-    if isinstance(message, JointSample):
-        return message.read(names, fields, allow_nan)
-    return checked_fields(message, names, fields, allow_nan)
 
 
 def own_fields(
     message: JointState, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool = False
 ) -> tuple[tuple[float, ...], ...]:
-    """Return what `read_fields` does of a JointState that may have other names besides, such as those of a gripper.
+    """Return fields of a JointState that may have other names besides, such as those of a gripper.
 
     Raises:
-        MessageError: as `read_fields` does, or the stamp is impossible.
+        MessageError: as `JointSample.read` does, or the stamp is impossible.
     """
     sample = sampled(message)
-    return read_fields(part_of(sample, names) or sample, names, fields, allow_nan)
+    return (part_of(sample, names) or sample).read(names, fields, allow_nan)
 
 
 def qos_profile(qos: Qos, depth: int | None = None) -> QoSProfile:

@@ -162,14 +162,9 @@ class GraphNode(Node):
             return False
         return self._watch.is_doubtful(self.resolve_topic_name(topic.name))
 
-    @property
-    def may_have_second_publisher(self) -> bool:
-        """Whether a publisher has been found that may be a second one: there must be no torque meanwhile."""
-        return self._watch.pending
-
     def has_second_publisher(self, topic: Topic) -> bool:
         """Return whether a topic has a second publisher now, so that nothing that comes on it can be used."""
-        return bool(self._watch.conflicts) and self._watch.is_contested(self.resolve_topic_name(topic.name))
+        return self._watch.is_contested(self.resolve_topic_name(topic.name))
 
     def contradicted(self, topic: Topic, moment: str) -> None:
         """Note that two different messages of a topic have come for one moment, so that one is of a second publisher.

@@ -21,9 +21,8 @@ from fivebar_description.interface import (
     sample_of_stamp,
     sample_stamp_ns,
 )
-from fivebar_description.joint_sample import MessageError
+from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.process_names import describe_process
-from fivebar_description.ros.messages import JointMessage, read_fields, stamp_of
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.run_plan import MotionStart, RunPlan, difference, epoch_text, read_epoch, read_plan
 
@@ -108,12 +107,12 @@ class RunAgreement:
         return sample_of_stamp(stamp_ns, self._rate_hz, self.epoch_ns)
 
     def read(
-        self, topic: Topic, message: JointMessage, names: tuple[str, ...], fields: Sequence[str]
+        self, topic: Topic, message: JointSample, names: tuple[str, ...], fields: Sequence[str]
     ) -> tuple[int, tuple[tuple[float, ...], ...]] | None:
-        """Return sample and fields of a message, as `read_fields` does; a malformed or unplaceable one is dropped."""
-        stamp = stamp_of(message)
+        """Return sample and fields of a message, as `JointSample.read`; a malformed or unplaceable one is dropped."""
+        stamp = message.stamp_ns
         try:
-            values = read_fields(message, names, fields)
+            values = message.read(names, fields)
         except MessageError as error:
             self._node.drop(topic, str(error))
             return None

@@ -4,20 +4,28 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from enum import Enum
 from functools import partial
 from typing import Annotated, Any, NamedTuple
 
 from fivebar_description.interface import JOINT_SOURCES, Topic
 from fivebar_description.joint_sample import JointSample, MessageError, part_of
 from fivebar_description.outside_text import one_line
-from fivebar_description.ros.messages import read_fields, stamp_of
+from fivebar_description.publishers import same
+from fivebar_description.ros.messages import stamp_of
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.stamp_join import CAPACITY, Arrival, Contradicted, StampJoin
 from fivebar_description.settings import Setting
 from fivebar_description.suggestion import expected_one_of
 
 QUEUE_DEPTH = 2000
 """History depth of nodes outside of the control cycle: the run continues while such a node gets no processor time."""
+
+CAPACITY = 16
+"""Samples that may wait for their other inputs, by default; the oldest is given up when more arrive."""
+
+LEAP = 5000
+"""A sample so many after the last one is taken for a wrong stamp, unless its like comes again: to believe a single one
+would make every sample in between an old one."""
 
 
 def _unknown_states(names: tuple[str, ...]) -> str | None:
@@ -55,8 +63,96 @@ class Input(NamedTuple):
 
 
 def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> partial[tuple[tuple[float, ...], ...]]:
-    """Return a reader of a JointState's fields, in the order of `names`."""
-    return partial(read_fields, names=names, fields=fields, allow_nan=allow_nan)
+    """Return a reader of a sample's fields, in the order of `names`."""
+    return partial(JointSample.read, names=names, fields=fields, allow_nan=allow_nan)
+
+
+class Arrival(Enum):
+    """Kinds of messages: of a sample still open, of the one answered last, of an older one, or a leap."""
+
+    NEW = 0
+    REPEATED = 1
+    OLD = 2
+    LEAP = 3
+
+
+class Contradicted(ValueError):
+    """Two different values of one input have come for one sample."""
+
+
+class StampJoin:
+    """Collects one value of every input for each sample number, and hands them out once they are complete.
+
+    The first value of an input for a sample counts. Another one is never taken in its place: it raises `Contradicted`.
+    """
+
+    def __init__(self, inputs: Sequence[str], capacity: int = CAPACITY) -> None:
+        """Make a join of named inputs, in which so many samples may wait."""
+        self._inputs = tuple(inputs)
+        self._capacity = capacity
+        self._open: dict[int, dict[str, Any]] = {}
+        self._completed: dict[str, Any] = {}
+        self.last = -1
+        """The sample that was completed last, -1 before the first."""
+        self._leapt = -1
+
+    def arrival(self, sample: int) -> Arrival:
+        """Return which kind of message one of this sample is."""
+        if sample > self.last:
+            if self.last < 0 or sample - self.last <= LEAP:
+                return Arrival.NEW
+            before, self._leapt = self._leapt, sample
+            # the second of its kind, one or a few later: the sender has gone on while this node was not looking
+            return Arrival.NEW if before >= 0 and 0 < sample - before <= CAPACITY else Arrival.LEAP
+        return Arrival.REPEATED if sample == self.last else Arrival.OLD
+
+    def put(self, name: str, sample: int, value: Any) -> tuple[Any, ...] | None:
+        """Take a value of a new sample; return all inputs in order when the sample is complete, else None.
+
+        A complete sample counts as answered: it and all older ones are forgotten.
+
+        Raises:
+            Contradicted: another value of the input has come for this sample before.
+        """
+        waiting = self._open.setdefault(sample, {})
+        if name in waiting:
+            if not same(waiting[name], value):
+                raise Contradicted
+            return None
+        waiting[name] = value
+        if len(waiting) < len(self._inputs):
+            if len(self._open) > self._capacity:
+                del self._open[min(self._open)]
+            return None
+        self.last, self._completed = sample, waiting
+        del self._open[sample]
+        if self._open:
+            for old in [number for number in self._open if number < sample]:
+                del self._open[old]
+        return tuple([waiting[name] for name in self._inputs])
+
+    def repeats(self, name: str, value: Any) -> bool:
+        """Return whether a value is the one with which the sample that was completed last was answered."""
+        return name not in self._completed or same(self._completed[name], value)
+
+    def missing(self, sample: int) -> list[str]:
+        """Return the inputs that an open sample still lacks."""
+        waiting = self._open.get(sample, {})
+        return [name for name in self._inputs if name not in waiting]
+
+    def waiting(self, name: str) -> int:
+        """Return how many open samples lack an input."""
+        return sum(name not in values for values in self._open.values())
+
+    def forget(self) -> None:
+        """Forget the samples that are not complete."""
+        self._open.clear()
+
+    def restart(self) -> None:
+        """Forget everything: a new run begins at sample 0."""
+        self._open.clear()
+        self._completed = {}
+        self.last = -1
 
 
 class SamplingNode(GraphNode):
@@ -137,7 +233,7 @@ class SamplingNode(GraphNode):
     def _receiver(self, one: Input) -> Callable[[Any], None]:
         topic, read, later = one
         driving = topic is self._driver
-        run, join = self._run, self._join
+        run, join, watch = self._run, self._join, self._watch
         names = read.keywords["names"] if topic.of_joints and isinstance(read, partial) else ()
         external = bool(names) and topic.name in self.external_inputs
 
@@ -150,7 +246,7 @@ class SamplingNode(GraphNode):
                     return
                 message = part
             sample = run.sample(stamp_of(message))
-            if self.has_second_publisher(topic):
+            if watch.doubts and self.has_second_publisher(topic):
                 if driving and sample is not None:
                     self.hold(sample)
                 return
@@ -175,14 +271,14 @@ class SamplingNode(GraphNode):
                 if external and sample > 0 and not join.repeats(topic.name, values):
                     self.contradicted(topic, f"sample {sample}")
                     return
-                if driving and self.may_have_second_publisher:
+                if driving and watch.pending:
                     self.hold(sample)
                 elif driving:
                     self.repeat()
                 return
             if arrival is Arrival.OLD:
                 self._begin_run()
-            if self.may_have_second_publisher:
+            if watch.pending:
                 # its inputs are kept, for there may be none
                 if driving:
                     self.hold(sample)

@@ -22,7 +22,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample
 from fivebar_description.robot_file import load_robot
-from fivebar_description.ros.messages import JointMessage, to_stamp
+from fivebar_description.ros.messages import to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
@@ -79,7 +79,7 @@ class CameraNode(GraphNode):
         self._last = -1
         self._delivered: list[Delivered] = []
 
-    def _on_joints(self, message: JointMessage) -> None:
+    def _on_joints(self, message: JointSample) -> None:
         if not self._run.holds:
             return
         read = self._run.read(GROUND_TRUTH, message, JOINTS, ("position", "velocity"))

@@ -22,7 +22,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
 )
 from fivebar_description.joint_sample import JointSample
-from fivebar_description.ros.messages import JointMessage, listen_to_payload, qos_profile, stamp_of
+from fivebar_description.ros.messages import listen_to_payload, qos_profile
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
@@ -110,7 +110,7 @@ class EmulatedRobot(GraphNode):
     def _on_fault(self, message: String) -> None:
         self._faulty = True
 
-    def _on_states(self, message: JointMessage) -> None:
+    def _on_states(self, message: JointSample) -> None:
         """Publish the exact state of the SYNC that a sample was measured at, and count what was late."""
         if not self._run.holds:
             return
@@ -171,8 +171,8 @@ class EmulatedRobot(GraphNode):
             self._ahead = found.number - sample
         return found
 
-    def _on_command(self, message: JointMessage) -> None:
-        sample = self._run.sample(stamp_of(message))
+    def _on_command(self, message: JointSample) -> None:
+        sample = self._run.sample(message.stamp_ns)
         # that of the next sample, where a bridge in the controllers' process publishes the torque before the states
         if sample is not None and self._commanded < sample <= self._sample + 1:
             self._commanded = sample

@@ -39,7 +39,7 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
 from fivebar_description.parameters import laden
 from fivebar_description.robot_file import load_robot
-from fivebar_description.ros.messages import JointMessage, listen_to_payload, read_fields, stamp_of, to_stamp
+from fivebar_description.ros.messages import listen_to_payload, stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.process_topics import Sender
@@ -354,21 +354,21 @@ class PlantNode(GraphNode):
         """The torque (Nm) that acts on the motion from the present sample to the next."""
         over = self._torque_until is not None and self._sample > self._torque_until
         stopped = over and not self._is_released
-        return ZERO if self._fault or stopped or self.may_have_second_publisher else self._latest[1]
+        return ZERO if self._fault or stopped or self._watch.pending else self._latest[1]
 
-    def _on_command(self, message: JointMessage) -> None:
+    def _on_command(self, message: JointSample) -> None:
         if self.refuses(TORQUE_COMMAND):
             return
-        sample = self._run.sample(stamp_of(message))
+        sample = self._run.sample(message.stamp_ns)
         try:
-            ((tau1, tau2),) = read_fields(message, ACTIVE_JOINTS, ("effort",))
+            ((tau1, tau2),) = message.read(ACTIVE_JOINTS, ("effort",))
         except MessageError as error:
             self.drop(TORQUE_COMMAND, str(error))
             return
         if sample is None or sample > self._sample or sample < self._latest[0]:
             self.drop(TORQUE_COMMAND, unexpected_sample(sample, self._sample))
             return
-        if not self._lockstep and self._answer.contradicts(stamp_of(message), (tau1, tau2)):
+        if not self._lockstep and self._answer.contradicts(message.stamp_ns, (tau1, tau2)):
             self.contradicted(TORQUE_COMMAND, f"sample {sample}")
             return
         if sample == self._sample > self._latest[0]:
@@ -382,9 +382,9 @@ class PlantNode(GraphNode):
             if self._lockstep:
                 self._advance()
 
-    def _on_sight(self, message: JointMessage) -> None:
+    def _on_sight(self, message: JointSample) -> None:
         assert self._sights is not None
-        self._sights.note(stamp_of(message))
+        self._sights.note(message.stamp_ns)
         self._publish_when_seen()
 
     def _tick(self) -> None:

@@ -33,13 +33,12 @@ from fivebar_control.model.kinematics import (
     state_from_platform,
 )
 from fivebar_control.model.kinematics import platform_acceleration as platform_acceleration_of_motors
-from fivebar_control.model.residual import has_residual
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import MotorMotion, Platform, State
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.planner import ZoneSettings, plan_motion
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, has_residual
 from fivebar_description.robot_file import (
     DistalLink,
     DistalLinks,
