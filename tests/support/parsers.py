@@ -39,7 +39,14 @@ from fivebar_description.outside_text import is_number, read_object
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.run_plan import epoch_text, read_epoch, read_plan
 from fivebar_description.status_texts import read_goal_status, read_program_status, read_run_status
-from fivebar_description.strict_yaml import InputError, StrictModel, read_versioned, read_yaml, validate
+from fivebar_description.strict_yaml import (
+    InputError,
+    StrictModel,
+    parse_versioned,
+    read_text,
+    read_yaml,
+    validate,
+)
 from fivebar_sim.boards.configuration import BoardEmulationFile
 from fivebar_sim.boards.protocol import (
     COMMAND,
@@ -123,6 +130,10 @@ rectification_matrix: {rows: 1, cols: 1, data: [1.0]}, projection_matrix: {rows:
 TOUCHED = "deviation_m: 2.0e-5\npoints:\n  - {time: 0.0, x: 0.0, y: 0.15}\n  - {q11: 1.6, q21: 1.5, x: 0.0, y: 0.12}\n"
 SHORT_SCENARIO = b"format: 1\nname: s\nwaypoints: [[0.0, 0.15], [0.0, 0.02]]\nsegment_duration: 1\n"
 SHORT_PROGRAM = b"name: p\nsteps:\n  - move: [0.03, 0.13]\n  - repeat: 2\n    steps: [{set: pin}, {dwell: 0.2}]\n"
+
+
+def _read_versioned(path: Path, model: type[StrictModel]) -> object:
+    return validate(parse_versioned(read_text(path), str(path)), model, str(path))
 
 
 def _yaml_parser(name: str, read: Callable[[Path], object], *seeds: bytes) -> Parser:
@@ -215,11 +226,11 @@ PARSERS: Mapping[str, Parser] = {
     **{f"content-{model.__name__}": _model_parser(model) for model in FILES},
     "scenario": _yaml_parser(
         "scenario",
-        partial(read_versioned, model=Scenario),
+        partial(_read_versioned, model=Scenario),
         SHORT_SCENARIO,
         FILES[Scenario][0].read_bytes() + b"adaptive_gain: {enabled: true}\n",
     ),
-    "robot": _yaml_parser("robot", partial(read_versioned, model=RobotFile), FILES[RobotFile][1].read_bytes()),
+    "robot": _yaml_parser("robot", partial(_read_versioned, model=RobotFile), FILES[RobotFile][1].read_bytes()),
     "drives": _yaml_parser("drives", partial(read_yaml, model=DriveFile), FILES[DriveFile][0].read_bytes()),
     "camera": _yaml_parser("camera", read_calibration, CAMERA.encode()),
     "touched": _yaml_parser("touched", partial(read_yaml, model=TouchedFile), TOUCHED.encode()),

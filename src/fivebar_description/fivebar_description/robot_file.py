@@ -27,7 +27,7 @@ from fivebar_description.physical_bounds import (
 )
 from fivebar_description.sensors import NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.settings import Section
-from fivebar_description.strict_yaml import NEWEST, Format, StrictModel, parse_versioned, read_versioned
+from fivebar_description.strict_yaml import NEWEST, Format, StrictModel, parse_versioned, validate
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.transmission import RIGID, Transmission
 from fivebar_description.tuning import NO_TUNING, Tuning
@@ -360,10 +360,11 @@ def read_robot(robot: str = "dextar") -> RobotFile:
 @functools.cache
 def _read_shipped(robot: str) -> RobotFile:
     """Read a file of this package, which does not change: once, since a run asks for its robot again and again."""
-    return read_versioned(robot_path(robot), RobotFile)
+    path = robot_path(robot)
+    return validate(parse_versioned(read_text(path), str(path)), RobotFile, str(path))
 
 
 @functools.lru_cache(maxsize=16)
 def _read_text(text: str, source: str) -> RobotFile:
     """Read the text of a file of a user, which may change: each text once."""
-    return parse_versioned(text, source, RobotFile)
+    return validate(parse_versioned(text, source), RobotFile, source)

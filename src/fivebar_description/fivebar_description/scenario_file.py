@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_description.errors import InputError
-from fivebar_description.files import is_file, placed_beside, share_file
+from fivebar_description.files import placed_beside, share_file, yaml_path
 from fivebar_description.outside_text import one_line
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.settings import Setting
-from fivebar_description.strict_yaml import parse_versioned_content, read_text
+from fivebar_description.strict_yaml import parse_versioned, read_text
 from fivebar_description.suggestion import expected_one_of
 
 DEFAULT_ROBOT = "dextar"
@@ -86,18 +86,7 @@ def scenario_path(name_or_path: str) -> Path:
     Raises:
         InputError: it is neither.
     """
-    path = Path(name_or_path)
-    if path.suffix not in (".yaml", ".yml"):
-        path = scenario_directory() / f"{name_or_path}.yaml"
-        if not is_file(path):
-            words = expected_one_of(name_or_path, shipped_scenarios(), what="a path to a .yaml file or one of")
-            raise InputError(f"scenario {name_or_path!r}: {words}")
-    return path
-
-
-def with_files_beside(folder: Path, content: Any) -> Any:
-    """Return a scenario's content with the paths of files that it names and that lie beside it."""
-    return placed_beside(folder, content, *FILES_NAMED)
+    return yaml_path("scenario", name_or_path, scenario_directory())
 
 
 def read_content(path: Path) -> dict[str, Any]:
@@ -106,7 +95,7 @@ def read_content(path: Path) -> dict[str, Any]:
     Raises:
         InputError: the file is missing, not YAML, of another format, holds no keys, or one that no scenario has.
     """
-    content = with_files_beside(path.parent, parse_versioned_content(read_text(path), str(path)))
+    content = placed_beside(path.parent, parse_versioned(read_text(path), str(path)), *FILES_NAMED)
     if not isinstance(content, dict):
         raise InputError(f"{path}: expected keys with values, found {type(content).__name__}")
     unknown = next((key for key in content if key not in KEYS), None)
@@ -115,32 +104,27 @@ def read_content(path: Path) -> dict[str, Any]:
     return content
 
 
-def named_robot(content: Mapping[str, Any]) -> RobotFile | None:
-    """Return the file of the robot that a scenario names; None where it cannot be read, as whoever needs it reports."""
-    robot = content.get("robot", DEFAULT_ROBOT)
-    try:
-        return read_robot(robot) if isinstance(robot, str) else None
-    except InputError:
-        return None
-
-
-def with_drives_of_robot(content: Mapping[str, Any], file: RobotFile | None) -> dict[str, Any]:
-    """Return a scenario's content with what it leaves out of `estimator` and `plant`, as far as the robot's file says.
+def with_drives_of_robot(content: Any) -> tuple[Any, RobotFile | None]:
+    """Return a scenario's content with what it leaves out of `estimator` and `plant`, and the file of its robot.
 
     A robot whose file has the encoders of its motors is estimated from these, unless the scenario says otherwise or
-    meets Type 1, where the estimator cannot follow.
+    meets Type 1, where the estimator cannot follow. A file that cannot be read is None: whoever needs it reports that.
     """
-    filled = dict(content)
-    if file is None:
-        return filled
-    drives = file.drives
+    robot = content.get("robot", DEFAULT_ROBOT) if isinstance(content, Mapping) else None
+    if not isinstance(robot, str):
+        return content, None
+    try:
+        file = read_robot(robot)
+    except InputError:
+        return content, None
+    filled, drives = dict(content), file.drives
     found: dict[str, Any] = {} if drives.torque_limit is None else {"torque_limit": drives.torque_limit}
     if drives.encoder_counts is not None:
         if content.get("working_modes") is None:
             filled.setdefault("estimator", "ekf")
         if filled.get("estimator") == "ekf":
             found |= {"encoder_counts": drives.encoder_counts, "delay_samples": drives.delay_samples}
-    return with_defaults(filled, "plant", found)
+    return with_defaults(filled, "plant", found), file
 
 
 def with_defaults(content: dict[str, Any], section: str, values: Mapping[str, Any]) -> dict[str, Any]:

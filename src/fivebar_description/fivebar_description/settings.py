@@ -459,13 +459,6 @@ def section_keys(settings: type[tuple[Any, ...]], prefix: str, without: Sequence
     return [*own, *(key for keys in within for key in keys)]
 
 
-def value_at(file: Any, name: str) -> Any:
-    """Return the value of a key of a file that was read."""
-    for part in name.split("."):
-        file = getattr(file, part)
-    return file
-
-
 def with_keys(content: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
     """Return a file's content with other values of keys, by their names with dots."""
     changed = dict(content)

@@ -6,7 +6,7 @@ The version of a file's format is checked first.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -221,31 +221,7 @@ Format = Annotated[
 """The key in a model."""
 
 
-def read_versioned(path: Path, model: type[M], placed: Callable[[Any], Any] | None = None) -> M:
-    """Read one file into `model`.
-
-    Args:
-        path: of the file.
-        model: what it has to fit.
-        placed: returns the parsed content with what depends on the place of the file, such as names of other files.
-
-    Raises:
-        InputError: the file is missing, not YAML, of another format, or does not fit the model.
-    """
-    return parse_versioned(read_text(path), str(path), model, placed)
-
-
-def parse_versioned(text: str, source: str, model: type[M], placed: Callable[[Any], Any] | None = None) -> M:
-    """Read the text of a file as `read_versioned` does; `source` starts every error.
-
-    Raises:
-        InputError: it is not YAML, of another format, or does not fit the model.
-    """
-    content = parse_versioned_content(text, source)
-    return validate(content if placed is None else placed(content), model, source)
-
-
-def parse_versioned_content(text: str, source: str) -> object:
+def parse_versioned(text: str, source: str) -> object:
     """Return the content of a file's text as plain values; `source` starts every error.
 
     Raises:

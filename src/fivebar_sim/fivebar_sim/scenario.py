@@ -5,14 +5,13 @@ What the robot is to do, the plant learns from the plan of the run.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import ConfigDict, model_validator
 
 from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.imu import ImuSettings
-from fivebar_description.scenario_file import ESTIMATOR, named_robot, with_drives_of_robot
+from fivebar_description.scenario_file import ESTIMATOR, with_drives_of_robot
 from fivebar_description.sensors import PassiveEncoder, Sensors
 from fivebar_description.settings import Section
 from fivebar_description.shared_settings import RateHz, Robot
@@ -41,7 +40,7 @@ class SimulatedRobot(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _sized(cls, content: Any) -> Any:
-        return with_drives_of_robot(content, named_robot(content)) if isinstance(content, Mapping) else content
+        return with_drives_of_robot(content)[0]
 
     @property
     def estimated(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.loads import Loads
 from fivebar_description.robot_file import read_robot
 from fivebar_description.scenario_file import KEYS
-from fivebar_description.settings import Declared, Keys, declared, keys_of, value_at, with_keys
+from fivebar_description.settings import Declared, Keys, declared, keys_of, with_keys
 from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_description.tolerances import Tolerances
@@ -113,7 +114,7 @@ def test_defaults_come_through_file_and_parameters(section: str) -> None:
     assert getattr(validate(written, Scenario, "again"), section) == settings()
     keys = keys_of(Scenario, (section,))
     read = validate(written, Scenario, "again")
-    parameters = {key.name: key.to_parameter(value_at(read, key.name)) for key in keys}
+    parameters = {key.name: key.to_parameter(attrgetter(key.name)(read)) for key in keys}
     assert not any(value is None or value == [] for value in parameters.values())
     back = {key.name: key.to_file(parameters[key.name]) for key in keys}
     assert getattr(validate(with_keys(written, back), Scenario, "parameters"), section) == settings()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from operator import attrgetter
 from typing import Annotated, Any, NamedTuple
 
 import pytest
@@ -16,7 +17,6 @@ from fivebar_description.settings import (
     from_parameters,
     keys_of,
     to_parameters,
-    value_at,
     with_keys,
 )
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
@@ -136,7 +136,7 @@ def test_keys_of_a_section_within_a_section_have_its_name_before_them() -> None:
     keys = {key.name: key for key in keys_of(File, ("nested",))}
     assert list(keys) == ["nested.gain", "nested.part.share", "nested.part.law"]
     file = File(nested=Outer(2.0, Inner(0.25, "second")))
-    values = {name: key.to_parameter(value_at(file, name)) for name, key in keys.items()}
+    values = {name: key.to_parameter(attrgetter(name)(file)) for name, key in keys.items()}
     assert values == {"nested.gain": 2.0, "nested.part.share": 0.25, "nested.part.law": "second"}
     assert validate(with_keys({}, values), File, "again") == file
     assert as_numbers(file.nested) == (2.0, (0.25, 1))

@@ -19,8 +19,9 @@ from fivebar_bringup.scene.moving import SceneSample, Trail, moving_shapes
 from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_bringup.scene.shapes import Colour, Kind, Shape
 from fivebar_control.model.kinematics import state_from_joints, working_mode
-from fivebar_control.ros.run_file import RunFile, declared_motion
+from fivebar_control.ros.run_file import declared_motion
 from fivebar_control.scenario.keys import MOTION
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     BASE_FRAME,
@@ -43,6 +44,7 @@ from fivebar_description.ros.messages import (
     to_stamp,
 )
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 
 BACKLOG = 256
@@ -90,7 +92,7 @@ class Scene(GraphNode):
     def __init__(self) -> None:
         """Make the node and publish the map."""
         super().__init__("scene")
-        scenario = RunFile(self, *MOTION).file
+        scenario = FileParameters(self, ControlScenario, MOTION).file
         self._motion = declared_motion(self, scenario)
         self._settings = self.declare_settings(SceneSettings)
         self._frame = self._settings.frame_id or self.frame(BASE_FRAME)

@@ -16,7 +16,7 @@ from fivebar_control.planning.postures import place_at
 from fivebar_description.errors import InputError
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
-from fivebar_description.strict_yaml import parse_versioned, yaml_text
+from fivebar_description.strict_yaml import parse_versioned, validate, yaml_text
 
 Ask = Callable[[str], str]
 """Shows a question, and returns the line that answers it; raises EOFError where there is none."""
@@ -96,7 +96,7 @@ def robot_text(name: str, answers: Answers) -> str:
     ]
     lines += _transmission(answers) + _sensors(answers)
     text = "\n".join(lines) + "\n"
-    parse_versioned(text, name, RobotFile)
+    validate(parse_versioned(text, name), RobotFile, name)
     return text
 
 

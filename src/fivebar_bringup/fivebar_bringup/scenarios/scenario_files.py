@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +10,10 @@ from fivebar_bringup.scenario import SEEN, Scenario
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.scenario.keys import parameters_in
 from fivebar_control.scenario.sensors import check_sensors
-from fivebar_description.scenario_file import scenario_path, with_files_beside
+from fivebar_description.files import placed_beside, read_text
+from fivebar_description.scenario_file import FILES_NAMED, scenario_path
 from fivebar_description.settings import with_keys
-from fivebar_description.strict_yaml import InputError, read_versioned
+from fivebar_description.strict_yaml import InputError, parse_versioned, validate
 from fivebar_sim.engines import check_engine, check_plant
 
 NONE: Mapping[str, Any] = {}
@@ -29,11 +29,12 @@ def read_scenario(name_or_path: str) -> Scenario:
 
 
 def _read(path: Path, parameters: Mapping[str, Any]) -> Scenario:
-    scenario = read_versioned(path, Scenario, partial(with_files_beside, path.parent))
+    content = placed_beside(path.parent, parse_versioned(read_text(path), str(path)), *FILES_NAMED)
+    scenario = validate(content, Scenario, str(path))
     # the controller first, because it decides about the keys of the section `law`
     for given in ({name: parameters[name] for name in parameters if name == "controller"}, parameters):
         if given:
-            scenario = read_versioned(path, Scenario, partial(_overridden, path.parent, scenario, given))
+            scenario = validate(with_keys(content, parameters_in(scenario, given)), Scenario, str(path))
     if scenario.start != SEEN:
         return scenario
     # OpenCV and the plant take time to load, which other scenarios need not
@@ -44,11 +45,6 @@ def _read(path: Path, parameters: Mapping[str, Any]) -> Scenario:
         return as_seen(scenario)
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
-
-
-def _overridden(folder: Path, scenario: Scenario, parameters: Mapping[str, Any], content: Any) -> Any:
-    """Return the content of a scenario's file with the keys in parameters of nodes in the place of its own."""
-    return with_keys(with_files_beside(folder, content), parameters_in(scenario, parameters))
 
 
 def load_scenario(name_or_path: str, parameters: Mapping[str, Any] = NONE) -> Scenario:

@@ -16,7 +16,7 @@ from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.shared_results import one_robot, shared_state
 from fivebar_control.ros.node_settings import SHORTEST_DEADLINE_MS, BlenderSettings
 from fivebar_control.ros.releasing import Releasing
-from fivebar_control.ros.run_file import RunFile, start_values
+from fivebar_control.ros.run_file import start_values
 from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.watchdog import PauseCompensatedClock, Watchdog
 from fivebar_control.scenario.keys import STOPPING
@@ -42,6 +42,7 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import JointSample
 from fivebar_description.parameters import laden
 from fivebar_description.ros.messages import listen_to_payload
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -105,7 +106,8 @@ class Blender(SamplingNode):
         """Make the node."""
         super().__init__("blender")
         settings = self.declare_settings(BlenderSettings)
-        scenario = RunFile(self, *STOPPING, "camera.on", "ekf.camera", "ekf.seen_start", law=True).file
+        keys = (*STOPPING, "camera.on", "ekf.camera", "ekf.seen_start")
+        scenario = FileParameters(self, ControlScenario, keys, ControlScenario.section_law).file
         agreement = RunAgreement(self, scenario.rate_hz, start_values(scenario))
         self._empty = self._robot = one_robot(scenario.five_bar())
         self._guard = Guard(self._robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())

@@ -11,11 +11,13 @@ from std_msgs.msg import Float64
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.model.state import Platform
 from fivebar_control.ros.node_settings import ImuListenerSettings
-from fivebar_control.ros.run_file import RunFile, start_values
+from fivebar_control.ros.run_file import start_values
 from fivebar_control.scenario.keys import LEAD, ROBOT
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.imu import Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
 from fivebar_description.joint_sample import LARGEST, MessageError
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
@@ -45,7 +47,7 @@ class ImuListener(SamplingNode):
         """Make the node."""
         super().__init__("imu_listener")
         settings = self.declare_settings(ImuListenerSettings)
-        scenario = RunFile(self, *ROBOT, *LEAD, "imu").file
+        scenario = FileParameters(self, ControlScenario, (*ROBOT, *LEAD, "imu")).file
         RunAgreement(self, scenario.rate_hz, {**start_values(scenario), LEAD_SAMPLES: scenario.lead_samples})
         self._arguments = (scenario.five_bar(), *scenario.working_mode, scenario.rate_hz, scenario.imu)
         self._check = ImuCheck(*self._arguments)

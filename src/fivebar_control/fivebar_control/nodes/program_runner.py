@@ -22,7 +22,7 @@ from fivebar_control.planning.program import (
 )
 from fivebar_control.planning.program_run import ProgramRun, ProgramState
 from fivebar_control.ros.node_settings import ProgramSettings
-from fivebar_control.ros.run_file import RunFile
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     ALL_WELL,
     GOAL,
@@ -44,6 +44,7 @@ from fivebar_description.ros.messages import (
     received_joint_state,
 )
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.process_topics import Sender
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -68,7 +69,7 @@ class ProgramRunner(GraphNode):
         """
         super().__init__("program_runner")
         settings = self.declare_settings(ProgramSettings)
-        self._rate_hz = RunFile(self, "rate_hz").file.rate_hz
+        self._rate_hz = FileParameters(self, ControlScenario, ("rate_hz",)).file.rate_hz
         self._run = RunAgreement(self, self._rate_hz, {})
         self._begin_sample = settings.begin_sample
         self._newest: bytes | None = None

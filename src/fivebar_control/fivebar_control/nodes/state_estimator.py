@@ -26,8 +26,9 @@ from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.resting import MotorReading, Resting
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.ros.node_settings import AUTO, YES, EstimatorNodeSettings, runs_compiled
-from fivebar_control.ros.run_file import RunFile, start_values
+from fivebar_control.ros.run_file import start_values
 from fivebar_control.scenario.keys import ROBOT, SENSORS
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.vision.reading import PlatformReading, used
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -53,6 +54,7 @@ from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
 from fivebar_description.publishers import same
 from fivebar_description.ros.messages import listen_to_payload, stamp_of
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -134,7 +136,7 @@ class StateEstimatorNode(SamplingNode):
         super().__init__("state_estimator")
         settings = self.declare_settings(EstimatorNodeSettings)
         lockstep = settings.mode == LOCKSTEP
-        scenario = RunFile(self, *ROBOT, "estimator", "waypoints", *SENSORS).file
+        scenario = FileParameters(self, ControlScenario, (*ROBOT, "estimator", "waypoints", *SENSORS)).file
         drives, ekf, passive, known = scenario.drives(), scenario.ekf, scenario.passive, scenario.known_sensors()
         homing, rate_hz = scenario.homing(), scenario.rate_hz
         agreed = {**start_values(scenario), HOMING: [homing.x, homing.y], LEAD_SAMPLES: drives.delay_samples}

@@ -8,8 +8,9 @@ from std_msgs.msg import Float64
 
 from fivebar_control.loop.shared_results import shared_state
 from fivebar_control.loop.supervisor import Supervisor, SupervisorState
-from fivebar_control.ros.run_file import RunFile, declared_motion
+from fivebar_control.ros.run_file import declared_motion
 from fivebar_control.scenario.keys import MOTION
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
@@ -18,6 +19,7 @@ from fivebar_description.interface import (
     SUPERVISOR_STATE,
 )
 from fivebar_description.joint_sample import JointSample
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
@@ -30,7 +32,7 @@ class SupervisorNode(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("supervisor")
-        scenario = RunFile(self, *MOTION).file
+        scenario = FileParameters(self, ControlScenario, MOTION).file
         self._motion = declared_motion(self, scenario)
         self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz, scenario.scheme().weighting)
         self._reply: SupervisorState | None = None

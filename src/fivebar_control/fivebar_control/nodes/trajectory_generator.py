@@ -11,9 +11,10 @@ from fivebar_control.model.state import Platform
 from fivebar_control.planning.motion_queue import MotionQueue
 from fivebar_control.ros.goal_server import GoalServer
 from fivebar_control.ros.node_settings import HOLD, TrajectorySettings
-from fivebar_control.ros.run_file import RunFile, declared_motion, plan_values
+from fivebar_control.ros.run_file import declared_motion, plan_values
 from fivebar_control.ros.shown_motions import show_plan
 from fivebar_control.scenario.keys import GOALS
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.hold import Hold
 from fivebar_description.interface import (
     ALL_WELL,
@@ -28,6 +29,7 @@ from fivebar_description.interface import (
     ahead_names,
 )
 from fivebar_description.joint_sample import JointSample
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import CAPACITY, Input, SamplingNode, fields_of
 from fivebar_description.run_plan import plan_text
@@ -45,7 +47,7 @@ class TrajectoryGenerator(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("trajectory_generator")
-        run_file = RunFile(self, *GOALS, law=True)
+        run_file = FileParameters(self, ControlScenario, GOALS, ControlScenario.section_law)
         scenario = run_file.file
         settings = self.declare_settings(TrajectorySettings)
         self._motion = declared_motion(self, scenario)

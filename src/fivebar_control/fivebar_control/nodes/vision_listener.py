@@ -10,8 +10,8 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.ros.node_settings import VisionListenerSettings
-from fivebar_control.ros.run_file import RunFile
 from fivebar_control.scenario.keys import LEAD
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.vision.camera_file import CameraCalibration, read_calibration
 from fivebar_control.vision.comparison import Position, VisionCheck
 from fivebar_control.vision.localisation import PlatformTracker
@@ -33,6 +33,7 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.ros.messages import checked_stamp
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH
@@ -58,7 +59,7 @@ class VisionListener(GraphNode):
         """Make the node."""
         super().__init__("vision_listener")
         settings = self.declare_settings(VisionListenerSettings)
-        scenario = RunFile(self, "robot", "rate_hz", *LEAD, "camera").file
+        scenario = FileParameters(self, ControlScenario, ("robot", "rate_hz", *LEAD, "camera")).file
         self._camera, self._rate_hz = scenario.camera, scenario.rate_hz
         self._robot, self._lead = scenario.five_bar(), scenario.lead_samples
         agreed = {"robot": robot_value(scenario.robot), LEAD_SAMPLES: scenario.lead_samples}

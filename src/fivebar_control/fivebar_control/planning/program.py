@@ -26,6 +26,7 @@ from fivebar_description.strict_yaml import (
     StrictModel,
     parse_versioned,
     read_text,
+    validate,
     yaml_nodes,
 )
 
@@ -239,7 +240,7 @@ def read_program(text: str, source: str) -> LoadedProgram:
     # before the content, which may be exponentially larger than the text where it refers to itself
     tree = yaml_nodes(text, source)
     folder = Path(source).parent
-    program = parse_versioned(text, source, Program, lambda content: placed_beside(folder, content, *PROGRAM_FILES))
+    program = validate(placed_beside(folder, parse_versioned(text, source), *PROGRAM_FILES), Program, source)
     lines = _lines(tree)
     count = _count(program.steps, 0, source)
     if count > MOST_INSTRUCTIONS:

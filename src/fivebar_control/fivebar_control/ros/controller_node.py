@@ -13,8 +13,9 @@ from fivebar_control.laws.reference import Reference, against_disturbance
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.shared_results import one_robot, shared_desired, shared_state
 from fivebar_control.model.state import Platform
-from fivebar_control.ros.run_file import RunFile, declared_motion
+from fivebar_control.ros.run_file import declared_motion
 from fivebar_control.scenario.keys import LAWS, MOTION
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_DISTURBANCE,
@@ -30,6 +31,7 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
 from fivebar_description.ros.messages import listen_to_payload
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError
@@ -63,7 +65,7 @@ class ControllerNode(SamplingNode):
             InputError: the run's file cannot be used, or its controller has no such law.
         """
         super().__init__(name)
-        self._file = RunFile(self, *MOTION, *LAWS, law=True, tunable=True, default=default)
+        self._file = FileParameters(self, ControlScenario, (*MOTION, *LAWS), ControlScenario.section_law, True, default)
         scenario = self._file.file
         self._tuned = self._own_law()
         self._law_entry = self._tuned.law

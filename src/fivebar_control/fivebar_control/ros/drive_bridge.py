@@ -28,9 +28,9 @@ from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_session import LATE_PERIODS, REPEAT_PERIOD, DriveSession
 from fivebar_control.ros.inner_loop_targets import InnerLoopTargets
 from fivebar_control.ros.node_settings import BridgeSettings
-from fivebar_control.ros.run_file import RunFile
 from fivebar_control.safety.brake import BRAKED_FAULTS
 from fivebar_control.scenario.keys import STOPPING
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CONTROL_QOS,
@@ -48,6 +48,7 @@ from fivebar_description.joint_sample import JointSample, MessageError, OneAnswe
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
 from fivebar_description.strict_yaml import InputError
@@ -92,7 +93,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         GraphNode.__init__(self, name)
         settings = self.declare_settings(BridgeSettings, drives=default)
         known = connect(settings.drives)
-        scenario = RunFile(self, *STOPPING, law=True).file
+        scenario = FileParameters(self, ControlScenario, STOPPING, ControlScenario.section_law).file
         self._rate_hz = scenario.rate_hz
         if self._rate_hz * known.period_us != MICROSECONDS:
             raise InputError(

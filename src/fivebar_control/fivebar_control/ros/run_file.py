@@ -1,4 +1,4 @@
-"""The run's file in a node of the control chain: what the node uses of it, and the motion that follows from it."""
+"""The motion of the run's file in a node of the control chain, and what the nodes agree on about it."""
 
 from __future__ import annotations
 
@@ -10,30 +10,9 @@ from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_description.parameters import FiveBar
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.run_plan import HOMING, LEAD_SAMPLES, START, WORKING_MODE_AT_START, MotionStart, robot_value
-from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError
-
-
-class RunFile(FileParameters[ControlScenario]):
-    """The keys of the run's file that a node of the control chain uses, as its parameters."""
-
-    def __init__(
-        self,
-        node: GraphNode,
-        *names: str,
-        law: bool = False,
-        tunable: bool = False,
-        default: str = DEFAULT_SCENARIO,
-    ) -> None:
-        """Declare the parameters: keys and sections by their names, and with `law` the section of that name.
-
-        Raises:
-            InputError: the file cannot be read, or it or a parameter does not fit.
-        """
-        super().__init__(node, ControlScenario, names, ControlScenario.section_law if law else None, tunable, default)
 
 
 class DeclaredMotion(NamedTuple):

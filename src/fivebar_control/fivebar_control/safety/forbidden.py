@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.model.state import State
-from fivebar_description.forbidden import MOST, NOWHERE, PostureBounds
+from fivebar_description.forbidden import NOWHERE, PostureBounds
 
 FORESEEN = 0.02
 """Time (s) by which the guard stops a robot before a forbidden posture: the brake's time constant."""
@@ -33,11 +32,6 @@ class Stay(NamedTuple):
 
     enters: float
     leaves: float
-
-
-def forbidden_of(postures: Sequence[PostureBounds]) -> Forbidden:
-    """Return postures, at most `MOST`, as compiled code takes them."""
-    return Forbidden(*postures, *[NOWHERE] * (MOST - len(postures)))
 
 
 def stay_between(low: float, high: float, value: float, rate: float) -> Stay:

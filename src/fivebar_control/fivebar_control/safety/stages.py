@@ -19,7 +19,6 @@ from fivebar_control.safety.forbidden import (
     FORESEEN,
     NONE_FORBIDDEN,
     Forbidden,
-    forbidden_of,
     next_forbidden,
     time_to_forbidden,
     time_to_posture,
@@ -247,7 +246,7 @@ def guard_limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
         tracking_error=float(settings.tracking_error_limit),
         torque_request=float(settings.request_ratio) * float(settings.torque_limit),
         request_samples=int(settings.request_samples),
-        forbidden=forbidden_of(bounds_in(settings.forbidden)),
+        forbidden=Forbidden(*bounds_in(settings.forbidden)),
     )
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from typing import Any
 
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.scenario.scenario import SECTIONS, ControlScenario
-from fivebar_description.settings import Declared, keys_of, section_keys, value_at, with_keys
+from fivebar_description.settings import Declared, keys_of, section_keys, with_keys
 from fivebar_description.strict_yaml import validate
 
 ROBOT = ("robot", "rate_hz", "working_mode")
@@ -53,7 +54,7 @@ GOALS = (*STOPPING, *SENSORS, "loads", "risk", "error_tolerance", "judge")
 
 def parameters_of(scenario: ControlScenario, names: Sequence[str]) -> dict[str, Any]:
     """Return the parameters that hold keys of a scenario, by their names or those of sections."""
-    return {key.name: key.to_parameter(value_at(scenario, key.name)) for key in keys_of(ControlScenario, names)}
+    return {key.name: key.to_parameter(attrgetter(key.name)(scenario)) for key in keys_of(ControlScenario, names)}
 
 
 def parameters_in(scenario: ControlScenario, values: Mapping[str, Any]) -> dict[str, Any]:

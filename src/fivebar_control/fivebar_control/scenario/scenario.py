@@ -9,7 +9,6 @@ from __future__ import annotations
 import functools
 import math
 import re
-from collections.abc import Callable
 from itertools import chain
 from typing import Annotated, Any, Literal, Self
 
@@ -43,7 +42,7 @@ from fivebar_control.planning.limits import Risk
 from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import longest_hold
 from fivebar_control.safety.stages import SafetySettings
-from fivebar_control.scenario.robot_defaults import with_robot_defaults
+from fivebar_control.scenario.robot_defaults import robot_defaults
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused, TimeLaw, ZoneSettings, plan_motion
@@ -55,7 +54,7 @@ from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar, laden
 from fivebar_description.physical_bounds import Duration
 from fivebar_description.robot_file import ElbowsPass, load_robot, read_robot
-from fivebar_description.scenario_file import ESTIMATOR
+from fivebar_description.scenario_file import ESTIMATOR, with_defaults, with_drives_of_robot
 from fivebar_description.sensors import LONGEST_LATENCY, KnownSensors, PassiveEncoder, Sensors
 from fivebar_description.settings import Keys, Section, Setting, read_settings, setting_named
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
@@ -89,6 +88,9 @@ CONTROLLER = Setting(
     check=controller_problem,
 )
 
+
+SECTIONS = ("ctc", "reduced_ctc", "vhc_cartesian", "vhc_joint", "unified")
+"""Laws whose settings come from sections of their own; the others take the section `law`."""
 
 _planned = functools.lru_cache(maxsize=16)(plan_motion)
 """The planner, which a run asks for its plan again and again."""
@@ -195,7 +197,11 @@ class ControlScenario(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _sized(cls, content: Any) -> Any:
-        return with_robot_defaults(content)
+        filled, file = with_drives_of_robot(content)
+        if file is not None:
+            for section, values in robot_defaults(file, filled.get("estimator") == "ekf").items():
+                filled = with_defaults(filled, section, values)
+        return filled
 
     @model_validator(mode="after")
     def _settings_of_its_law(self) -> ControlScenario:
@@ -252,8 +258,10 @@ class ControlScenario(StrictModel):
 
     @model_validator(mode="after")
     def _gyroscope_in_time(self) -> ControlScenario:
+        if not self.gyro:
+            return self
         lag = self.imu.gyro_lag(1.0 / self.rate_hz)
-        if self.gyro and self.imu.latency + lag > LONGEST_LATENCY:
+        if self.imu.latency + lag > LONGEST_LATENCY:
             raise ValueError(
                 f"imu.gyro_bandwidth_hz: {self.imu.gyro_bandwidth_hz:g}: a low-pass that lags behind by"
                 f" {1e3 * lag:.1f} ms makes readings older than {1e3 * LONGEST_LATENCY:g} ms with a latency of"
@@ -442,8 +450,17 @@ class ControlScenario(StrictModel):
 
     def _tuned(self, law: Law) -> TunedLaw:
         settings: Any
-        if law.name in SECTIONS:
-            settings = SECTIONS[law.name](self)
+        kp, kd, kp_vhc, kd_vhc = self.gains.kp, self.gains.kd, self.gains.kp_vhc, self.gains.kd_vhc
+        if law.name == "ctc":
+            settings = CtcSettings(kp, kd)
+        elif law.name == "reduced_ctc":
+            settings = ReducedCtcSettings(kp_vhc, kd_vhc)
+        elif law.name == "vhc_cartesian":
+            settings = VhcCartesianSettings(kp_vhc, kd_vhc, self.vhc_resolution)
+        elif law.name == "vhc_joint":
+            settings = VhcJointSettings(kp_vhc, kd_vhc, self.vhc_resolution, *self.adaptive_gain)
+        elif law.name == "unified":
+            settings = self.unified
         else:
             sized = sizes_of_law(law.name, read_robot(self.robot))
             if law.like_unified:
@@ -523,17 +540,3 @@ class ControlScenario(StrictModel):
     def to_yaml(self) -> str:
         """Return the scenario as run, with every default written out."""
         return yaml_text(self.model_dump(mode="json"))
-
-
-SECTIONS: dict[str, Callable[[ControlScenario], tuple[Any, ...]]] = {
-    "ctc": lambda scenario: CtcSettings(scenario.gains.kp, scenario.gains.kd),
-    "reduced_ctc": lambda scenario: ReducedCtcSettings(scenario.gains.kp_vhc, scenario.gains.kd_vhc),
-    "vhc_cartesian": lambda scenario: VhcCartesianSettings(
-        scenario.gains.kp_vhc, scenario.gains.kd_vhc, scenario.vhc_resolution
-    ),
-    "vhc_joint": lambda scenario: VhcJointSettings(
-        scenario.gains.kp_vhc, scenario.gains.kd_vhc, scenario.vhc_resolution, *scenario.adaptive_gain
-    ),
-    "unified": lambda scenario: scenario.unified,
-}
-"""Laws whose settings come from sections of their own; the others take the section `law`."""

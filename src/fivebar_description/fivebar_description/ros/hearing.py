@@ -28,6 +28,10 @@ from fivebar_description.ros.messages import best_effort, message_class, qos_pro
 if TYPE_CHECKING:
     from fivebar_description.ros.node import GraphNode
 
+SENDER_DEPTH = 1000
+"""History depth of publishers. Subscribers of the control path keep few messages, but the recorder must lose none
+while it gets no processor time; acknowledged messages are not kept."""
+
 MOST_DEPTH = 100_000
 """Messages that a history may be asked to keep."""
 
@@ -59,12 +63,13 @@ def _refused(node: GraphNode, topic: Topic, error: Exception) -> InputError:
     return InputError(f"{node.get_name()}: qos_overrides of {topic.name}: {' '.join(str(error).split())}")
 
 
-def make_publisher(node: GraphNode, topic: Topic, depth: int) -> Publisher[Any]:
+def make_publisher(node: GraphNode, topic: Topic) -> Publisher[Any]:
     """Return a publisher of a topic, whose quality of service parameters may override.
 
     Raises:
         InputError: they do, with what is no such policy.
     """
+    depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
     try:
         return node.create_publisher(
             message_class(topic), topic.name, qos_profile(topic.qos, depth), qos_overriding_options=OVERRIDDEN

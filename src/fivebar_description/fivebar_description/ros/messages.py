@@ -257,7 +257,8 @@ def state_status(text: str) -> DiagnosticStatus:
     """Return the status that a text says: that all is well, or a fault."""
     level = DiagnosticStatus.OK if text == ALL_WELL else DiagnosticStatus.ERROR
     fault, _, detail = text.partition(": ")
-    return DiagnosticStatus(level=level, message=text, values=_values({"state": fault, "detail": detail}))
+    values = [KeyValue(key="state", value=fault), KeyValue(key="detail", value=detail)]
+    return DiagnosticStatus(level=level, message=text, values=values)
 
 
 def content_status(text: str) -> DiagnosticStatus:
@@ -267,12 +268,8 @@ def content_status(text: str) -> DiagnosticStatus:
     return DiagnosticStatus(
         level=LEVELS.get(state, DiagnosticStatus.OK),
         message=f"{state}: {reason}" if reason else state,
-        values=_values(content),
+        values=[KeyValue(key=key, value=value) for key, value in _flat(content, "")],
     )
-
-
-def _values(content: Mapping[str, Any]) -> list[KeyValue]:
-    return [KeyValue(key=key, value=value) for key, value in _flat(content, "")]
 
 
 def _flat(content: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
@@ -58,10 +58,6 @@ READY_PERIOD = 0.1
 PATIENCE = 50
 """Checks after which a node says what it still lacks, so that it does not before others have had the time to start."""
 
-SENDER_DEPTH = 1000
-"""History depth of publishers. Subscribers of the control path keep few messages, but the recorder must lose none
-while it gets no processor time; acknowledged messages are not kept."""
-
 DELIVERY_TIME = 1.0
 """Longest time (s) that a node waits at shutdown until its last messages are acknowledged."""
 
@@ -102,7 +98,8 @@ class GraphNode(Node):
     def __init__(self, name: str) -> None:
         """Create the node; subclasses add parameters and topics."""
         super().__init__(name)
-        self._declared: list[Declared] = []
+        self.declared: list[Declared] = []
+        """The settings that its parameters hold."""
         self._inputs: list[Hearing] = []
         self._besides: list[Hearing] = []
         self._outputs: list[Publisher[Any]] = []
@@ -138,7 +135,7 @@ class GraphNode(Node):
             self.create_subscription(String, FAULTS.name, lambda message: self._watch.heard(message.data), qos)
         self._diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS.name, DIAGNOSTICS.qos.depth)
         self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
-        self.add_on_set_parameters_callback(partial(check_changes, self._declared))
+        self.add_on_set_parameters_callback(partial(check_changes, self.declared))
 
     def stop(self) -> None:
         """Shut down in order; called once, before the node is destroyed, while it can still publish."""
@@ -260,24 +257,6 @@ class GraphNode(Node):
         for publisher in self._outputs:
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, end - time.monotonic())))
 
-    def parameters(
-        self, settings: Sequence[Declared], defaults: Mapping[str, Any], tunable: bool = True
-    ) -> dict[str, Any]:
-        """Declare parameters and return their values.
-
-        Args:
-            settings: which the parameters hold.
-            defaults: by name, as parameters have them.
-            tunable: whether settings that may be tuned may be changed while the node runs.
-
-        Raises:
-            InputError: a value given from outside is not allowed.
-        """
-        values = {one.name: declare(self, one, defaults[one.name], tunable and one.setting.tunable) for one in settings}
-        # known only now, so that a refused declaration is explained by `declare` and not by rclpy's callback
-        self._declared.extend(settings)
-        return values
-
     def check_names(self) -> None:
         """Refuse parameters that were set under a name that is a slip for one of the node's, which ROS ignores.
 
@@ -286,7 +265,7 @@ class GraphNode(Node):
         Raises:
             InputError: there is one.
         """
-        known = {one.name for one in self._declared}
+        known = {one.name for one in self.declared}
         for name in self._parameter_overrides:
             if self.has_parameter(name):
                 continue
@@ -310,7 +289,7 @@ class GraphNode(Node):
         """
         own = declared(settings)
         values = {one.name: one.to_parameter(defaults.get(one.name, one.default)) for one in own}
-        return from_parameters(settings, self.parameters(own, values))
+        return from_parameters(settings, declare(self, own, values))
 
     def on_tuned(self, callback: Callable[[dict[str, Any]], None]) -> None:
         """Register a callback that receives the new values of parameters changed at run time."""
@@ -345,21 +324,18 @@ class GraphNode(Node):
 
     def advertise(self, topic: Topic) -> Sender:
         """Create a publisher of a topic of the graph."""
-        publisher = self._publisher(topic)
+        publisher = make_publisher(self, topic)
+        self._outputs.append(publisher)
         if self.in_chain and topic.one_publisher:
             self._watch.add(self.resolve_topic_name(topic.name))
         if topic in TWIN_OF_TEXT:
-            return Twinned(publisher, self._publisher(TWIN_OF_TEXT[topic]), twin_of(self, topic))
+            twin = make_publisher(self, TWIN_OF_TEXT[topic])
+            self._outputs.append(twin)
+            return Twinned(publisher, twin, twin_of(self, topic))
         sender = Serializing(publisher, self.frame(BASE_FRAME)) if topic.type == JOINT_STATE else publisher
         if self.process_topics is None or topic.qos.transient_local:
             return sender
         return self.process_topics.advertise(self.resolve_topic_name(topic.name), sender)
-
-    def _publisher(self, topic: Topic) -> Publisher[Any]:
-        depth = topic.qos.depth if topic.qos.transient_local else SENDER_DEPTH
-        publisher = make_publisher(self, topic, depth)
-        self._outputs.append(publisher)
-        return publisher
 
     def listen(
         self,

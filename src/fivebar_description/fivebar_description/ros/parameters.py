@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from fivebar_description.scenario_file import DEFAULT_SCENARIO, read_content, scenario_path
-from fivebar_description.settings import Declared, Setting, SettingShape, keys_of, section_keys, value_at, with_keys
+from fivebar_description.settings import Declared, Setting, SettingShape, keys_of, section_keys, with_keys
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
 if TYPE_CHECKING:
@@ -67,42 +67,46 @@ def _range(one: Declared) -> tuple[float | None, float | None]:
     return lower, upper
 
 
-def declare(node: Node, one: Declared, default: Any, tunable: bool) -> Any:
-    """Declare the parameter that holds a setting, and return its value, an array as a tuple.
+def declare(
+    node: GraphNode, settings: Sequence[Declared], defaults: Mapping[str, Any], tunable: bool = True
+) -> dict[str, Any]:
+    """Declare the parameters that hold settings, and return their values by name, arrays as tuples.
 
     Args:
-        node: of the parameter.
-        one: the setting.
-        default: as a parameter has it; it also fixes the type.
-        tunable: whether the parameter may be changed while the node runs.
+        node: of the parameters.
+        settings: which they hold.
+        defaults: by name, as parameters have them.
+        tunable: whether settings that may be tuned may be changed while the node runs.
 
     Raises:
         InputError: a value given from outside has another type, is out of range or is not allowed.
     """
-    try:
-        value = node.declare_parameter(one.name, default, descriptor_of(one, default, tunable)).value
-    except InvalidParameterTypeException as error:
-        raise InputError(f"{node.get_name()}: parameter {one.name}: {_one_line(error)}") from error
-    except InvalidParameterValueException as error:
-        lower, upper = _range(one)
-        bounds = f"expected {lower} to {upper} {one.setting.unit}".rstrip()
-        expected = "" if lower is None else f"{bounds}: "
-        raise InputError(f"{node.get_name()}: parameter {one.name}: {expected}{_one_line(error)}") from error
-    if value is None:
-        raise InputError(
-            f"{node.get_name()}: parameter {one.name}: has no value, as ROS reads an empty list:"
-            f" expected a value such as {default!r}"
-        )
-    value = as_tuple(value)
-    if one.shape.single:
-        value = value if isinstance(value, tuple) else (value,)
-        if not all(isinstance(part, float | int) and not isinstance(part, bool) for part in value):
-            raise InputError(f"{node.get_name()}: parameter {one.name}: {value!r}: expected numbers")
-    problem = one.problem(value)
-    if problem is not None:
-        shown = list(value) if isinstance(value, tuple) else value
-        raise InputError(f"{node.get_name()}: parameter {one.name}: {shown!r}: {problem}")
-    return value
+    values: dict[str, Any] = {}
+    for one in settings:
+        default, place = defaults[one.name], f"{node.get_name()}: parameter {one.name}"
+        descriptor = descriptor_of(one, default, tunable and one.setting.tunable)
+        try:
+            value = as_tuple(node.declare_parameter(one.name, default, descriptor).value)
+        except InvalidParameterTypeException as error:
+            raise InputError(f"{place}: {_one_line(error)}") from error
+        except InvalidParameterValueException as error:
+            lower, upper = _range(one)
+            bounds = f"expected {lower} to {upper} {one.setting.unit}".rstrip()
+            expected = "" if lower is None else f"{bounds}: "
+            raise InputError(f"{place}: {expected}{_one_line(error)}") from error
+        if value is None:
+            raise InputError(f"{place}: has no value, as ROS reads an empty list: expected a value such as {default!r}")
+        if one.shape.single:
+            value = value if isinstance(value, tuple) else (value,)
+            if not all(isinstance(part, float | int) and not isinstance(part, bool) for part in value):
+                raise InputError(f"{place}: {value!r}: expected numbers")
+        problem = one.problem(value)
+        if problem is not None:
+            raise InputError(f"{place}: {list(value) if isinstance(value, tuple) else value!r}: {problem}")
+        values[one.name] = value
+    # known only now, so that a refused declaration is explained here and not by rclpy's callback
+    node.declared.extend(settings)
+    return values
 
 
 def as_tuple(value: Any) -> Any:
@@ -162,7 +166,7 @@ class FileParameters(Generic[M]):
             InputError: the file cannot be read, or it or a parameter does not fit.
         """
         self._node, self._model, self._tunable = node, model, tunable
-        name = node.parameters((SCENARIO,), {SCENARIO.name: default})[SCENARIO.name]
+        name = declare(node, (SCENARIO,), {SCENARIO.name: default})[SCENARIO.name]
         self.path = scenario_path(name)
         self._content: dict[str, Any] = read_content(self.path)
         self.file = self._checked(self._content)
@@ -170,10 +174,10 @@ class FileParameters(Generic[M]):
         keys = keys_of(model, names)
         # what decides about the defaults of others comes first
         for part in ([key for key in keys if "." not in key.name], [key for key in keys if "." in key.name]):
-            self._declare(part, {key.name: value_at(self.file, key.name) for key in part})
+            self._declare(part, {key.name: attrgetter(key.name)(self.file) for key in part})
         for section, settings in ({} if sections is None else sections(self.file)).items():
             own = section_keys(type(settings), f"{section}.")
-            self._declare(own, {key.name: value_at(settings, key.name.partition(".")[2]) for key in own})
+            self._declare(own, {key.name: attrgetter(key.name.partition(".")[2])(settings) for key in own})
 
     def change(self, values: Mapping[str, Any]) -> None:
         """Take changed parameters into the file; those that are none of its keys are left out.
@@ -189,7 +193,7 @@ class FileParameters(Generic[M]):
     def _declare(self, keys: Sequence[Declared], present: Mapping[str, Any]) -> None:
         defaults = {key.name: key.to_parameter(present[key.name]) for key in keys}
         self._keys |= {key.name: key for key in keys}
-        values = self._node.parameters(keys, defaults, self._tunable)
+        values = declare(self._node, keys, defaults, self._tunable)
         self.change({name: value for name, value in values.items() if value != as_tuple(defaults[name])})
 
     def _checked(self, content: Mapping[str, Any]) -> M:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,11 +14,11 @@ from fivebar_control.laws.registry import CONTROLLERS, find_controller
 from fivebar_control.scenario.sensors import check_sensors
 from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.errors import InputError
-from fivebar_description.files import placed_beside
-from fivebar_description.scenario_file import with_files_beside
+from fivebar_description.files import placed_beside, read_text
+from fivebar_description.scenario_file import FILES_NAMED
 from fivebar_description.settings import Section, Setting
 from fivebar_description.shared_settings import Robot
-from fivebar_description.strict_yaml import NEWEST, Format, StrictModel, read_versioned, validate
+from fivebar_description.strict_yaml import NEWEST, Format, StrictModel, parse_versioned, validate
 from fivebar_description.suggestion import expected_one_of
 from fivebar_sim.effects.mechanism import mechanism_of
 
@@ -173,7 +172,10 @@ def read_rig(path: Path) -> Rig:
     Raises:
         InputError: the file is missing, not YAML, or does not describe a rig.
     """
-    rig = read_versioned(path, Rig, functools.partial(_with_files_beside, path.parent))
+    content: Any = placed_beside(path.parent, parse_versioned(read_text(path), str(path)), ("robot",))
+    if isinstance(content, Mapping) and content.get("scenario") is not None:
+        content = {**content, "scenario": placed_beside(path.parent, content["scenario"], *FILES_NAMED)}
+    rig = validate(content, Rig, str(path))
     for name in ("scenario", "blended"):
         _check_keys(getattr(rig, name), OF_A_RIG, f"{path}: {name}")
     for name in ("laws", "laws_without_errors"):
@@ -202,12 +204,6 @@ def check_rig(rig: Rig, path: str) -> None:
     for name in rig.laws_without_errors:
         _check(rig, name, None, f"{path}: laws_without_errors.{name}")
     _check(rig, "unified", drawn_effects(rig.errors, 0, 0, 1.0), f"{path}: errors")
-
-
-def _with_files_beside(folder: Path, content: Any) -> Any:
-    content = placed_beside(folder, content, ("robot",))
-    inside = content.get("scenario") if isinstance(content, Mapping) else None
-    return content if inside is None else {**content, "scenario": with_files_beside(folder, inside)}
 
 
 def _check_keys(content: Keys, known: Collection[str], source: str) -> None:
