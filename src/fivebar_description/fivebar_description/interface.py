@@ -144,7 +144,7 @@ MOTION_FIELDS = 6
 
 def torque_topic(name: str) -> Topic:
     """Return the topic of a law's candidate torque."""
-    return _chain_topic(f"{name}/torque")
+    return Topic(f"{name}/torque", JOINT_STATE, one_publisher=True)
 
 
 CTC_TORQUE = torque_topic("ctc")

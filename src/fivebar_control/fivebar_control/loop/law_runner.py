@@ -63,6 +63,8 @@ class LawRunner:
             self.memory = self._law.after_gap(self.memory)
         self._last = sample
         plan, t = self._plan, sample / self._rate_hz
+        if ahead is None and self._ahead:
+            ahead = reference_ahead(plan, sample, self._rate_hz, self._ahead)
         segment = plan.path.line_at(t)
         instant = Instant(
             state,
@@ -72,7 +74,7 @@ class LawRunner:
             plan.mode2,
             blending_weight(inverse_condition(state), plan.epsilon_at(t)),
             1.0 / self._rate_hz,
-            reference_ahead(plan, sample, self._rate_hz, self._ahead) if ahead is None else ahead,
+            ahead,
         )
         torque, self.memory = self._law.step(self._robot, instant, self.memory, self._settings)
         return torque

@@ -150,7 +150,7 @@ class Blender(SamplingNode):
 
     def _end_with_motion(self) -> None:
         if self._run.start is not None:
-            self._watchdog.ends_at(self._run.start.samples)
+            self._watchdog.last_sample = self._run.start.samples
 
     def stop_robot(self, fault: str) -> None:
         """Stop the robot for a fault; where another one is latched already, no brake is left."""

@@ -32,13 +32,10 @@ class Watchdog:
         """
         self._candidate_deadline = candidate_deadline
         self._state_deadline = state_deadline
-        self.ends_at(last_sample)
+        self.last_sample = math.inf if last_sample is None else last_sample
+        """After which no joint states are expected."""
         self._joined = False
         self.begin_run()
-
-    def ends_at(self, last_sample: int | None) -> None:
-        """Expect no sample after this one; None for a run without end."""
-        self._last_sample = math.inf if last_sample is None else last_sample
 
     def begin_run(self) -> None:
         """Reset the watchdog: a new run begins at sample 0."""
@@ -95,7 +92,7 @@ class Watchdog:
 
     def stale(self, now: float) -> Fault | None:
         """Return `state_stale` where the next joint states are overdue; sample 0 waits for the start of the run."""
-        if not 0 < self.newest < self._last_sample or now - self._received_at < self._state_deadline:
+        if not 0 < self.newest < self.last_sample or now - self._received_at < self._state_deadline:
             return None
         return Fault(
             "state_stale", f"no joint states after sample {self.newest} within {self._state_deadline * 1e3:g} ms"

@@ -21,9 +21,10 @@ from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverriding
 from rclpy.subscription import Subscription
 
 from fivebar_description.errors import InputError
-from fivebar_description.interface import Topic
+from fivebar_description.interface import JOINT_STATE, Topic
+from fivebar_description.joint_sample import MessageError
 from fivebar_description.ros.endpoints import node_name
-from fivebar_description.ros.messages import best_effort, message_class, qos_profile
+from fivebar_description.ros.messages import SampleReader, best_effort, message_class, qos_profile
 
 if TYPE_CHECKING:
     from fivebar_description.ros.node import GraphNode
@@ -96,12 +97,17 @@ class Hearing:
     ) -> None:
         """Subscribe; with `only_reliable` publishers that offer less are reported, also of a topic from outside.
 
+        What comes on a topic of JointStates is passed on as `JointSample`, unless the options say whether it is raw.
+
         Raises:
             InputError: parameters override the quality of service with what is none.
         """
         self._node = node
         self._topic = topic
         self._callback = callback
+        if topic.type == JOINT_STATE and "raw" not in options:
+            self._read, self._take = SampleReader(), callback
+            self._callback, options["raw"] = self._on_sample, True
         self._depth = depth if depth is not None else topic.qos.depth
         self._hears_all = topic.from_outside and not only_reliable
         self._events = options.pop("event_callbacks", None) or SubscriptionEventCallbacks()
@@ -127,6 +133,15 @@ class Hearing:
             **options,
             **self._options,
         )
+
+    def _on_sample(self, data: bytes) -> None:
+        """Pass on the sample in a serialised JointState, and drop what is none."""
+        try:
+            sample = self._read(data)
+        except MessageError as error:
+            self._node.drop(self._topic, str(error))
+            return
+        self._take(sample)
 
     def get_publisher_count(self) -> int:
         """Return how many publishers are heard."""

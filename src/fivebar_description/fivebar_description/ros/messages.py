@@ -225,32 +225,24 @@ def best_effort(depth: int) -> QoSProfile:
 
 
 class Twinned:
-    """Publishes a text and, made of it, the standard message that says the same."""
+    """Publishes a text of a node and, made of it, the standard message that says the same."""
 
-    def __init__(self, text: Publisher[Any], twin: Publisher[Any], made: Callable[[str], Any]) -> None:
-        self._text, self._twin, self._made = text, twin, made
+    def __init__(self, node: GraphNode, topic: Topic, text: Publisher[Any], twin: Publisher[Any]) -> None:
+        self._topic, self._text, self._twin = topic, text, twin
+        self._name = node.resolve_topic_name(topic.name)
+        self._prefix = frame_prefix(node.get_namespace())
 
     def publish(self, message: String, /) -> None:
         """Publish a text and its twin."""
         self._text.publish(message)
-        self._twin.publish(self._made(message.data))
-
-
-def twin_of(node: GraphNode, topic: Topic) -> Callable[[str], Any]:
-    """Return what makes the twin of a text that a node publishes on a topic."""
-    if topic == RUN_EPOCH:
-        frame = node.frame(BASE_FRAME)
-        return lambda text: Header(stamp=to_stamp(read_epoch(text) or 0), frame_id=frame)
-    described = state_status if topic in (SAFETY_STATE, DRIVES_STATE) else content_status
-    name = node.resolve_topic_name(topic.name)
-    hardware = frame_prefix(node.get_namespace()) + HARDWARE
-
-    def status(text: str) -> DiagnosticStatus:
-        found = described(text)
-        found.name, found.hardware_id = name, hardware
-        return found
-
-    return status
+        if self._topic == RUN_EPOCH:
+            epoch = to_stamp(read_epoch(message.data) or 0)
+            self._twin.publish(Header(stamp=epoch, frame_id=self._prefix + BASE_FRAME))
+            return
+        described = state_status if self._topic in (SAFETY_STATE, DRIVES_STATE) else content_status
+        status = described(message.data)
+        status.name, status.hardware_id = self._name, self._prefix + HARDWARE
+        self._twin.publish(status)
 
 
 def state_status(text: str) -> DiagnosticStatus:

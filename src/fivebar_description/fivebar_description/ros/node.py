@@ -36,11 +36,11 @@ from fivebar_description.interface import (
     of_robot,
     status_name,
 )
-from fivebar_description.joint_sample import JointSample, MessageError
+from fivebar_description.joint_sample import MessageError
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameter_names import is_key, meant_by
 from fivebar_description.ros.hearing import Hearing, make_publisher
-from fivebar_description.ros.messages import SampleReader, Serializing, Twinned, qos_profile, twin_of
+from fivebar_description.ros.messages import Serializing, Twinned, qos_profile
 from fivebar_description.ros.parameters import check_changes, declare
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.publisher_watch import PublisherWatch
@@ -331,7 +331,7 @@ class GraphNode(Node):
         if topic in TWIN_OF_TEXT:
             twin = make_publisher(self, TWIN_OF_TEXT[topic])
             self._outputs.append(twin)
-            return Twinned(publisher, twin, twin_of(self, topic))
+            return Twinned(self, topic, publisher, twin)
         sender = Serializing(publisher, self.frame(BASE_FRAME)) if topic.type == JOINT_STATE else publisher
         if self.process_topics is None or topic.qos.transient_local:
             return sender
@@ -352,7 +352,6 @@ class GraphNode(Node):
 
         What comes on a topic of JointStates is passed on as `JointSample`, unless the options say whether it is raw.
         """
-
         name = self.resolve_topic_name(topic.name)
         watched = self.in_chain and topic.one_publisher and topic.name not in self.external_inputs
         matched = self._watch.matched(name) if watched else None
@@ -363,32 +362,13 @@ class GraphNode(Node):
                 # what another node of the process publishes is not read from DDS
                 self._watch.add(name)
         options.setdefault("event_callbacks", SubscriptionEventCallbacks(matched=matched))
-
-        def subscribe(callback: Callable[[Any], None]) -> Hearing:
-            if topic.type == JOINT_STATE and "raw" not in options:
-                callback, options["raw"] = self._of_samples(topic, callback), True
-            return Hearing(self, topic, callback, depth, only_reliable, options)
-
+        subscribe = partial(Hearing, self, topic, depth=depth, only_reliable=only_reliable, options=options)
         if not awaited:
             self._besides.append(subscribe(callback))
         elif topics is not None:
             topics.listen(name, callback, subscribe, self._inputs, self.works_ahead)
         else:
             self._inputs.append(subscribe(callback))
-
-    def _of_samples(self, topic: Topic, callback: Callable[[JointSample], None]) -> Callable[[bytes], None]:
-        """Return what calls back with the sample in a serialised message, and drops what is none."""
-        read = SampleReader()
-
-        def receive(data: bytes) -> None:
-            try:
-                sample = read(data)
-            except MessageError as error:
-                self.drop(topic, str(error))
-                return
-            callback(sample)
-
-        return receive
 
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
         """Create a timer with a period (s) of the steady clock."""

@@ -168,9 +168,9 @@ class FileParameters(Generic[M]):
         self._node, self._model, self._tunable = node, model, tunable
         name = declare(node, (SCENARIO,), {SCENARIO.name: default})[SCENARIO.name]
         self.path = scenario_path(name)
-        self._content: dict[str, Any] = read_content(self.path)
-        self.file = self._checked(self._content)
         self._keys: dict[str, Declared] = {}
+        self._content: dict[str, Any] = read_content(self.path)
+        self.change({})
         keys = keys_of(model, names)
         # what decides about the defaults of others comes first
         for part in ([key for key in keys if "." not in key.name], [key for key in keys if "." in key.name]):
@@ -180,21 +180,20 @@ class FileParameters(Generic[M]):
             self._declare(own, {key.name: attrgetter(key.name.partition(".")[2])(settings) for key in own})
 
     def change(self, values: Mapping[str, Any]) -> None:
-        """Take changed parameters into the file; those that are none of its keys are left out.
+        """Take changed parameters into the file and check it; those that are none of its keys are left out.
 
         Raises:
             InputError: the file does not fit with them.
         """
         changes = {name: self._keys[name].to_file(value) for name, value in values.items() if name in self._keys}
-        if changes:
-            content = with_keys(self._content, changes)
-            self.file, self._content = self._checked(content), content
+        content = with_keys(self._content, changes)
+        self.file = validate(content, self._model, f"{self._node.get_name()}: {self.path}")
+        self._content = content
 
     def _declare(self, keys: Sequence[Declared], present: Mapping[str, Any]) -> None:
         defaults = {key.name: key.to_parameter(present[key.name]) for key in keys}
         self._keys |= {key.name: key for key in keys}
         values = declare(self._node, keys, defaults, self._tunable)
-        self.change({name: value for name, value in values.items() if value != as_tuple(defaults[name])})
-
-    def _checked(self, content: Mapping[str, Any]) -> M:
-        return validate(dict(content), self._model, f"{self._node.get_name()}: {self.path}")
+        changed = {name: value for name, value in values.items() if value != as_tuple(defaults[name])}
+        if changed:
+            self.change(changed)

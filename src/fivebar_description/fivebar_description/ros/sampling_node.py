@@ -6,9 +6,10 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from enum import Enum
 from functools import partial
+from operator import attrgetter
 from typing import Annotated, Any, NamedTuple
 
-from fivebar_description.interface import JOINT_SOURCES, Topic
+from fivebar_description.interface import JOINT_SOURCES, JOINT_STATE, Topic
 from fivebar_description.joint_sample import JointSample, MessageError, part_of
 from fivebar_description.outside_text import one_line
 from fivebar_description.publishers import same
@@ -236,6 +237,7 @@ class SamplingNode(GraphNode):
         run, join, watch = self._run, self._join, self._watch
         names = read.keywords["names"] if topic.of_joints and isinstance(read, partial) else ()
         external = bool(names) and topic.name in self.external_inputs
+        stamp_of_one: Callable[[Any], int] = attrgetter("stamp_ns") if topic.type == JOINT_STATE else stamp_of
 
         def receive(message: Any) -> None:
             if not run.holds or self.refuses(topic):
@@ -245,13 +247,14 @@ class SamplingNode(GraphNode):
                 if part is None:
                     return
                 message = part
-            sample = run.sample(stamp_of(message))
+            stamp = stamp_of_one(message)
+            sample = run.sample(stamp)
             if watch.doubts and self.has_second_publisher(topic):
                 if driving and sample is not None:
                     self.hold(sample)
                 return
             if sample is None:
-                self.drop(topic, f"stamp {stamp_of(message)} ns is not on the grid of {self.rate_hz} Hz")
+                self.drop(topic, f"stamp {stamp} ns is not on the grid of {self.rate_hz} Hz")
                 return
             sample += later
             arrival = join.arrival(sample)
