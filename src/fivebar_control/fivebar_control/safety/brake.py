@@ -23,7 +23,7 @@ from fivebar_control.safety.stages import (
     TRACKING_LOST,
     SafetySettings,
     is_in_reach,
-    limited,
+    within,
 )
 from fivebar_description.parameters import FiveBar
 
@@ -96,7 +96,7 @@ def stopping(brake: Brake, robot: FiveBar, state: State, left: int) -> Stopping:
     if inverse_condition(state) < brake.kappa:
         return Stopping(ZERO, left - 1)
     damping = Torque(-brake.damping1 * state.leg1.dq1, -brake.damping2 * state.leg2.dq1)
-    return Stopping(limited(damping, brake.torque_limit), left - 1)
+    return Stopping(within(damping, ZERO, brake.torque_limit), left - 1)
 
 
 def is_sound(robot: FiveBar, state: State) -> bool:

@@ -12,7 +12,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from fivebar_control.fault import Fault
-from fivebar_control.laws.torque import Torque
+from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.state import Leg, State
 from fivebar_control.safety.forbidden import (
@@ -297,7 +297,7 @@ def excess_samples(limits: Limits, requested: Torque, before: int) -> int:
 
 def limited_torque(limits: Limits, requested: Torque, before: Torque) -> Torque:
     """Return a torque (Nm) saturated by the torque limit and the rate limit, `before` being the last command."""
-    return rate_limited(limited(requested, limits.torque_limit), before, limits.torque_step)
+    return within(within(requested, ZERO, limits.torque_limit), before, limits.torque_step)
 
 
 def is_finite(torque: Torque) -> bool:
@@ -340,14 +340,12 @@ def distance_from(state: State, x: float, y: float) -> float:
     return math.hypot(state.x - x, state.y - y)
 
 
-def limited(torque: Torque, limit: float) -> Torque:
-    """Return the torque within +-limit (Nm), motor by motor."""
-    return Torque(_within(torque.tau1, 0.0, limit), _within(torque.tau2, 0.0, limit))
-
-
-def rate_limited(torque: Torque, before: Torque, step: float) -> Torque:
-    """Return the torque within one step (Nm) of the last command, motor by motor."""
-    return Torque(_within(torque.tau1, before.tau1, step), _within(torque.tau2, before.tau2, step))
+def within(torque: Torque, middle: Torque, width: float) -> Torque:
+    """Return the torque that is nearest to one (Nm) and at most a width (Nm) from another, motor by motor."""
+    return Torque(
+        max(middle.tau1 - width, min(middle.tau1 + width, torque.tau1)),
+        max(middle.tau2 - width, min(middle.tau2 + width, torque.tau2)),
+    )
 
 
 def fault_of(
@@ -402,7 +400,3 @@ def fault_of(
 def fastest_motor(state: State) -> float:
     """Return the speed (rad/s) of the faster motor joint; NaN where one is not known."""
     return max(abs(state.leg1.dq1), abs(state.leg2.dq1), key=lambda speed: math.inf if math.isnan(speed) else speed)
-
-
-def _within(value: float, middle: float, width: float) -> float:
-    return max(middle - width, min(middle + width, value))

@@ -24,8 +24,7 @@ from fivebar_control.safety.stages import (
     fault_of,
     first_fault,
     guard_limits_of,
-    limited,
-    rate_limited,
+    within,
 )
 from fivebar_description.robot_file import load_robot
 from fivebar_description.settings import setting_named
@@ -80,18 +79,18 @@ def tracking_lost(state: State, x: float, y: float, limit: float) -> Fault | Non
 
 @given(torques, torques, st.floats(1e-3, 1e3))
 def test_the_limit_cuts_each_motor_and_nothing_within_it(tau1: float, tau2: float, limit: float) -> None:
-    cut = limited(Torque(tau1, tau2), limit)
+    cut = within(Torque(tau1, tau2), ZERO, limit)
     for before, after in zip((tau1, tau2), cut, strict=True):
         assert abs(after) == min(abs(before), limit)
         assert after * before >= 0.0
-    assert limited(cut, limit) == cut
+    assert within(cut, ZERO, limit) == cut
 
 
 @given(st.lists(torques, min_size=1, max_size=30), st.floats(1e-2, 1e4))
 def test_the_rate_limit_never_steps_further_and_gets_there(wanted: list[float], step: float) -> None:
     before = Torque(0.0, 0.0)
     for torque in wanted:
-        after = rate_limited(Torque(torque, -torque), before, step)
+        after = within(Torque(torque, -torque), before, step)
         rounding = 1e-12 * (step + abs(before.tau1))
         assert abs(after.tau1 - before.tau1) <= step + rounding
         if abs(torque - before.tau1) <= step:
@@ -103,8 +102,8 @@ def test_the_rate_limit_never_steps_further_and_gets_there(wanted: list[float], 
 
 
 def test_without_limits_the_torque_is_untouched() -> None:
-    assert limited(Torque(1e9, -3.0), math.inf) == (1e9, -3.0)
-    assert rate_limited(Torque(1e9, -3.0), Torque(5.0, 5.0), math.inf) == (1e9, -3.0)
+    assert within(Torque(1e9, -3.0), ZERO, math.inf) == (1e9, -3.0)
+    assert within(Torque(1e9, -3.0), Torque(5.0, 5.0), math.inf) == (1e9, -3.0)
 
 
 @pytest.mark.parametrize("torque", [(math.nan, 0.0), (0.0, math.inf), (-math.inf, math.nan)])
