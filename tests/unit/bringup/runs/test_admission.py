@@ -143,7 +143,7 @@ def test_a_wider_tolerance_admits_a_larger_predicted_error() -> None:
 
 
 def test_there_must_be_such_a_scenario() -> None:
-    with pytest.raises(InputError, match=r"expected a path to a \.yaml file or one of"):
+    with pytest.raises(InputError, match=r"expected one of .*, or a path to a \.yaml file"):
         load_admitted("no_such_scenario")
 
 
