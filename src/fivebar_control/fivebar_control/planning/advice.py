@@ -38,7 +38,7 @@ def concerns_tolerances(verdict: Feasibility) -> bool:
 
 def judge_of(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits) -> Judge:
     """Return what judges a plan with other sensings, where nothing but tolerances speaks against it."""
-    predicted = predict_run(robot, plan, rate_hz, follower, limits.torque)
+    predicted = predict_run(robot, plan, rate_hz, follower, limits.torque, limits.judge)
     return lambda sensing: with_sensing(Feasibility(()), predicted, robot, plan, rate_hz, limits, sensing).feasible
 
 

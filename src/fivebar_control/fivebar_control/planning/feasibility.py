@@ -30,7 +30,7 @@ from fivebar_control.planning.figures import (
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.passage import displacement
 from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate, wrong_mode_probability
-from fivebar_control.planning.predicted_run import Peak, PredictedRun, judged_error, predict_run, stretches_of
+from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_scan import ReferenceScan
 from fivebar_control.safety.stages import EVERYWHERE
 from fivebar_control.trajectory.path_distance import PATH, TIMED
@@ -139,14 +139,14 @@ def screen_run(
     verdict = screen(robot, plan, rate_hz, follower, limits)
     if only_torque(verdict, follower) and is_predictable(plan):
         less = limits.torque_share * limits.torque
-        spare = predict_run(robot, plan, rate_hz, follower.limited_to(less), less)
-        verdict = with_reserve(verdict, spare, plan, rate_hz, limits)
+        spare = predict_run(robot, plan, rate_hz, follower.limited_to(less), less, limits.judge)
+        verdict = with_reserve(verdict, spare, limits)
     if not verdict.feasible:
         return verdict
     if not stretches_of(plan, rate_hz):
         return verdict
-    predicted = predict_run(robot, plan, rate_hz, follower, limits.torque)
-    verdict = with_prediction(verdict, predicted, plan, rate_hz, limits)
+    predicted = predict_run(robot, plan, rate_hz, follower, limits.torque, limits.judge)
+    verdict = with_prediction(verdict, predicted, plan, limits)
     return with_sensing(verdict, predicted, robot, plan, rate_hz, limits, sensing)
 
 
@@ -166,26 +166,21 @@ def only_torque(verdict: Feasibility, follower: TunedController) -> bool:
     return missed == [TORQUE] and follower.controller.needs_no_zones and follower.controller.meets_type_1
 
 
-def with_reserve(
-    verdict: Feasibility, predicted: PredictedRun, plan: Plan, rate_hz: int, limits: MotionLimits
-) -> Feasibility:
+def with_reserve(verdict: Feasibility, predicted: PredictedRun, limits: MotionLimits) -> Feasibility:
     """Return a verdict in which the run with the reference's share of the torque stands for that torque, if it does.
 
     Args:
         verdict: with nothing but the torque missed.
         predicted: the run with drives that give `torque_share` of their torque; the rest is for the errors.
-        plan, rate_hz: of the motion.
         limits: of the motion.
     """
-    error, (_, name) = judged_error(limits.judge, predicted, plan, rate_hz), ERROR_NAMES[limits.judge]
+    error, (_, name) = predicted.judged, ERROR_NAMES[limits.judge]
     run = Figure(name, error.value, limits.predicted_error, True, *error[1:], unit="m")
     others = [figure for figure in verdict.figures if not (run.kept and figure.name == TORQUE)]
     return verdict._replace(figures=(*others, run))
 
 
-def with_prediction(
-    verdict: Feasibility, predicted: PredictedRun, plan: Plan, rate_hz: int, limits: MotionLimits
-) -> Feasibility:
+def with_prediction(verdict: Feasibility, predicted: PredictedRun, plan: Plan, limits: MotionLimits) -> Feasibility:
     """Return a verdict with the figures of the predicted run of a plan: error, torque, changes of assembly mode."""
     changes = predicted.mode_changes
     unplanned = changes._replace(value=abs(changes.value - len(plan.crossings)))
@@ -195,7 +190,7 @@ def with_prediction(
 
     name, _ = ERROR_NAMES[limits.judge]
     figures = (
-        figure(name, judged_error(limits.judge, predicted, plan, rate_hz), limits.predicted_error, "m"),
+        figure(name, predicted.judged, limits.predicted_error, "m"),
         # by whatever a motion is judged, the robot is stopped by its distance from the reference
         *([] if limits.judge == TIMED else [figure(ERROR, predicted.error, limits.tracking_error, "m")]),
         figure(REQUEST, predicted.torque, limits.torque * (1.0 + REQUEST_TOLERANCE), "Nm"),
@@ -222,7 +217,7 @@ def with_sensing(
     estimate = predict_estimate(robot, plan, rate_hz, sensing, predicted, limits.judge)
     mirror, position, risk = estimate.mirror, estimate.position, limits.risk
     wrong_at_most = min(risk.wrong_mode, wrong_mode_probability(sensing.settings.mirror_deviations))
-    error = judged_error(limits.judge, predicted, plan, rate_hz).value + estimate.exceeded_by(risk.position)
+    error = predicted.judged.value + estimate.exceeded_by(risk.position)
     figures = (
         Figure(WRONG_MODE, estimate.wrong_mode, wrong_at_most, True, *mirror[1:]),
         Figure(UNCERTAINTY, error, limits.error_tolerance, True, *position[1:], unit="m"),

@@ -26,7 +26,7 @@ from fivebar_control.model.state import State
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, guard_limits_of
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.path_distance import PATH, path_distances
+from fivebar_control.trajectory.path_distance import PATH, TIMED, path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, lost_torque, with_floats, without_cogging
 
@@ -74,16 +74,24 @@ class PredictedRun(NamedTuple):
         torque: largest torque requested of either motor before the limits (Nm).
         mode_changes: how often the assembly mode changes; its place is that of the last change.
         moments: the robot, sample by sample.
+        path_error: largest distance from the path, and after the end of the motion from its goal (m), where the motion
+            is judged by it; else None.
     """
 
     error: Peak
     torque: Peak
     mode_changes: Peak
     moments: tuple[PredictedSample, ...] = ()
+    path_error: Peak | None = None
+
+    @property
+    def judged(self) -> Peak:
+        """The largest of the distances by which the motion is judged (m)."""
+        return self.error if self.path_error is None else self.path_error
 
 
 def predict_run(
-    robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, torque_limit: float
+    robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, torque_limit: float, judge: str = TIMED
 ) -> PredictedRun:
     """Return what becomes of a plan on the robot as modelled, without delay, from a rest at its beginning.
 
@@ -96,6 +104,7 @@ def predict_run(
         rate_hz: of the controllers.
         follower: the controller.
         torque_limit: to which its torque is limited (Nm), infinite for none.
+        judge: by which distance the motion is judged, `TIMED` or `PATH`.
     """
     # the plant of the prediction does not cog
     robot = without_cogging(robot)
@@ -110,17 +119,13 @@ def predict_run(
         predicted = _predict_stretch(robot, plan, stretch, follower, settings, predicted)
         if math.isinf(predicted.error.value):
             break
-    return predicted
+    return judged_by(judge, predicted, plan, rate_hz)
 
 
-def judged_error(judge: str, predicted: PredictedRun, plan: Plan, rate_hz: int) -> Peak:
-    """Return the largest of the distances by which a plan is judged in its predicted run (m).
-
-    By the path that is the distance from the path, whatever the time, and after the end of the motion that from its
-    goal.
-    """
+def judged_by(judge: str, predicted: PredictedRun, plan: Plan, rate_hz: int) -> PredictedRun:
+    """Return a predicted run of a plan with its distance from the path, where the motion is judged by it."""
     if judge != PATH or math.isinf(predicted.error.value):
-        return predicted.error
+        return predicted
     instants = (plan.path.at(sample / rate_hz) for sample in range(plan.path.samples(rate_hz) + 1))
     places = np.array([(one.x, one.y) for one in instants])
     numbers = [sample for one in stretches_of(plan, rate_hz) for sample in range(one.first, one.last + 1)]
@@ -130,7 +135,7 @@ def judged_error(judge: str, predicted: PredictedRun, plan: Plan, rate_hz: int) 
     ends = np.hypot(*(platform[last:] - places[last]).T)
     distances = np.concatenate((path_distances(places, platform[:last]), ends))
     worst = int(np.nanargmax(distances))
-    return Peak(float(distances[worst]), worst / rate_hz, *platform[worst].tolist())
+    return predicted._replace(path_error=Peak(float(distances[worst]), worst / rate_hz, *platform[worst].tolist()))
 
 
 class Stretch(NamedTuple):

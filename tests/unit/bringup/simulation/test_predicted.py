@@ -9,7 +9,7 @@ import pytest
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import sampled
 from fivebar_bringup.studies.sweep.planning import predicted_on_engine
-from fivebar_control.planning.predicted_run import PredictedRun, judged_error, predict_run
+from fivebar_control.planning.predicted_run import PredictedRun, judged_by, predict_run
 from fivebar_control.trajectory.path_distance import PATH
 from fivebar_sim.effects.settings import PlantSettings
 
@@ -19,7 +19,7 @@ def both(scenario: Scenario) -> tuple[PredictedRun, PredictedRun]:
     limit = math.inf if scenario.torque_limit is None else scenario.torque_limit
     return (
         predict_run(robot, plan, rate_hz, scenario.tuned(), limit),
-        predicted_on_engine(scenario, sampled(robot, plan, rate_hz, scenario.lead_samples)),
+        predicted_on_engine(scenario, plan, sampled(robot, plan, rate_hz, scenario.lead_samples)),
     )
 
 
@@ -37,7 +37,7 @@ def test_both_predict_the_same(controller: str) -> None:
     interpreted, compiled = both(scenario)
     assert compiled.error == pytest.approx(interpreted.error, rel=1e-3, abs=1e-6)
     plan = scenario.plan()
-    beside = [judged_error(PATH, one, plan, scenario.rate_hz) for one in (interpreted, compiled)]
+    beside = [judged_by(PATH, one, plan, scenario.rate_hz).judged for one in (interpreted, compiled)]
     assert beside[1] == pytest.approx(beside[0], rel=1e-3, abs=1e-6)
     assert compiled.torque == pytest.approx(interpreted.torque, rel=1e-3, abs=1e-6)
     assert compiled.mode_changes == pytest.approx(interpreted.mode_changes, abs=1e-6)

@@ -19,7 +19,7 @@ from fivebar_control.planning.figures import (
     Figure,
 )
 from fivebar_control.planning.limits import MotionLimits, limits_of_given
-from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, judged_error, predict_run, stretches_of
+from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, predict_run, stretches_of
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
 from fivebar_description.parameters import FiveBar
@@ -78,11 +78,11 @@ def test_a_law_that_is_late_on_its_path_is_judged_by_the_path_where_the_motion_i
     """Under the path law the robot is up to 5 mm before or behind its reference, and 0.1 mm beside the path at most."""
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [0.5], RATE_HZ, ZoneRule())
     follower = default_tuning(CONTROLLERS["path"]).limited_to(2.0)
-    predicted = predict_run(dextar, plan, RATE_HZ, follower, 2.0)
+    predicted = predict_run(dextar, plan, RATE_HZ, follower, 2.0, PATH)
     assert 4e-3 < predicted.error.value < 6e-3
-    beside = judged_error(PATH, predicted, plan, RATE_HZ)
+    beside = predicted.judged
     assert beside.value < 1e-4
-    assert judged_error(TIMED, predicted, plan, RATE_HZ) == predicted.error
+    assert predict_run(dextar, plan, RATE_HZ, follower, 2.0, TIMED).judged == predicted.error
 
     def verdict(limits: MotionLimits) -> Feasibility:
         return screen_run(dextar, plan, RATE_HZ, follower, limits)
@@ -103,10 +103,10 @@ def test_at_its_end_a_motion_is_judged_by_its_goal_also_by_the_path(dextar: Five
     """With little torque the robot arrives late, on its path."""
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [0.28], RATE_HZ, ZoneRule())
     weak = default_tuning(CONTROLLERS["path"]).limited_to(0.9)
-    predicted = predict_run(dextar, plan, RATE_HZ, weak, 0.9)
+    predicted = predict_run(dextar, plan, RATE_HZ, weak, 0.9, PATH)
     end = plan.path.samples(RATE_HZ)
     late = [math.hypot(one.x, one.y - 0.02) for one in predicted.moments[end:]]
-    worst = judged_error(PATH, predicted, plan, RATE_HZ)
+    worst = predicted.judged
     assert worst.value == pytest.approx(max(late))
     assert worst.value > 5e-4
     assert worst.time == (end + late.index(max(late))) / RATE_HZ

@@ -27,7 +27,7 @@ from fivebar_control.planning.figures import Feasibility, nearest
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, feasible_in, longest_bearing, pace_of
 from fivebar_control.planning.places import TimedCourse, courses_elsewhere
-from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, PredictedSample
+from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, PredictedSample, judged_by
 from fivebar_control.planning.timing import SLOWER, UNHURRIED, first_feasible
 from fivebar_control.safety.stages import NO_FAULT, SafetySettings
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
@@ -107,13 +107,13 @@ def screened(case: Draw, controller: str, judge_loads: bool = True) -> Feasibili
     verdict = screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits)
     if only_torque(verdict, scenario.tuned()):
         weaker = scenario.plant._replace(torque_limit=limits.torque_share * limits.torque)
-        spare = predicted_on_engine(scenario.model_copy(update={"plant": weaker}), sampled_case(case))
-        verdict = with_reserve(verdict, spare, plan, RATE_HZ, limits)
+        spare = predicted_on_engine(scenario.model_copy(update={"plant": weaker}), plan, sampled_case(case))
+        verdict = with_reserve(verdict, spare, limits)
     if not verdict.feasible:
         return verdict
-    predicted = predicted_on_engine(scenario, sampled_case(case))
+    predicted = predicted_on_engine(scenario, plan, sampled_case(case))
     return with_sensing(
-        with_prediction(verdict, predicted, plan, RATE_HZ, limits),
+        with_prediction(verdict, predicted, plan, limits),
         predicted,
         scenario.five_bar(),
         plan,
@@ -137,12 +137,13 @@ def sampled_case(case: Draw) -> Sampled:
     return sampled(scenario.five_bar(), plan_of(case), RATE_HZ, scenario.lead_samples)
 
 
-def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
-    """Return what becomes of a scenario on the robot as modelled, up to the end of the motion.
+def predicted_on_engine(scenario: Scenario, plan: Plan, samples: Sampled) -> PredictedRun:
+    """Return what becomes of a plan on the robot as modelled, up to the end of the motion.
 
     Args:
-        scenario: of which robot, controller and torque limit count.
-        samples: its sampled plan; a lead is left out.
+        scenario: of which robot, controller, torque limit and judge count.
+        plan: its plan.
+        samples: the plan at its samples; a lead is left out.
     """
     perfect = scenario.model_copy(
         update={
@@ -174,12 +175,13 @@ def predicted_on_engine(scenario: Scenario, samples: Sampled) -> PredictedRun:
 
     worst, largest = int(np.argmax(distances)), int(np.argmax(np.nan_to_num(requests, nan=math.inf)))
     lost = outcome.fault != NO_FAULT
-    return PredictedRun(
+    predicted = PredictedRun(
         error=peak(math.inf, len(trace) - 1) if lost else peak(float(distances[worst]), worst),
         torque=peak(float(requests[largest]), largest),
         mode_changes=peak(float(outcome.mode_changes), int(changes[-1]) if changes.size else 0),
         moments=tuple(PredictedSample(*row) for row in trace[:, MOMENT].tolist()),
     )
+    return judged_by(scenario.judge, predicted, plan, rate_hz)
 
 
 class TimedCase(NamedTuple):
