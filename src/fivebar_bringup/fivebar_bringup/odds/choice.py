@@ -24,11 +24,13 @@ class Choice(NamedTuple, Generic[M]):
         motion: that was chosen.
         odds: how many of the robots make it.
         robots: their numbers.
+        failed: numbers of those that do not make it.
     """
 
     motion: M
     odds: Odds
     robots: range = OTHER_ROBOTS
+    failed: frozenset[int] = frozenset()
 
 
 def likeliest(
@@ -68,5 +70,5 @@ def likeliest(
     if not left:
         return None
     motion = left[0][0]
-    odds = trials_of(scenario_of(motion), errors, seed, judges, until).odds
-    return Choice(motion, odds, judges) if odds.robots == len(judges) else None
+    odds, _, failed = trials_of(scenario_of(motion), errors, seed, judges, until)
+    return Choice(motion, odds, judges, failed) if odds.robots == len(judges) else None

@@ -101,7 +101,8 @@ def likely_motion(
     if choice.odds.share < required:
         more = ", and no time was left to try more (risk.odds_time)" if cut_short else ""
         if until == math.inf:
-            relief = most_relieved(chosen.scenario, errors, SEED, choice.odds, choice.robots)
+            robots = sorted(choice.robots, key=lambda robot: robot not in choice.failed)
+            relief = most_relieved(chosen.scenario, errors, SEED, choice.odds, robots)
             more = f"; {relief}" if relief else ""
         raise InputError(
             f"the motion is not likely enough to succeed: at best, in {chosen.duration:.3g} s{how}, {choice.odds};"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_bringup.odds.odds import Odds
@@ -41,18 +41,32 @@ class Relief(NamedTuple):
 
 def reliefs(scenario: Scenario, errors: RobotErrors, seed: int, robots: Sequence[int]) -> list[Relief]:
     """Return the odds with each declared uncertainty taken away, the best first; arguments as for `trials_of`."""
-    found = []
+    found = [
+        Relief(words, trials_of(scenario, exact, seed, robots).odds) for words, exact in _with_one_error_less(errors)
+    ]
+    return sorted(found, key=lambda one: -one.odds.successes)
+
+
+def most_relieved(
+    scenario: Scenario, errors: RobotErrors, seed: int, odds: Odds, robots: Sequence[int] = OTHER_ROBOTS
+) -> str:
+    """Return in words what would raise the odds most that these robots have; "" where nothing does.
+
+    Of each remedy no more robots are tried than decide whether it is the best. That is soonest where those robots come
+    first which have failed.
+    """
+    best, found = odds.successes + LEAST_GAIN - 1, ""
+    for words, exact in _with_one_error_less(errors):
+        tried = trials_of(scenario, exact, seed, robots, failures=len(robots) - best - 1).odds
+        if tried.robots == len(robots) and tried.successes > best:
+            best, found = tried.successes, f"with {words} {tried.successes} of {tried.robots} would"
+    return found
+
+
+def _with_one_error_less(errors: RobotErrors) -> Iterator[tuple[str, RobotErrors]]:
+    """Yield each remedy in words that takes something away, and the errors with it."""
     for remedy in REMEDIES:
         without: dict[str, Any] = dict.fromkeys(remedy.errors, 0.0)
         exact = errors._replace(**without)
         if exact != errors:
-            found.append(Relief(remedy.words, trials_of(scenario, exact, seed, robots).odds))
-    return sorted(found, key=lambda one: -one.odds.successes)
-
-
-def most_relieved(scenario: Scenario, errors: RobotErrors, seed: int, odds: Odds, robots: range = OTHER_ROBOTS) -> str:
-    """Return in words what would raise the odds most that these robots have; "" where nothing does."""
-    best = next(iter(reliefs(scenario, errors, seed, robots)), None)
-    if best is None or best.odds.successes < odds.successes + LEAST_GAIN:
-        return ""
-    return f"with {best.words} {best.odds.successes} of {best.odds.robots} would"
+            yield remedy.words, exact

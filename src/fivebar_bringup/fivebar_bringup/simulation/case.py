@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -271,10 +272,12 @@ def _unchanged_by(plant: PlantSettings) -> PlantSettings:
     return plant._replace(mass_scale=1.0, inertia_scale=1.0, friction_scale=1.0, links=links)
 
 
+@lru_cache(maxsize=8)
 def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> Sampled:
     """Return the plan of a robot at the moments of its samples 0 to N and of the lead.
 
-    It is valid for every case with this plan, rate, nominal robot and lead.
+    It is valid for every case with this plan, rate, nominal robot and lead. The last ones are remembered, as a plan is
+    predicted and tried on many robots.
     """
     moments = [number / rate_hz for number in range(plan.path.samples(rate_hz) + 1 + lead_samples)]
     rows = [(*plan.path.at(t), *plan.path.line_at(t)[2:], plan.epsilon_at(t), time_weight(plan, t)) for t in moments]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import FOLDED, NEAR_LOCUS
@@ -43,6 +44,10 @@ ERROR_NAMES = {TIMED: (ERROR, WITH_RESERVE), PATH: (PATH_ERROR, PATH_WITH_RESERV
 
 REQUEST_TOLERANCE = 1e-9
 """Share by which a law that keeps the torque limit itself may exceed it, from rounding."""
+
+
+Predict = Callable[[FiveBar, Plan, int, TunedController, float, str], PredictedRun]
+"""Returns the run that a plan is predicted to become; arguments as for `predict_run`."""
 
 
 def screen(
@@ -128,24 +133,25 @@ def screen_run(
     follower: TunedController,
     limits: MotionLimits,
     sensing: Sensing | None = None,
+    predict: Predict = predict_run,
 ) -> Feasibility:
     """Judge a plan as `screen` does, and where that finds nothing, by the run that it is predicted to become.
 
     Segments that are planned in the motors' angles, through Type 1, are judged by their reference alone: there the
     predicting model is not regular. Where an estimator works with declared tolerances (`sensing`), what its estimate is
     going to be worth counts too. A reference that asks for more torque than its share passes under a regular law that
-    keeps its run within the tolerance with that share alone.
+    keeps its run within the tolerance with that share alone. `predict` makes the predicted run.
     """
     verdict = screen(robot, plan, rate_hz, follower, limits)
     if only_torque(verdict, follower) and is_predictable(plan):
         less = limits.torque_share * limits.torque
-        spare = predict_run(robot, plan, rate_hz, follower.limited_to(less), less, limits.judge)
+        spare = predict(robot, plan, rate_hz, follower.limited_to(less), less, limits.judge)
         verdict = with_reserve(verdict, spare, limits)
     if not verdict.feasible:
         return verdict
     if not stretches_of(plan, rate_hz):
         return verdict
-    predicted = predict_run(robot, plan, rate_hz, follower, limits.torque, limits.judge)
+    predicted = predict(robot, plan, rate_hz, follower, limits.torque, limits.judge)
     verdict = with_prediction(verdict, predicted, plan, limits)
     return with_sensing(verdict, predicted, robot, plan, rate_hz, limits, sensing)
 

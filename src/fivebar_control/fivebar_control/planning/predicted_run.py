@@ -108,18 +108,31 @@ def predict_run(
     """
     # the plant of the prediction does not cog
     robot = without_cogging(robot)
-    # the prediction ends at the first fault, so that nothing is braked
-    safety = SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0, brake=False)
-    limits, brake = guard_limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
     start = plan.path.at(0.0)
     none = Peak(0.0, 0.0, start.x, start.y)
     predicted = PredictedRun(none, none, none)
     for stretch in stretches_of(plan, rate_hz):
-        settings = cycle_settings_of(robot, *stretch.mode, rate_hz, follower, plan.zone_time, limits, brake)
+        settings = prediction_settings(robot, plan, rate_hz, follower, torque_limit, stretch.mode)
         predicted = _predict_stretch(robot, plan, stretch, follower, settings, predicted)
         if math.isinf(predicted.error.value):
             break
     return judged_by(judge, predicted, plan, rate_hz)
+
+
+def prediction_settings(
+    robot: FiveBar,
+    plan: Plan,
+    rate_hz: int,
+    follower: TunedController,
+    torque_limit: float,
+    mode: tuple[int, int] | None = None,
+) -> CycleSettings:
+    """Return the constants of the control cycle in a prediction, by default in the working mode of the whole plan."""
+    # the prediction ends at the first fault, so that nothing is braked
+    safety = SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0, brake=False)
+    limits, brake = guard_limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
+    mode1, mode2 = mode or (plan.mode1, plan.mode2)
+    return cycle_settings_of(robot, mode1, mode2, rate_hz, follower, plan.zone_time, limits, brake)
 
 
 def judged_by(judge: str, predicted: PredictedRun, plan: Plan, rate_hz: int) -> PredictedRun:

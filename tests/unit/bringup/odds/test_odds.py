@@ -14,11 +14,11 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.cli.odds import Distribution
-from fivebar_bringup.odds import choice
+from fivebar_bringup.odds import choice, relief
 from fivebar_bringup.odds.choice import likeliest
 from fivebar_bringup.odds.misfit_limits import sound_maxima
 from fivebar_bringup.odds.odds import Odds
-from fivebar_bringup.odds.relief import reliefs
+from fivebar_bringup.odds.relief import most_relieved, reliefs
 from fivebar_bringup.odds.robot_errors import (
     ASSUMED,
     NO_ERRORS,
@@ -193,6 +193,35 @@ def test_the_likeliest_motion_is_found_and_judged_by_robots_that_had_no_part_in_
     of_the_worst = [number for duration, numbers in tried if duration == 1.0 for number in numbers]
     assert len(of_the_worst) == choice.FIRST_ROBOTS
     assert likeliest([], lambda motion: motion, NO_ERRORS, 1) is None
+
+
+@pytest.mark.parametrize("failed", [range(24, 33), range(39, 48)])
+def test_what_relieves_most_is_found_with_no_more_robots_than_decide(
+    failed: range, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nine of 24 robots fail; a level base mends one of them, no push seven, and exact lengths none."""
+    asked = []
+
+    def tried(
+        scenario: Scenario, errors: RobotErrors, seed: int, robots: list[int], failures: float = math.inf
+    ) -> Trials:
+        mended = 7 if errors.push == 0.0 else 1 if errors.tilt == 0.0 else 0
+        count = missed = 0
+        for number in robots:
+            count, missed = count + 1, missed + (number in failed[mended:])
+            if missed > failures:
+                break
+        asked.append(count)
+        return Trials(Odds(count - missed, count))
+
+    monkeypatch.setattr(relief, "trials_of", tried)
+    errors = NO_ERRORS._replace(length=1e-4, tilt=0.1, push=2.0)
+    first = sorted(range(24, 48), key=lambda robot: robot not in failed)
+    found = most_relieved(slow(), errors, 1, Odds(15, 24), first)
+    assert found == "with no push 22 of 24 would"
+    # eight failures leave fewer than two robots more
+    assert asked == [8, 9, 24]
+    assert most_relieved(slow(), errors._replace(push=0.0), 1, Odds(22, 24), first) == ""
 
 
 def robot_file(directory: Path, more: str) -> str:

@@ -7,20 +7,17 @@ import math
 import pytest
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import sampled
-from fivebar_bringup.studies.sweep.planning import predicted_on_engine
-from fivebar_control.planning.predicted_run import PredictedRun, judged_by, predict_run
-from fivebar_control.trajectory.path_distance import PATH
+from fivebar_bringup.simulation.predicted import predictor
+from fivebar_control.planning.predicted_run import PredictedRun, predict_run
+from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_sim.effects.settings import PlantSettings
 
 
-def both(scenario: Scenario) -> tuple[PredictedRun, PredictedRun]:
+def both(scenario: Scenario, judge: str = TIMED) -> tuple[PredictedRun, PredictedRun]:
     robot, plan, rate_hz = scenario.five_bar(), scenario.plan(), scenario.rate_hz
     limit = math.inf if scenario.torque_limit is None else scenario.torque_limit
-    return (
-        predict_run(robot, plan, rate_hz, scenario.tuned(), limit),
-        predicted_on_engine(scenario, plan, sampled(robot, plan, rate_hz, scenario.lead_samples)),
-    )
+    asked = robot, plan, rate_hz, scenario.tuned(), limit
+    return predict_run(*asked, judge), predictor(scenario)(*asked, judge)
 
 
 @pytest.mark.parametrize("controller", [pytest.param("multi_cartesian", marks=pytest.mark.extra), "unified"])
@@ -36,8 +33,8 @@ def test_both_predict_the_same(controller: str) -> None:
     )
     interpreted, compiled = both(scenario)
     assert compiled.error == pytest.approx(interpreted.error, rel=1e-3, abs=1e-6)
-    plan = scenario.plan()
-    beside = [judged_by(PATH, one, plan, scenario.rate_hz).judged for one in (interpreted, compiled)]
+    beside = [one.judged for one in both(scenario, PATH)]
+    assert beside[0] != interpreted.error
     assert beside[1] == pytest.approx(beside[0], rel=1e-3, abs=1e-6)
     assert compiled.torque == pytest.approx(interpreted.torque, rel=1e-3, abs=1e-6)
     assert compiled.mode_changes == pytest.approx(interpreted.mode_changes, abs=1e-6)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from functools import lru_cache
 from itertools import count
@@ -15,38 +14,22 @@ from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import UNIFORM, has_odds
 from fivebar_bringup.odds.trials import ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import Sampled, X, Y, case_of, sampled
-from fivebar_bringup.simulation.outcome import TraceRow
-from fivebar_bringup.simulation.uncompiled import traced_crossing
+from fivebar_bringup.simulation.case import Sampled, sampled
+from fivebar_bringup.simulation.predicted import predictor
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, plan_of
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.planning.course import STRAIGHT_LAWS
-from fivebar_control.planning.feasibility import only_torque, screen, with_prediction, with_reserve, with_sensing
+from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.figures import Feasibility, nearest
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, feasible_in, longest_bearing, pace_of
 from fivebar_control.planning.places import TimedCourse, courses_elsewhere
-from fivebar_control.planning.predicted_run import LOST, Peak, PredictedRun, PredictedSample, judged_by
 from fivebar_control.planning.timing import SLOWER, UNHURRIED, first_feasible
-from fivebar_control.safety.stages import NO_FAULT, SafetySettings
 from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
-from fivebar_description.parameters import without_cogging
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.settings import PlantSettings
-
-PLACE = [TraceRow._fields.index(name) for name in ("estimated_x", "estimated_y")]
-
-MOMENT = [
-    TraceRow._fields.index(name)
-    for name in ("estimated_x", "estimated_y", "estimated_vx", "estimated_vy", "command1", "command2")
-]
-
-ANGLES = [TraceRow._fields.index(name) for name in ("q11", "q12", "q21", "q22")]
-
-REQUESTED = [TraceRow._fields.index(name) for name in ("requested1", "requested2")]
 
 ODDS = 4
 """Random stream of a case besides those of its motion and its robot."""
@@ -104,23 +87,8 @@ def screened(case: Draw, controller: str, judge_loads: bool = True) -> Feasibili
     limits = limits_for(case, scenario)
     if not judge_loads:
         limits = limits.without_loads()
-    verdict = screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits)
-    if only_torque(verdict, scenario.tuned()):
-        weaker = scenario.plant._replace(torque_limit=limits.torque_share * limits.torque)
-        spare = predicted_on_engine(scenario.model_copy(update={"plant": weaker}), plan, sampled_case(case))
-        verdict = with_reserve(verdict, spare, limits)
-    if not verdict.feasible:
-        return verdict
-    predicted = predicted_on_engine(scenario, plan, sampled_case(case))
-    return with_sensing(
-        with_prediction(verdict, predicted, plan, limits),
-        predicted,
-        scenario.five_bar(),
-        plan,
-        RATE_HZ,
-        limits,
-        scenario.sensing(),
-    )
+    robot, follower, predict = scenario.five_bar(), scenario.tuned(), predictor(scenario)
+    return screen_run(robot, plan, RATE_HZ, follower, limits, scenario.sensing(), predict)
 
 
 def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
@@ -130,58 +98,10 @@ def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
     return given_limits(scenario, plan_of(case), case.torque_limit)
 
 
-@lru_cache(maxsize=4)
 def sampled_case(case: Draw) -> Sampled:
     """Return the plan of a case at its samples, the same for all controllers."""
     scenario = case.scenario(PLANNED_FOR)
     return sampled(scenario.five_bar(), plan_of(case), RATE_HZ, scenario.lead_samples)
-
-
-def predicted_on_engine(scenario: Scenario, plan: Plan, samples: Sampled) -> PredictedRun:
-    """Return what becomes of a plan on the robot as modelled, up to the end of the motion.
-
-    Args:
-        scenario: of which robot, controller, torque limit and judge count.
-        plan: its plan.
-        samples: the plan at its samples; a lead is left out.
-    """
-    perfect = scenario.model_copy(
-        update={
-            "plant": PlantSettings(torque_limit=scenario.plant.torque_limit),
-            "estimator": "none",
-            "safety": SafetySettings(
-                torque_limit=scenario.safety.torque_limit, request_ratio=math.inf, type1_margin=0.0
-            ),
-            "tracking_error_limit": LOST,
-        }
-    )
-    rate_hz, rows = scenario.rate_hz, samples.rows[: len(samples.rows) - scenario.lead_samples]
-    case = case_of(perfect, stop_at_fault=True)
-    control = case.numbers.control
-    # the plant of the prediction does not cog
-    known = case.numbers._replace(control=control._replace(robot=without_cogging(control.robot)))
-    outcome, trace = traced_crossing(case._replace(numbers=known), samples._replace(rows=rows))
-    places = trace[:, PLACE]
-    distances = np.hypot(*(places - rows[: len(trace), [X, Y]]).T)
-    requests = np.max(np.abs(trace[:, REQUESTED]), axis=1)
-    # det A = sin(theta_2 - theta_1), theta_i = q_i1 + q_i2
-    q11, q12, q21, q22 = trace[:, ANGLES].T
-    signs = np.sign(np.sin(q21 + q22 - q11 - q12))
-    changes = np.flatnonzero(signs[1:] * signs[:-1] < 0.0) + 1
-
-    def peak(value: float, sample: int) -> Peak:
-        x, y = places[sample].tolist()
-        return Peak(value, sample / rate_hz, x, y)
-
-    worst, largest = int(np.argmax(distances)), int(np.argmax(np.nan_to_num(requests, nan=math.inf)))
-    lost = outcome.fault != NO_FAULT
-    predicted = PredictedRun(
-        error=peak(math.inf, len(trace) - 1) if lost else peak(float(distances[worst]), worst),
-        torque=peak(float(requests[largest]), largest),
-        mode_changes=peak(float(outcome.mode_changes), int(changes[-1]) if changes.size else 0),
-        moments=tuple(PredictedSample(*row) for row in trace[:, MOMENT].tolist()),
-    )
-    return judged_by(scenario.judge, predicted, plan, rate_hz)
 
 
 class TimedCase(NamedTuple):
