@@ -90,7 +90,7 @@ def refused(fivebar: Callable[..., FivebarCommand], folder: Path) -> dict[str, F
 
 EXPECTED = {
     **{name: expected for name, (_, expected) in BAD_FILES.items()},
-    "no_scenario": r"scenario 'no_such_scenario': expected a path to a \.yaml file or one of .*middle",
+    "no_scenario": r"scenario 'no_such_scenario': expected one of .*middle, or a path to a \.yaml file",
     "no_file": r"nowhere\.yaml: cannot be read: No such file or directory",
     "occupied_run": r"occupied: is not empty",
     "occupied_simulate": r"occupied: is not empty",

@@ -308,7 +308,7 @@ def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
         (["--durations", "0"], "--durations: '0': expected seconds above 0"),
         (["--durations", "nan"], "--durations: 'nan': expected seconds above 0"),
         (["--durations", "61"], "--durations: '61': expected seconds above 0 and up to 60"),
-        (["nowhere"], "scenario 'nowhere': expected a path"),
+        (["nowhere"], "scenario 'nowhere': expected one of "),
         (["middle", "middle"], "scenario 'middle': is given more than once"),
         (["--robot", "nobody"], "robot 'nobody': expected "),
         (["multiple", "--robot", "motkin"], "robot 'motkin': 0.889 times as large as dextar: "),
