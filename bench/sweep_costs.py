@@ -8,6 +8,7 @@ import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping
 from types import FrameType
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -18,7 +19,7 @@ from fivebar_bringup.studies.sweep.sweep import SweepSettings, run_numbered
 RUNS, REST = "compiled runs: predictions, odds, the run itself", "planning, durations, the rest"
 
 PARTS: Mapping[tuple[str, str], str] = {
-    ("fivebar_bringup.simulation.engine", "run_with"): RUNS,
+    ("fivebar_bringup.simulation.engine", "crossing"): RUNS,
     ("fivebar_control.planning.feasibility", "screen"): "screen of references",
     ("fivebar_bringup.simulation.case", "sampled"): "plan at the samples",
     ("fivebar_bringup.simulation.case", "case_of"): "constants and random numbers of the runs",
@@ -77,17 +78,17 @@ def main() -> None:
     """Measure and print."""
     rig, count = sys.argv[1] if len(sys.argv) > 1 else "good", int(sys.argv[2]) if len(sys.argv) > 2 else 60
     settings, runs = SweepSettings(seed=SEED, rig=rig, controllers=("unified",)), Counter[str]()
-    one_run = engine.run_with
+    loop_of = engine._loop
 
-    def counted(*given: object) -> object:
+    def counted(effects: bool, **of_laws: Callable[..., Any]) -> Any:
         runs[RUNS] += 1
-        return one_run(*given)  # type: ignore[arg-type]
+        return loop_of(effects, **of_laws)
 
     console = Console()
     with console.status(f"{count} cases"):
         for number in range(count, count + WARM):
             run_numbered(settings, number)
-        engine.run_with = counted  # type: ignore[assignment]
+        engine._loop = counted  # type: ignore[assignment]
         costs = costs_of(lambda: [run_numbered(settings, number) for number in range(count)], PARTS)
     table = Table("part", "ms of processor time a case", title=f"unified, {f'rig {rig}' if rig else 'no rig'}")
     for part in dict.fromkeys((*PARTS.values(), REST)):

@@ -19,8 +19,8 @@ from fivebar_bringup.pages.style import BLUE, GREEN, GREY, PURPLE, VERMILION, ho
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import Outcome
-from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import prediction_matrices
 from fivebar_control.laws.unified import input_map

@@ -19,7 +19,7 @@ import numpy as np
 
 from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.simulation.case import X, Y, case_of, sampled
-from fivebar_bringup.simulation.uncompiled import traced_crossing
+from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
 from fivebar_bringup.studies.sweep.planning import accepted, planned
 from fivebar_control.compiling import expect_many_motions

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -72,12 +72,10 @@ def places(robot: FiveBar, joints: Any) -> np.ndarray[Any, np.dtype[np.float64]]
     return np.array([(state.x, state.y) for state in states])
 
 
-def expect_agreement(
-    scenario: Scenario, torque: float = 1e-9, traced: Callable[..., Any] = traced_crossing
-) -> tuple[OfflineRun, Outcome]:
+def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineRun, Outcome]:
     """Compare sample by sample: exact platform (m), commanded and applied torques (Nm), faults."""
     run = simulate(scenario)
-    outcome, trace = traced(*prepared(scenario))
+    outcome, trace = traced_crossing(*prepared(scenario))
     assert outcome.samples == len(run.samples) == len(trace)
     exact = [sample.exact for sample in run.samples]
     if scenario.has_ground_truth or scenario.plant.encoder_counts is None:

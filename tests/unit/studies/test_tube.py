@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fivebar_bringup.simulation.case import case_of, sampled
-from fivebar_bringup.simulation.uncompiled import traced_crossing
+from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.studies.benchmark.crossings import benchmark
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning

@@ -15,8 +15,8 @@ from fivebar_bringup.odds.odds import Odds, judged_peak, shortcomings
 from fivebar_bringup.odds.robot_errors import UNIFORM, RobotErrors, declared_errors, with_drawn_robot
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import Outcome
-from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_control.safety.stages import NO_FAULT
 
 ROBOTS = 24

@@ -19,8 +19,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_control.compiling import bound
 from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_control.loop.closed_loop import run_loop
-from fivebar_control.loop.setup import first_memory, law_functions
+from fivebar_control.loop.closed_loop import first_memory, law_functions, run_loop
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.geometry import direct_geometry, elbow_position
 from fivebar_control.model.kinematics import det_a, platform_acceleration, state_from_platform

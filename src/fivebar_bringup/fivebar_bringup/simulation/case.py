@@ -100,6 +100,7 @@ class Numbers(NamedTuple):
         control: settings of the control cycle, with the nominal robot of controllers and estimator.
         actual: the simulated robot, whose parameters, lengths included, may differ from the nominal ones.
         rate_hz: samples per second.
+        lead: samples from a measurement to the instant for which its state holds.
         steps, step: integration steps per sample, and their length (s).
         equipment: encoders and drives, as numbers; its sections of effects are empty.
         mechanism: the robot with effects (`Mechanism`), None without any.
@@ -114,6 +115,7 @@ class Numbers(NamedTuple):
     control: CycleSettings
     actual: FiveBar
     rate_hz: int
+    lead: int
     steps: int
     step: float
     equipment: PlantSettings
@@ -229,6 +231,7 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         control=control,
         actual=with_floats(actual),
         rate_hz=scenario.rate_hz,
+        lead=scenario.lead_samples,
         steps=steps,
         step=control.period / steps,
         equipment=as_numbers(without_effects(plant)),

@@ -1,9 +1,13 @@
-"""The compiled loop for callers: one case in, its outcome or its trace out."""
+"""The engine for callers: one case in, its outcome or its trace out.
+
+The loop is compiled with the laws of a controller. For laws that numba cannot compile it is interpreted, around a
+compiled estimator and robot.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -12,12 +16,14 @@ from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled
 from fivebar_bringup.simulation.engine_estimator import EngineKnown, estimated, unestimated
 from fivebar_bringup.simulation.engine_robot import (
     Robot,
+    moved,
     moved_ideal,
     moved_with_effects,
+    started,
     started_ideal,
     started_with_effects,
 )
-from fivebar_bringup.simulation.measures import EngineLog, concluded, ends, lead_of, recorded, unmeasured
+from fivebar_bringup.simulation.measures import EngineLog, concluded, ends, recorded, unmeasured
 from fivebar_bringup.simulation.outcome import Outcome, TraceRow
 from fivebar_bringup.simulation.planned import planned_at
 from fivebar_bringup.simulation.robot import (
@@ -28,13 +34,15 @@ from fivebar_bringup.simulation.robot import (
     sensed_with_effects,
     start_with_effects,
 )
-from fivebar_control.compiling import compiled_and_kept, kept_by_itself
+from fivebar_control.compiling import bound, compiled_and_kept, is_of_compiler, kept_by_itself
+from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.estimation.readings import with_readings
 from fivebar_control.estimation.step import estimator_step, first_update
-from fivebar_control.loop.closed_loop import LoopSettings, run_loop
-from fivebar_control.loop.cycle import CycleMemory
-from fivebar_control.loop.setup import first_memory, law_functions
-from fivebar_description.strict_yaml import InputError
+from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.loop.closed_loop import LoopSettings, first_memory, law_functions, run_loop
+from fivebar_control.loop.plan_sample import PlanSample
+from fivebar_description.parameters import FiveBar
+from fivebar_sim.effects.mechanism import Mechanism
 
 
 def begun_ideal(run: EngineRun) -> tuple[Robot, EngineKnown, EngineLog]:
@@ -78,46 +86,113 @@ for part in PARTS:
 
 NO_TRACE = np.zeros((0, len(TraceRow._fields)))
 
+_refused: set[str] = set()
+"""Names of the laws from elsewhere that could not be compiled."""
+
+robot_start: Callable[..., Any] = ideal_start
+robot_later: Callable[..., Any] = ideal_later
+robot_sensed: Callable[..., Any] = ideal_sensed
+"""The robot whose steps are compiled for the interpreted loop, to be replaced before."""
+
 
 @cache
 def _loop(effects: bool, **of_laws: Callable[..., Any]) -> Any:
     return compiled_and_kept(run_loop, **of_laws, **(WITH_EFFECTS if effects else IDEAL), **RUN)
 
 
-def run_with(
-    loop: Callable[..., Outcome], memory: CycleMemory, case: Case, plan: Sampled, trace: FloatArray
-) -> Outcome:
-    """Return the metrics of a case along a sampled plan, by a loop that has been bound to it."""
-    run, estimation = EngineRun(case.numbers, plan, trace), case.numbers.estimation
-    lead = lead_of(run)
-    last, feed_forward = len(plan.rows) - 1 - lead, estimation.on and estimation.feed_forward
-    return loop(run, LoopSettings(case.numbers.control, 0, last, lead, feed_forward), memory)
-
-
 def crossing(case: Case, plan: Sampled, trace: FloatArray = NO_TRACE) -> Outcome:
     """Return the metrics of a case along a sampled plan (`case.sampled`), whose samples are written into the trace.
 
-    The first call of a controller in an installation compiles for some seconds. The interpreter's lock is not held:
-    threads run side by side, and nothing is shared between calls.
+    The first call of a controller in an installation compiles for some seconds. The interpreter's lock is not held by
+    machine code: threads run side by side, and nothing is shared between calls.
 
-    Raises:
-        InputError: numba cannot compile the law.
+    A law of this package says whether numba compiles it. One from elsewhere may say nothing, and is tried once in a
+    process.
     """
-    if not case.controller.compiles:
-        raise InputError(
-            f"controller: {case.controller.name!r}: cannot be compiled, since a library solves its problem: expected"
-            " another controller here; fivebar run, simulate, compare, goto and sweep take it, the last without the"
-            " engine"
-        )
-    loop = _loop(case.numbers.mechanism is not None, **law_functions(case.controller))
-    memory = first_memory(case.controller, case.numbers.control, lambda: platforms_of(plan.rows))
-    return run_with(loop, memory, case, plan, trace)
+    controller, numbers = case.controller, case.numbers
+    control, estimation, effects = numbers.control, numbers.estimation, numbers.mechanism is not None
+    last, feed_forward = len(plan.rows) - 1 - numbers.lead, estimation.on and estimation.feed_forward
+    settings = LoopSettings(control, 0, last, numbers.lead, feed_forward)
+    of_run = (
+        EngineRun(numbers, plan, trace),
+        settings,
+        first_memory(controller, control, lambda: platforms_of(plan.rows)),
+    )
+    if controller.compiles and controller.name not in _refused:
+        try:
+            outcome: Outcome = _loop(effects, **law_functions(controller))(*of_run)
+            return outcome
+        except Exception as error:
+            if controller.name in CONTROLLERS or not is_of_compiler(error):
+                raise
+            _refused.add(controller.name)
+    return _interpreted_loop(case)(*of_run)
 
 
-def traced_crossing(
-    case: Case, plan: Sampled, run: Callable[[Case, Sampled, FloatArray], Outcome] = crossing
-) -> tuple[Outcome, FloatArray]:
+def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
     """Return what a run of the case returns, with float64[samples, len(TraceRow._fields)], a row for each sample."""
     trace = np.zeros((len(plan.rows), len(TraceRow._fields)))
-    outcome = run(case, plan, trace)
+    outcome = crossing(case, plan, trace)
     return outcome, trace[: outcome.samples]
+
+
+def _interpreted_loop(case: Case) -> Callable[..., Outcome]:
+    """Return the loop for laws that are not compiled, which look ahead as far as they need."""
+    controller, control = case.controller, case.numbers.control
+    constraint = 0 if controller.constraint is None else controller.constraint.samples_ahead(control.constraint)
+    count = max(controller.nominal.samples_ahead(control.nominal), constraint)
+    of_run: dict[str, Callable[..., Any]] = {
+        **RUN,
+        "estimate": bound(RUN["estimate"], estimator_step=compiled_step()),
+        "plan_at": partial(planned_with_ahead, count),
+    }
+    robot = _compiled_robot(case.numbers.mechanism is not None)
+    return bound(run_loop, **law_functions(controller), **of_run, **robot)
+
+
+def planned_with_ahead(count: int, run: EngineRun, moment: int) -> PlanSample:
+    """Return the plan at the moment of a sample, with the reference of the `count` samples that follow."""
+    # after the end the platform rests at the last waypoint
+    last = len(run.plan.rows) - 1
+    numbers = [min(moment + later, last) for later in range(1, count + 1)]
+    return planned_at(run, moment)._replace(ahead=tuple(platforms_of(run.plan.rows[numbers])))
+
+
+@cache
+def _compiled_robot(effects: bool) -> Mapping[str, Callable[..., Any]]:
+    """Return the steps of an ideal robot or of one with effects, by the names under which the loop knows them."""
+    start = compiled_and_kept(_start, robot_start=start_with_effects if effects else ideal_start)
+    later = compiled_and_kept(_later, robot_later=later_with_effects if effects else ideal_later)
+    sensed = compiled_and_kept(_sensed, robot_sensed=sensed_with_effects if effects else ideal_sensed)
+
+    def begun(run: EngineRun) -> tuple[Robot, EngineKnown, EngineLog]:
+        robot = started(run, start, sensed)
+        return robot, unestimated(run, robot), unmeasured(run)
+
+    return {"begin": begun, "advance": partial(moved, later=later, sensed=sensed)}
+
+
+# callers of the robot's functions, of which the engine keeps the machine code for compiled callers only
+
+
+def _start(
+    robot: FiveBar, actual: FiveBar, mode1: int, mode2: int, mechanism: Mechanism | None, x: float, y: float
+) -> Any:
+    return robot_start(robot, actual, mode1, mode2, mechanism, x, y)
+
+
+def _later(
+    actual: FiveBar,
+    mechanism: Mechanism | None,
+    steps: int,
+    step: float,
+    plant: Any,
+    number: int,
+    tau1: float,
+    tau2: float,
+) -> Any:
+    return robot_later(actual, mechanism, steps, step, plant, number, tau1, tau2)
+
+
+def _sensed(mechanism: Mechanism | None, plant: Any) -> Any:
+    return robot_sensed(mechanism, plant)

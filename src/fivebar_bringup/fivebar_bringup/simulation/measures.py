@@ -82,12 +82,7 @@ def unmeasured(run: EngineRun) -> EngineLog:
         misfit_strain=0.0,
         loop_gap=0.0,
     )
-    return EngineLog(outcome, 0.0, np.zeros((lead_of(run) + 1, 2)), state_is_exact, 0)
-
-
-def lead_of(run: EngineRun) -> int:
-    """Return the samples from a measurement to the instant for which its state holds."""
-    return run.case.equipment.delay_samples if run.case.estimation.on else 0
+    return EngineLog(outcome, 0.0, np.zeros((case.lead + 1, 2)), state_is_exact, 0)
 
 
 def recorded(

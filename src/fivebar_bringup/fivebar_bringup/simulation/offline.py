@@ -15,10 +15,17 @@ from fivebar_bringup.simulation.vision import SimulatedVision, VisionSample
 from fivebar_control.compiling import bound
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.loop.closed_loop import PLANT_DIVERGED, Advanced, Known, LoopSettings, run_loop
+from fivebar_control.loop.closed_loop import (
+    PLANT_DIVERGED,
+    Advanced,
+    Known,
+    LoopSettings,
+    first_memory,
+    law_functions,
+    run_loop,
+)
 from fivebar_control.loop.cycle import Cycle, CycleSettings
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
-from fivebar_control.loop.setup import first_memory, law_functions
 from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform, State

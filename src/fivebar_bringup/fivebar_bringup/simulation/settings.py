@@ -10,8 +10,8 @@ from fivebar_control.estimation.constants import Drives, EstimatorModel, estimat
 from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
+from fivebar_control.loop.closed_loop import cycle_settings_of
 from fivebar_control.loop.cycle import CycleSettings
-from fivebar_control.loop.setup import cycle_settings_of
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import guard_limits_of
 from fivebar_description.parameters import FiveBar

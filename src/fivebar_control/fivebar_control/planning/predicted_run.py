@@ -16,10 +16,17 @@ import numpy as np
 from fivebar_control.compiling import as_machine_code, bound
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.torque import Torque
-from fivebar_control.loop.closed_loop import Advanced, Known, LoopSettings, run_loop
+from fivebar_control.loop.closed_loop import (
+    Advanced,
+    Known,
+    LoopSettings,
+    cycle_settings_of,
+    first_memory,
+    law_functions,
+    run_loop,
+)
 from fivebar_control.loop.cycle import Cycle, CycleSettings
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
-from fivebar_control.loop.setup import cycle_settings_of, first_memory, law_functions
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State

@@ -10,8 +10,8 @@ from engine_agreement import changed, expect_agreement, prepared
 from numba import njit
 from numba.core.errors import TypingError
 
-from fivebar_bringup.simulation import engine, uncompiled
-from fivebar_bringup.simulation.engine import crossing
+from fivebar_bringup.simulation import engine
+from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_control.compiling import is_of_compiler
 
 SAYS_NOTHING = "toy_law:UNCOMPILED"
@@ -20,25 +20,30 @@ SAYS_NOTHING = "toy_law:UNCOMPILED"
 
 @pytest.fixture
 def refusals(monkeypatch: pytest.MonkeyPatch) -> list[Exception]:
-    """What the engine raises from now on; no law has been tried before."""
+    """What compiled loops raise from now on; no law has been tried before."""
     raised: list[Exception] = []
+    compiled_loop = engine._loop
 
-    def tried(*of_run: Any) -> Any:
-        try:
-            return crossing(*of_run)
-        except Exception as error:
-            raised.append(error)
-            raise
+    def watched(*of_robot: Any, **of_laws: Any) -> Any:
+        def run(*of_run: Any) -> Any:
+            try:
+                return compiled_loop(*of_robot, **of_laws)(*of_run)
+            except Exception as error:
+                raised.append(error)
+                raise
 
-    monkeypatch.setattr(engine, "crossing", tried)
-    monkeypatch.setattr(uncompiled, "_refused", set())
+        return run
+
+    monkeypatch.setattr(engine, "_loop", watched)
+    monkeypatch.setattr(engine, "_refused", set())
     return raised
 
 
-def refuse(monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
+def refuse(monkeypatch: pytest.MonkeyPatch, refusals: list[Exception], error: Exception) -> None:
     """Have the engine compile nothing, which takes seconds, and raise an error instead."""
 
     def loop(*_: Any, **of_laws: Any) -> Any:
+        refusals.append(error)
         raise error
 
     monkeypatch.setattr(engine, "_loop", loop)
@@ -47,7 +52,7 @@ def refuse(monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
 def expect_interpreted_twice() -> None:
     scenario = changed("middle", {"mass_scale": 1.1}, controller=SAYS_NOTHING, segment_duration=0.25)
     for _ in range(2):
-        run, outcome = expect_agreement(scenario, traced=uncompiled.traced_crossing)
+        run, outcome = expect_agreement(scenario)
         assert (outcome.samples, run.faults) == (251, [])
 
 
@@ -55,7 +60,7 @@ def expect_interpreted_twice() -> None:
 def test_a_law_from_elsewhere_that_the_compiler_refuses_is_tried_once_and_interpreted(
     refusals: list[Exception], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    refuse(monkeypatch, TypingError("a list of tuples has no largest one"))
+    refuse(monkeypatch, refusals, TypingError("a list of tuples has no largest one"))
     expect_interpreted_twice()
     assert len(refusals) == 1
 
@@ -89,7 +94,7 @@ def test_the_errors_of_the_compiler_are_known(function: Callable[[float], float]
 def test_no_other_error_of_the_engine_is_passed_over(
     controller: str, error: Exception, refusals: list[Exception], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    refuse(monkeypatch, error)
+    refuse(monkeypatch, refusals, error)
     with pytest.raises(type(error)):
-        uncompiled.traced_crossing(*prepared(changed("middle", controller=controller, segment_duration=0.25)))
+        traced_crossing(*prepared(changed("middle", controller=controller, segment_duration=0.25)))
     assert refusals == [error]

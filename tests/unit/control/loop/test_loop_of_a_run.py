@@ -10,10 +10,18 @@ from fivebar_control.compiling import bound
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.loop.closed_loop import PLANT_DIVERGED, Advanced, Known, LoopSettings, run_loop
+from fivebar_control.loop.closed_loop import (
+    PLANT_DIVERGED,
+    Advanced,
+    Known,
+    LoopSettings,
+    cycle_settings_of,
+    first_memory,
+    law_functions,
+    run_loop,
+)
 from fivebar_control.loop.cycle import Cycle
 from fivebar_control.loop.plan_sample import PlanSample
-from fivebar_control.loop.setup import cycle_settings_of, first_memory, law_functions
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_control.safety.brake import brake_of

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fivebar_bringup.odds.odds import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import crossing as run_crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
-from fivebar_bringup.simulation.uncompiled import crossing as run_crossing
 from fivebar_bringup.studies.benchmark.crossings import CROSSINGS, BenchmarkCrossing, crossing_of, robot_of_all
 from fivebar_bringup.studies.benchmark.scoring import Result, SuccessLimits
 from fivebar_bringup.studies.engine.local import in_turns

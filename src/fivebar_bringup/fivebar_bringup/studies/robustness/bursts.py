@@ -16,7 +16,7 @@ from fivebar_bringup.pages.content import Cell, Picture, Table
 from fivebar_bringup.pages.rendering import study_page
 from fivebar_bringup.pages.style import BLUE, GREEN, GREY, INK, PURPLE, VERMILION, house_style, new_figure, png
 from fivebar_bringup.simulation.case import case_of
-from fivebar_bringup.simulation.uncompiled import crossing
+from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.studies.engine.program import program_digest
 from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_bringup.studies.engine.table import RowTable

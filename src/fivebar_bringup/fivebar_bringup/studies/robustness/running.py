@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 from fivebar_bringup.report.thesis import MIDDLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Sampled, case_of, sampled
+from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
-from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.study import StudySettings
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.rigs.rig import merged

@@ -10,8 +10,8 @@ from fivebar_bringup.odds.robot_errors import with_drawn_robot
 from fivebar_bringup.odds.trials import FRESH_ROBOTS
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
+from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
-from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.study import StudySettings
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sensor_faults.faults import drawn_faults

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
-from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.drawing import DrawnScenario
 from fivebar_bringup.studies.sweep.rows import SweepRow
 from fivebar_bringup.studies.sweep.running import made

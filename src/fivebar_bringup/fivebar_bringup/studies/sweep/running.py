@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from fivebar_bringup.odds.odds import PEAK_LIMIT, Odds, shortcomings
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
+from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
-from fivebar_bringup.simulation.uncompiled import crossing
 from fivebar_bringup.studies.engine.local import in_turns
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, draw
 from fivebar_bringup.studies.sweep.planning import TimedCase, planned, sampled_case, screened, timed

@@ -15,8 +15,8 @@ from fivebar_bringup.recorded.results import new_directory, write_results
 from fivebar_bringup.report.workspace import draw_base, draw_map, draw_robot, frame, survey
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
-from fivebar_bringup.simulation.uncompiled import traced_crossing
 from fivebar_bringup.studies.sweep.rows import REFUSED, SweepRow
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import NEAR_LOCUS
