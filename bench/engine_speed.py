@@ -95,7 +95,7 @@ def _seconds(case: Case, plan: Sampled) -> float:
 
 
 def _simulated(case: Case, plan: Sampled) -> float:
-    return (crossing(case, plan).samples - 1) / case.rate_hz
+    return (crossing(case, plan).samples - 1) / case.numbers.rate_hz
 
 
 def _gap(case: Case, plan: Sampled) -> float:

@@ -16,9 +16,8 @@ from fivebar_control.laws.mpc_problem import SCALE, weights_of
 from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.optimal import POINTS, quickest_passage
 from fivebar_control.trajectory.passage_torques import torques_along
-from fivebar_control.trajectory.path import Segment
+from fivebar_control.trajectory.path import Segment, StraightWay
 from fivebar_control.trajectory.planner import OPTIMAL, ZoneRule, plan_motion
-from fivebar_control.trajectory.way import StraightWay
 from fivebar_description.parameters import FiveBar
 from mpc_study import authority, motion
 

@@ -57,7 +57,6 @@ ELSEWHERE = {
     ),
     "unit/control/planning/test_passage.py": ("studies.passage_study",),
     "unit/control/test_known_cogging.py": ("fivebar_control.estimation.platform_motion",),
-    "unit/control/trajectory/test_passage_torques.py": ("fivebar_control.trajectory.way",),
     "unit/control/vision/test_camera_calibration.py": (
         "fivebar_control.vision.camera_file",
         "fivebar_control.vision.native_output",

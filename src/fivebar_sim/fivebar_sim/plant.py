@@ -18,19 +18,13 @@ from fivebar_description.interface import JOINTS
 from fivebar_description.parameters import FiveBar, friction_torque, has_external_force
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.loads import tilt_angle
-from fivebar_sim.effects.mechanism import actual_robot
+from fivebar_sim.effects.mechanism import actual_robot, steps_of_period
 from fivebar_sim.effects.mechanism_state import Moved
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.timing import lost_commands
 from fivebar_sim.engines import SimulatedMechanism, is_mechanism, motion_of
 from fivebar_sim.sensors import Encoder, Imu, ImuReading, TorqueOutput
-
-MAX_STEP = 1e-3
-"""Longest integration step (s). At 1 ms a free motion keeps its energy to 1e-10 over 10 s and the loop to 1e-13 m."""
-
-FRICTION_DECAY = 2.0
-"""Largest step times rate of the decay that friction makes of a slow motion; the integration is stable up to 2.79."""
 
 CLOSURE_TOLERANCE = 1e-9
 """Largest closure gap (m) after one integration step; a step with a larger one is repeated with half its length."""
@@ -55,17 +49,6 @@ class Measurement(NamedTuple):
     def of_motors(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return the readings of the two motors: q11, q21 (rad) and the applied torques (Nm)."""
         return (self.position[0], self.position[2]), (self.effort[0], self.effort[2])
-
-
-def steps_of_period(robot: FiveBar, rate_hz: int) -> int:
-    """Return the number of integration steps in a sample period.
-
-    Near rest friction is a damper of coulomb / width, and no motor has less inertia than zz_i1R.
-    """
-    period = 1.0 / rate_hz
-    decay = max(leg.coulomb / leg.width / leg.inertia for leg in (robot.leg1, robot.leg2))
-    longest = min(MAX_STEP, FRICTION_DECAY / decay) if decay > 0.0 else MAX_STEP
-    return math.ceil(period / longest - 1e-9)
 
 
 class Plant:

@@ -15,7 +15,7 @@ from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.sight import Point
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, plan_transfer
-from fivebar_control.scenario.motion_limits import chosen_limits
+from fivebar_control.scenario.motion_limits import scenario_limits
 from fivebar_control.trajectory.path_distance import KEPT_TO
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.robot_file import load_robot, read_robot
@@ -121,7 +121,7 @@ def task_of_request(request: Request, judge_loads: bool = True) -> Task:
     asked = asked_scenario(request)
     # settings are the defaults, those of torques in the robot's size
     follower = registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
-    limits = chosen_limits(asked, follower, request.torque_limit, request.motor_speed)
+    limits = scenario_limits(asked, None, follower, request.torque_limit, request.motor_speed)
     return Task(
         load_robot(request.robot),
         request.start.working_mode,

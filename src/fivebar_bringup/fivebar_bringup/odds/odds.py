@@ -111,11 +111,6 @@ def success_rule(scale: float = 1.0, judge: str = TIMED) -> str:
     )
 
 
-def judged_peak(outcome: Outcome, judge: str) -> float:
-    """Return the largest distance (m) of a run from what it is judged by."""
-    return judged_distance(judge, outcome.error_peak, outcome.path_error)
-
-
 def shortcomings(
     outcome: Outcome,
     planned_samples: int,
@@ -139,7 +134,7 @@ def shortcomings(
     if outcome.mode_changes != planned_mode_changes:
         missed.append(f"{outcome.mode_changes} changes of assembly mode, planned {planned_mode_changes}")
     # a NaN is no success
-    peak = judged_peak(outcome, judge)
+    peak = judged_distance(judge, outcome.error_peak, outcome.path_error)
     if not peak < peak_limit:
         missed.append(f"{'peak' if judge == TIMED else 'path'} error {in_millimetres(peak)}")
     if not outcome.error_final < peak_limit * (FINAL_LIMIT / PEAK_LIMIT):

@@ -11,13 +11,14 @@ from itertools import islice
 from multiprocessing import parent_process
 from typing import NamedTuple
 
-from fivebar_bringup.odds.odds import Odds, judged_peak, shortcomings
+from fivebar_bringup.odds.odds import Odds, shortcomings
 from fivebar_bringup.odds.robot_errors import UNIFORM, RobotErrors, declared_errors, with_drawn_robot
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_control.trajectory.path_distance import judged_distance
 
 ROBOTS = 24
 """Robots on which a motion is tried for the odds that are stated."""
@@ -88,7 +89,8 @@ def trials_of(
         if one.missed:
             failed.add(one.robot)
         if one.outcome.fault == NO_FAULT and one.outcome.mode_changes == crossings:
-            beyond = judged_peak(one.outcome, scenario.judge) / scenario.error_tolerance - 1.0
+            distance = judged_distance(scenario.judge, one.outcome.error_peak, one.outcome.path_error)
+            beyond = distance / scenario.error_tolerance - 1.0
             # the exponent is bounded, as the exponential function overflows
             promise += 1.0 / (1.0 + math.exp(min(beyond / SOFTNESS, 100.0)))
         if len(failed) > failures:
@@ -128,15 +130,12 @@ def tries_of(
         missed = shortcomings(outcome, planned, len(plan.crossings), scenario.error_tolerance, scenario.judge)
         return Try(number, outcome, missed)
 
-    for one in _side_by_side(tried, robots, _threads() if scenario.scheme().compiles else 1):
+    # as many side by side as there are processors, one in a worker among others
+    alone = parent_process() is not None or not scenario.scheme().compiles
+    for one in _side_by_side(tried, robots, 1 if alone else len(os.sched_getaffinity(0))):
         if one is None:
             return
         yield one
-
-
-def _threads() -> int:
-    """Return how many robots run side by side: as many as there are processors, one in a worker among others."""
-    return 1 if parent_process() is not None else len(os.sched_getaffinity(0))
 
 
 def _side_by_side(run: Callable[[int], Try | None], robots: Iterable[int], threads: int) -> Iterator[Try | None]:

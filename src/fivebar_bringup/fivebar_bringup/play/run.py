@@ -30,9 +30,8 @@ from fivebar_control.model.singularity import STRETCHED
 from fivebar_control.model.state import Joints
 from fivebar_control.root_search import zero_between
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_control.trajectory.path import Segment
+from fivebar_control.trajectory.path import SEARCH_STEPS, Segment
 from fivebar_control.trajectory.planner import Crossing, crossing_at
-from fivebar_control.trajectory.way import SEARCH_STEPS
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.loads import Push
 from fivebar_sim.effects.mechanism import Mechanism
@@ -229,7 +228,8 @@ def measured(run: PlayRun, estimator: None, robot: PlayRobot, number: int) -> Kn
 def planned(run: PlayRun, moment: int) -> PlanSample:
     """Return the plan at a sample."""
     control, segment = run.control, run.motion.segment
-    platform, line = segment.at(moment / run.rate_hz), segment.line()
+    t = moment / run.rate_hz
+    platform, line = segment.at(t), segment.line_at(t)
     return PlanSample(
         reference=reference_from_platform(control.robot, control.mode1, control.mode2, platform),
         platform=platform,

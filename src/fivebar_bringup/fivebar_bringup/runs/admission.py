@@ -13,7 +13,7 @@ from fivebar_control.planning.advice import advice, concerns_tolerances, judge_o
 from fivebar_control.planning.feasibility import displaced, screen_run
 from fivebar_control.planning.figures import LOADS, Feasibility
 from fivebar_control.planning.pacing import Borne, longest_within
-from fivebar_control.scenario.motion_limits import given_limits
+from fivebar_control.scenario.motion_limits import scenario_limits
 from fivebar_control.trajectory.planner import OPTIMAL, Plan, PlanRefused
 from fivebar_description.stages import stage
 
@@ -149,7 +149,7 @@ def _within_tolerances(scenario: Scenario, plan: Plan, verdict: Feasibility) -> 
         durations = tuple(duration / factor for duration in scenario.durations())
         return _is_feasible(scenario.model_copy(update={"segment_duration": durations}))
 
-    limits = given_limits(scenario, plan)
+    limits = scenario_limits(scenario, plan)
     judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
     found = advice(verdict, plan.path, given, judge, possible)
     return f"with {found}" if found else ""
@@ -192,7 +192,7 @@ def _longest_bearing(segment: Scenario) -> Borne:
         plan = segment.model_copy(update={"segment_duration": duration}).plan()
         if not plan.crossings:
             return 0.0
-        limits = given_limits(segment, plan)
+        limits = scenario_limits(segment, plan)
         moved = displaced(segment.five_bar(), plan, segment.rate_hz, segment.tuned(), limits, limits.certain_loads)
         return moved.value - moved.limit
 
@@ -201,7 +201,7 @@ def _longest_bearing(segment: Scenario) -> Borne:
 
 def screened(scenario: Scenario, plan: Plan, judge_loads: bool = True) -> Feasibility:
     """Return the screen's verdict on a scenario with its plan, with or without a judgement of the declared loads."""
-    limits = given_limits(scenario, plan)
+    limits = scenario_limits(scenario, plan)
     if not judge_loads:
         limits = limits.without_loads()
     return screen_run(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits, scenario.sensing())

@@ -23,10 +23,9 @@ from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.gyroscope import ImuClock, SampleSpan, frozen_samples, gain, jumps, missing_samples
 from fivebar_sim.effects.links import with_modelled_geometry
-from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
+from fivebar_sim.effects.mechanism import actual_robot, mechanism_of, steps_of_period
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects, without_effects
 from fivebar_sim.effects.timing import lost_commands
-from fivebar_sim.plant import steps_of_period
 from fivebar_sim.sensors import PASSIVE_LOSSES, PassiveNumbers, gyro_errors, gyro_stream, made_readings, passive_numbers
 from fivebar_sim.vision.frames import frame_of
 
@@ -146,52 +145,38 @@ class Case(NamedTuple):
     controller: Controller
     numbers: Numbers
 
-    @property
-    def rate_hz(self) -> int:
-        """Samples per second."""
-        return self.numbers.rate_hz
+
+class GyroReadings(NamedTuple):
+    """The readings of a gyroscope, sample by sample, as `Estimation` has them."""
+
+    stamps: FloatArray
+    errors: FloatArray
+    made: BoolArray
 
 
-def readings_of_gyro(scenario: Scenario) -> FloatArray:
-    """Return the errors of a scenario's gyroscope readings, sample by sample, as `Estimation` has them."""
+def gyro_readings(scenario: Scenario, samples: int) -> GyroReadings:
+    """Return the readings of a scenario's gyroscope at so many samples; none where the estimator uses none."""
     if not scenario.gyro:
-        return np.zeros(0)
-    samples, faults = _samples(scenario), scenario.plant.gyroscope
-    errors = gyro_errors(scenario.imu, gyro_stream(scenario.plant.seed), samples)
-    return errors + jumps(faults, scenario.rate_hz, samples)
+        return GyroReadings(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.bool_))
+    faults, rate_hz, seed = scenario.plant.gyroscope, scenario.rate_hz, scenario.plant.seed
+    errors = gyro_errors(scenario.imu, gyro_stream(seed), samples) + jumps(faults, rate_hz, samples)
+    made = made_readings(scenario.imu, rate_hz, seed, samples, missing=missing_samples(faults, rate_hz))
+    return GyroReadings(ImuClock(scenario.imu, faults, rate_hz, seed).moments(samples), errors, made)
 
 
-def _gyro_made(scenario: Scenario) -> BoolArray:
-    """Return at which samples the gyroscope reads, as `Estimation` has it."""
-    if not scenario.gyro:
-        return np.zeros(0, dtype=np.bool_)
-    missing = missing_samples(scenario.plant.gyroscope, scenario.rate_hz)
-    return made_readings(scenario.imu, scenario.rate_hz, scenario.plant.seed, _samples(scenario), missing=missing)
-
-
-def _samples(scenario: Scenario) -> int:
-    return scenario.plan().path.samples(scenario.rate_hz) + 1
-
-
-def _stamps(scenario: Scenario) -> FloatArray:
-    """Return the moments of the stamps of the gyroscope's readings, as `Estimation` has them."""
-    clock = ImuClock(scenario.imu, scenario.plant.gyroscope, scenario.rate_hz, scenario.plant.seed)
-    return clock.moments(_samples(scenario) if scenario.gyro else 0)
-
-
-def _passive_made(scenario: Scenario) -> BoolArray:
+def _passive_made(scenario: Scenario, samples: int) -> BoolArray:
     """Return at which samples the encoder on a passive joint reads, as `Estimation` has it."""
     if not scenario.passive.leg:
         return np.zeros(0, dtype=np.bool_)
-    return made_readings(scenario.passive, scenario.rate_hz, scenario.plant.seed, _samples(scenario), PASSIVE_LOSSES)
+    return made_readings(scenario.passive, scenario.rate_hz, scenario.plant.seed, samples, PASSIVE_LOSSES)
 
 
-def _frames(scenario: Scenario) -> FloatArray:
+def _frames(scenario: Scenario, samples: int) -> FloatArray:
     """Return the camera's positions that the estimator takes, as `Estimation` has them."""
     if not (scenario.sees and scenario.ekf.camera):
         return np.zeros((0, 4))
     camera, rate_hz = scenario.camera, scenario.rate_hz
-    made = [frame_of(camera, rate_hz, scenario.plant.seed, sample) for sample in range(_samples(scenario))]
+    made = [frame_of(camera, rate_hz, scenario.plant.seed, sample) for sample in range(samples)]
     frames = sorted((one for one in made if one is not None and one.arrival >= 0), key=lambda one: one.arrival)
     spread = camera.deviation
     rows = [(one.sample, one.arrival, spread * one.noise_x, spread * one.noise_y) for one in frames]
@@ -227,6 +212,8 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         mechanism = mechanism_of(nominal if plant is scenario.plant else actual, plant, scenario.rate_hz)
     steps = steps_of_period(actual, scenario.rate_hz)
     lost = _lost(scenario, plant)
+    samples = scenario.plan().path.samples(scenario.rate_hz) + 1
+    gyro = gyro_readings(scenario, samples)
     numbers = Numbers(
         control=control,
         actual=with_floats(actual),
@@ -243,17 +230,17 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
             scenario.compensates_disturbance,
             estimator_model_of(scenario, nominal),
             scenario.imu.schedule(scenario.rate_hz).latency,
-            _stamps(scenario),
+            gyro.stamps,
             scenario.imu.gyro_keep(control.period),
-            readings_of_gyro(scenario),
-            _gyro_made(scenario),
+            gyro.errors,
+            gyro.made,
             gain(scenario.plant.gyroscope),
             scenario.imu.gyro_limit(),
             frozen_samples(scenario.plant.gyroscope, scenario.rate_hz),
             passive_numbers(scenario.passive, scenario.plant.seed),
             scenario.passive.schedule(scenario.rate_hz).latency,
-            _passive_made(scenario),
-            _frames(scenario),
+            _passive_made(scenario, samples),
+            _frames(scenario, samples),
             scenario.camera.deviation,
         ),
         stop_at_fault=stop_at_fault,

@@ -110,6 +110,7 @@ def estimator_model(
     bending = largest_bending(robot, numbers.play_frequency, torque_limit)
     limits = watch_limits(numbers, rate_hz, bending, float(tolerances.zero))
     others = settings.gyro or settings.camera or passive.leg > 0
+    latency = max(LONGEST_LATENCY, settings.camera_latency) if settings.camera else LONGEST_LATENCY
     return EstimatorModel(
         filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), others),
         resolution=count_angle(drives.encoder_counts or 0),
@@ -137,19 +138,13 @@ def estimator_model(
         offset_limit=limits.offset_limit,
         jump_limit=limits.jump_limit,
         error_limit=numbers.error_limit or math.inf,
-        history=_history(rate_hz, settings, passive),
+        history=history_samples(rate_hz, latency) if others else 2,
     )
 
 
 def history_samples(rate_hz: int, latency: float = LONGEST_LATENCY) -> int:
     """Return how many samples are kept, so that readings that are so late (s) still find theirs."""
     return math.ceil(latency * rate_hz) + 2
-
-
-def _history(rate_hz: int, settings: EkfSettings, passive: PassiveEncoder) -> int:
-    if settings.camera:
-        return history_samples(rate_hz, max(LONGEST_LATENCY, settings.camera_latency))
-    return history_samples(rate_hz) if settings.gyro or passive.leg else 2
 
 
 class WatchLimits(NamedTuple):

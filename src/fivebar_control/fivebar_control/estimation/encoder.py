@@ -33,9 +33,9 @@ def count_angle(counts: int) -> float:
     return 2.0 * math.pi / counts if counts > 0 else 0.0
 
 
-def first_angle(count: float, reading: float) -> Angle:
-    """Return the angle for the first reading (rad): uniformly distributed over the count (rad) above it."""
-    return _uniform(count, reading, 1)
+def first_angle(count: float, reading: float, samples: int = 1) -> Angle:
+    """Return the angle for a first reading (rad), the same for some samples: uniform over the count (rad) above it."""
+    return Angle(reading + 0.5 * count, _repeated_variance(count, samples))
 
 
 def repetitions(last: float, repeated: int, reading: float) -> int:
@@ -57,16 +57,12 @@ def next_angle(count: float, rate_hz: int, last: float, repeated: int, reading: 
     if count == 0.0:
         return Angle(reading, EXACT_ANGLE * EXACT_ANGLE)
     if reading == last:
-        return _uniform(count, reading, repeated)
+        return first_angle(count, reading, repeated)
     travel = min(1.0, max(LEAST_TRAVEL, abs(speed) / (rate_hz * count)))
     width = travel * count
     if reading > last:
         return Angle(reading + 0.5 * travel * count, width * width / 12.0)
     return Angle(reading + (1.0 - 0.5 * travel) * count, width * width / 12.0)
-
-
-def _uniform(count: float, reading: float, samples: int) -> Angle:
-    return Angle(reading + 0.5 * count, _repeated_variance(count, samples))
 
 
 def _repeated_variance(count: float, samples: int) -> float:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
 from fivebar_control.model.kinematics import assembly_mode, state_from_motors, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 
@@ -39,11 +38,7 @@ class Homing(NamedTuple):
 
 def homing_at(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> Homing:
     """Return the posture with the platform at (x, y) m in a working mode, in the assembly mode that belongs to it."""
-    return Homing(x, y, mode1, mode2, assembly_mode(_at_rest(robot, mode1, mode2, x, y)))
-
-
-def _at_rest(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> State:
-    return state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
+    return Homing(x, y, mode1, mode2, assembly_mode(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)))
 
 
 def check_declared(robot: FiveBar, homing: Homing) -> None:
@@ -53,7 +48,7 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
         HomingContradicted: out of reach, too near to the Type 2 locus, or in the other assembly mode.
     """
     place = f"({homing.x:.4f}, {homing.y:.4f}) m"
-    state = _at_rest(robot, homing.mode1, homing.mode2, homing.x, homing.y)
+    state = state_from_platform(robot, homing.mode1, homing.mode2, homing.x, homing.y, 0.0, 0.0)
     if not math.isfinite(state.leg1.dq1 + state.leg2.dq1):
         raise HomingContradicted(f"homing_contradicted: {place} is out of reach")
     kappa = inverse_condition(state)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple, Protocol, TypeVar
 
 from fivebar_control.trajectory.refusal import place
 
@@ -126,35 +126,64 @@ class Feasibility(NamedTuple):
 
         Those of the estimate, within the tolerances, and those by the declared loads are independent of each other.
         """
-        distance = self._value(ERROR if self.figure(PATH_ERROR) is None else PATH_ERROR)
-        estimate = max(self._value(UNCERTAINTY) - distance, 0.0)
+        by_path = self.value(PATH_ERROR)
+        distance = (self.value(ERROR) if by_path is None else by_path) or 0.0
+        estimate = max((self.value(UNCERTAINTY) or 0.0) - distance, 0.0)
         return distance + math.hypot(estimate, self.displacement)
-
-    def keeps_nearer_than(self, other: Feasibility) -> bool:
-        """Return whether the platform is expected nearer to its reference, by a tenth at least, than in another."""
-        return self.expected_distance < WORTH_A_CHANGE * other.expected_distance
-
-    def keeps_as_near_as(self, other: Feasibility) -> bool:
-        """Return whether the platform is expected no farther from its reference than in another."""
-        return self.expected_distance <= other.expected_distance
 
     def figure(self, name: str) -> Figure | None:
         """Return a figure by its name; None where the motion has no such figure."""
         return next((figure for figure in self.figures if figure.name == name), None)
 
-    def _value(self, name: str) -> float:
-        """Return a figure's value, 0 where the motion has no such figure."""
+    def value(self, name: str) -> float | None:
+        """Return a figure's value; None where the motion has no such figure."""
         figure = self.figure(name)
-        return 0.0 if figure is None else figure.value
+        return None if figure is None else figure.value
 
 
-Found = TypeVar("Found")
+class JudgedMotion(Protocol):
+    """A motion with its verdict."""
+
+    @property
+    def feasibility(self) -> Feasibility:
+        """The verdict."""
 
 
-def nearest(found: Sequence[Found], verdict: Callable[[Found], Feasibility]) -> Found:
+Duration = TypeVar("Duration")
+Motion = TypeVar("Motion", bound=JudgedMotion)
+
+
+def nearest(found: Sequence[Motion]) -> Motion:
     """Return the first of some feasible motions, unless a later one keeps nearer to its reference by a tenth."""
     best = found[0]
     for one in found[1:]:
-        if verdict(one).keeps_nearer_than(verdict(best)):
+        if one.feasibility.expected_distance < WORTH_A_CHANGE * best.feasibility.expected_distance:
             best = one
     return best
+
+
+def first_feasible(
+    durations: Iterable[Duration],
+    timed: Callable[[Duration], Motion | str],
+    unhurried: Callable[[Duration], Motion | str | None],
+) -> Motion | str:
+    """Return the motion in the first of some durations in which it is feasible, or the reason against the first one.
+
+    The unhurried one takes its place, if the platform is expected no farther from its reference then.
+
+    Args:
+        durations: to try.
+        timed: returns the motion in a duration, or why it is not feasible.
+        unhurried: returns the same for a longer duration, None where that is not to be tried.
+    """
+    reason = ""
+    for duration in durations:
+        found = timed(duration)
+        if isinstance(found, str):
+            reason = reason or found
+            continue
+        slower = unhurried(duration)
+        if slower is None or isinstance(slower, str):
+            return found
+        return slower if slower.feasibility.expected_distance <= found.feasibility.expected_distance else found
+    return reason

@@ -13,7 +13,7 @@ from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path_distance import TIMED
 from fivebar_description.forbidden import NamedBounds
 from fivebar_description.loads import NO_LOADS, Loads
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import UNKNOWN, ElbowsPass
 from fivebar_description.settings import Setting
 from fivebar_description.tolerances import Tolerances
@@ -146,7 +146,6 @@ class MotionLimits(NamedTuple):
         clearance: least kappa wherever a law acts that is undefined on the locus: 0.12 mm from it on the middle path.
         approach: least time between a rest and a crossing, in time constants 1 / sqrt(kp) of the law's feedback.
         judge: by which distance of the platform the motion is judged, that from its reference or that from its path.
-        predicted_error: largest such distance in a predicted run (m).
         tracking_error: distance from the reference beyond which the robot is stopped (m).
         error_tolerance: largest distance of a robot within its tolerances (m).
         risk: of a robot within its tolerances.
@@ -169,7 +168,6 @@ class MotionLimits(NamedTuple):
     clearance: float = 0.01
     approach: float = 0.0
     judge: str = TIMED
-    predicted_error: float = PREDICTED_SHARE * ERROR_TOLERANCE
     tracking_error: float = SafetySettings().tracking_error_limit
     error_tolerance: float = ERROR_TOLERANCE
     risk: Risk = Risk()
@@ -188,40 +186,10 @@ class MotionLimits(NamedTuple):
         """Return the limits for a motion whose loads are judged by its odds: no displacement is beyond them."""
         return self._replace(risk=self.risk._replace(load_share=math.inf))
 
-    def within(
-        self,
-        judge: str,
-        error_tolerance: float,
-        tracking_error_limit: float,
-        risk: Risk,
-        loads: Loads,
-        forbidden: tuple[NamedBounds, ...],
-        workspace: Area,
-        elbows_pass: ElbowsPass,
-    ) -> MotionLimits:
-        """Return the limits together with all that a run allows.
-
-        Args:
-            judge: by which distance of the platform the motion is judged.
-            error_tolerance: largest such distance of a robot within its tolerances (m).
-            tracking_error_limit: distance from the reference beyond which the robot is stopped (m).
-            risk: of a robot within its tolerances.
-            loads: which the robot has to bear.
-            forbidden: postures that it may not enter.
-            workspace: beyond which it is stopped.
-            elbows_pass: whether its elbows may pass each other.
-        """
-        return self._replace(
-            judge=judge,
-            predicted_error=min(PREDICTED_SHARE * error_tolerance, tracking_error_limit),
-            tracking_error=tracking_error_limit,
-            error_tolerance=error_tolerance,
-            risk=risk,
-            loads=loads,
-            forbidden=forbidden,
-            workspace=workspace,
-            elbows_pass=elbows_pass,
-        )
+    @property
+    def predicted_error(self) -> float:
+        """Largest distance by which the motion is judged in a predicted run (m)."""
+        return min(PREDICTED_SHARE * self.error_tolerance, self.tracking_error)
 
 
 def exceeded_share(probability: float) -> float:
@@ -244,62 +212,50 @@ def speed_step_of(rate_hz: int, counts: int | None) -> float:
     return rate_hz * count_angle(counts or 0)
 
 
+ANY_MOTION = MotionLimits()
+"""The limits of a motion of which nothing is said."""
+
+
 def motion_limits_of(
     follower: TunedController,
     torque: float = MotionLimits().torque,
     motor_speed: float = MotionLimits().motor_speed,
     speed_step: float = 0.0,
+    given_reach: float | None = None,
+    allowed: MotionLimits = ANY_MOTION,
 ) -> MotionLimits:
-    """Return the limits that a controller needs.
+    """Return the limits that a controller needs, of a motion that is chosen or given.
 
     A blended controller works in the motors' angles away from the locus, and what is small there is large in the plane
     near the locus: its rests keep further away, and where the measured speeds come in coarse steps (2 pi rate / counts)
     its torque rattles between the drives' limits, so its crossings have to be quicker and straighter.
 
-    Args:
-        follower: the controller.
-        torque: what each motor can give (Nm).
-        motor_speed: allowed for either motor joint (rad/s).
-        speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones (`speed_step_of`).
-    """
-    limits = MotionLimits(torque=torque, motor_speed=motor_speed)
-    if speed_step > 0.0:
-        limits = limits._replace(dwell=ESTIMATED_DWELL, speed_share=ESTIMATED_SPEED_SHARE)
-    if not follower.controller.blended:
-        return limits._replace(approach=LEAST_APPROACH) if speed_step > 0.0 else limits
-    if speed_step > COARSE_SPEED_STEP:
-        limits = limits._replace(dwell=0.06, authority=0.5)
-    return limits._replace(rest=0.1)
-
-
-def limits_of_given(
-    follower: TunedController,
-    torque: float = MotionLimits().torque,
-    motor_speed: float = MotionLimits().motor_speed,
-    speed_step: float = 0.0,
-    predictable: bool = True,
-    within_reach: float = MotionLimits().serial_margin,
-) -> MotionLimits:
-    """Return the limits of a motion that is given, not chosen; arguments as for `motion_limits_of`.
-
     A planner that can choose keeps away from the singularities. A motion that is given is judged by what it asks for:
     with exact sensors rests and dwells near the locus, and postures near Type 1, are left to the torque, the motor
-    speeds and the predicted run. With encoders the estimator needs the same limits on rests and dwells for both, and so
-    does a motion that is not `predictable`.
+    speeds and the predicted run. With encoders the estimator needs the same limits on rests and dwells for both.
 
     Args:
         follower: the controller.
         torque: what each motor can give (Nm).
         motor_speed: allowed for either motor joint (rad/s).
         speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones (`speed_step_of`).
-        predictable: whether the run can be predicted.
-        within_reach: least |sin q_i2| with encoders, of a law that is regular at Type 1 (`reach_within`).
+        given_reach: of a motion that is given, and whose run can be predicted, the least |sin q_i2| with encoders of a
+            law that is regular at Type 1 (`reach_within`); None for any other.
+        allowed: the limits that do not depend on the controller; the others do not count.
     """
-    limits = motion_limits_of(follower, torque, motor_speed, speed_step)
-    if not predictable:
+    limits = allowed._replace(torque=torque, motor_speed=motor_speed)
+    if speed_step > 0.0:
+        limits = limits._replace(dwell=ESTIMATED_DWELL, speed_share=ESTIMATED_SPEED_SHARE)
+    if follower.controller.blended:
+        if speed_step > COARSE_SPEED_STEP:
+            limits = limits._replace(dwell=0.06, authority=0.5)
+        limits = limits._replace(rest=0.1)
+    elif speed_step > 0.0:
+        limits = limits._replace(approach=LEAST_APPROACH)
+    if given_reach is None:
         return limits
     if speed_step > 0.0:
-        return limits._replace(serial_margin=within_reach) if follower.controller.meets_type_1 else limits
+        return limits._replace(serial_margin=given_reach) if follower.controller.meets_type_1 else limits
     return limits._replace(serial_margin=GIVEN_SERIAL, dwell=math.inf, rest=0.0, rest_room=1.0)
 
 
@@ -313,11 +269,9 @@ def reach_within(robot: FiveBar, tolerances: Tolerances) -> float:
     short = 2.0 * tolerances.length + tolerances.base
     if short == 0.0:
         return chosen
-    return min(max(max(_sine(leg, short) for leg in (robot.leg1, robot.leg2)), GIVEN_SERIAL), chosen)
-
-
-def _sine(leg: LegParameters, short: float) -> float:
-    """Return |sin q_i2| of a leg that lacks a distance (m) of being stretched."""
-    one, two = leg.proximal, leg.distal
-    cosine = ((one + two - short) ** 2 - one * one - two * two) / (2.0 * one * two)
-    return math.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0
+    sines = [GIVEN_SERIAL]
+    for leg in (robot.leg1, robot.leg2):
+        one, two = leg.proximal, leg.distal
+        cosine = ((one + two - short) ** 2 - one * one - two * two) / (2.0 * one * two)
+        sines.append(math.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0)
+    return min(max(sines), chosen)

@@ -215,7 +215,7 @@ def longest_within(excess: Callable[[float], float], longest: float) -> Borne:
         shorter = Borne(LOAD_STEP * last.duration, excess(LOAD_STEP * last.duration))
         if shorter.enough:
             return _refined(excess, shorter, last.duration)
-        best, last = min(best, shorter, key=lambda one: one.excess), shorter
+        best, last = shorter if shorter.excess < best.excess else best, shorter
     return best
 
 

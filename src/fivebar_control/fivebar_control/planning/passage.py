@@ -162,7 +162,8 @@ def unavoidable(kappa_rate: float, gain: float, torque: float, load: float, spee
 def _displacement_at(judged: Judged, crossing: Crossing) -> float:
     robot, plan, controller = with_floats(judged.robot), judged.plan, judged.follower.controller
     here = desired_at(robot, plan, crossing.time, plan.path.at(crossing.time)).state
-    period = _step(judged.rate_hz)
+    # a sample, or a part of one where samples are far apart
+    period = 1.0 / judged.rate_hz / math.ceil(1.0 / judged.rate_hz / LONGEST_STEP - 1e-9)
     before = min(_followed(crossing, BEFORE, KAPPA_BEFORE), crossing.time)
     after = _followed(crossing, AFTER, KAPPA_AFTER)
     if plan.modes:
@@ -187,7 +188,8 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
         float(judged.loads.passive),
     )
     path = _path_about(plan, crossing.time, times) if judged.judge == PATH else NO_PATH
-    return largest_displacement(passage, np.array(times), references, held, path, _load_cases(robot, judged.loads))
+    loads = np.array(_load_cases(robot, judged.loads), dtype=np.float64)
+    return as_machine_code(largest_response)(passage, np.array(times), references, held, path, loads)
 
 
 def _path_about(plan: Plan, crossed: float, times: Sequence[float]) -> FloatArray:
@@ -216,11 +218,6 @@ def _load_cases(robot: FiveBar, loads: Loads) -> list[LoadCase]:
         for sign in ((1.0, -1.0) if lasting > 0.0 or push > 0.0 else (1.0,))
         for begin in (-onset * loads.push_length for onset in onsets)
     ]
-
-
-def _step(rate_hz: int) -> float:
-    """Return the step (s): a sample, or a part of one where samples are far apart."""
-    return 1.0 / rate_hz / math.ceil(1.0 / rate_hz / LONGEST_STEP - 1e-9)
 
 
 class JudgedPassage(NamedTuple):
@@ -282,13 +279,13 @@ class PassageInstant(NamedTuple):
     load: float
 
 
-def largest_displacement(
+def largest_response(
     passage: JudgedPassage,
     times: FloatArray,
     references: FloatArray,
     held: FloatArray,
     path: FloatArray,
-    loads: list[LoadCase],
+    loads: FloatArray,
 ) -> float:
     """Return the largest displacement (m) by any of some loads about a crossing.
 
@@ -298,20 +295,8 @@ def largest_displacement(
         references: at these times as `write_reference` writes them, [N, REFERENCE_VALUES].
         held: share of the feedback along t_s at these times, less than 1 where a constraint law acts, [N].
         path: from which the displacement is measured (m), [N + 2 BESIDE, 2]; `NO_PATH` for the timed references.
-        loads: to which the platform responds one at a time.
+        loads: to which the platform responds one at a time, [M, 4] as in `LoadCase`.
     """
-    return as_machine_code(largest_response)(passage, times, references, held, path, np.array(loads, dtype=np.float64))
-
-
-def largest_response(
-    passage: JudgedPassage,
-    times: FloatArray,
-    references: FloatArray,
-    held: FloatArray,
-    path: FloatArray,
-    loads: FloatArray,
-) -> float:
-    """Return the same for loads as rows, [M, 4] as in `LoadCase`."""
     instants = _instants(passage, times, references, held)
     worst = 0.0
     for number in range(len(loads)):
@@ -324,7 +309,7 @@ def largest_response(
 def _instants(
     passage: JudgedPassage, times: FloatArray, references: FloatArray, held: FloatArray
 ) -> list[PassageInstant]:
-    """Return the reference at the times; arguments as for `largest_displacement`."""
+    """Return the reference at the times; arguments as for `largest_response`."""
     limit = passage.limit
     found = []
     for number in range(len(times)):

@@ -332,16 +332,17 @@ def _limits(
     counts = None if conditions.sensing is None else conditions.sensing.drives.encoder_counts
     step = speed_step_of(conditions.rate_hz, counts)
     torque, speed = torque_share * conditions.torque_limit, speed_share * conditions.motor_speed
-    return motion_limits_of(follower, torque, speed, step).within(
-        conditions.judge,
-        conditions.error_tolerance,
-        conditions.tracking_error_limit,
-        conditions.risk,
-        conditions.loads,
-        kept_clear_of(conditions.forbidden, file.forbidden),
-        conditions.workspace,
-        file.elbows_pass,
+    allowed = MotionLimits(
+        judge=conditions.judge,
+        tracking_error=conditions.tracking_error_limit,
+        error_tolerance=conditions.error_tolerance,
+        risk=conditions.risk,
+        loads=conditions.loads,
+        forbidden=kept_clear_of(conditions.forbidden, file.forbidden),
+        workspace=conditions.workspace,
+        elbows_pass=file.elbows_pass,
     )
+    return motion_limits_of(follower, torque, speed, step, allowed=allowed)
 
 
 def _check_held(conditions: Conditions, robot: FiveBar, plan: Plan, follower: TunedController) -> None:

@@ -69,14 +69,13 @@ class ReferenceTorque:
         own = follower.nominal if self._regular else follower.constraint
         self._own = None if own is None else own.unlimited()
         self._memory: Any = None
-        self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
-        self.forecasts = self._supervise.forecasts
-        """Whether the share of its own answer depends on |d kappa / dt|."""
+        self.supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
+        """Decides what share its own answer has, where it is blended."""
 
     def __call__(self, sample: int, reference: Reference) -> Torque:
         """Return the torque (Nm) for a sample of the reference; NaN where the controller has none."""
         state, full = reference.state, full_torque(self._robot, reference)
-        kappa_rate = inverse_condition_rate(state) if self.forecasts else 0.0
+        kappa_rate = inverse_condition_rate(state) if self.supervise.forecasts else 0.0
         share = self.own_share(sample, inverse_condition(state), kappa_rate)
         if self._own is None or reference.by_motors or not share > 0.0:
             return full
@@ -88,13 +87,13 @@ class ReferenceTorque:
     def own_share(self, sample: int, kappa: float, kappa_rate: float) -> float:
         """Return the share of the controller's own answer in its torque, from 0, for `full_torque`, to 1.
 
-        |d kappa / dt| (1/s) counts where it `forecasts`.
+        |d kappa / dt| (1/s) counts where the supervisor forecasts.
         """
         if self._own is None:
             return 0.0
         if self._regular:
             return 1.0 if kappa < NEAR_LOCUS else 0.0
-        return self._supervise.weight(sample / self._rate_hz, kappa, kappa_rate)
+        return self.supervise.weight(sample / self._rate_hz, kappa, kappa_rate)
 
 
 def full_torque(robot: FiveBar, reference: Reference) -> Torque:
@@ -172,7 +171,6 @@ class ReferenceScan:
         self._robot, self._plan, self._rate_hz = robot, plan, rate_hz
         self._needed = ReferenceTorque(robot, plan, rate_hz, follower)
         self._blended = follower.controller.blended
-        self._supervise = Supervisor(plan, rate_hz, follower.controller.weighting)
         self._last = plan.path.samples(rate_hz)
         self._seen: dict[int, ReferenceSample] = {}
         self._coarse = self._with_near_passes(self._coarse_samples())
@@ -187,7 +185,8 @@ class ReferenceScan:
             return -math.inf if math.isnan(value) else sign * value
 
         first = self._coarse
-        place = min(range(len(first)), key=lambda index: measure(first[index]))
+        measured = [measure(one) for one in first]
+        place = measured.index(min(measured))
         around = range(first[max(place - 1, 0)], first[min(place + 1, len(first) - 1)] + 1)
         self._evaluate(around)
         sample = min(around, key=measure)
@@ -252,10 +251,14 @@ class ReferenceScan:
 
     def _guarded(self, t: float) -> bool:
         """Return whether a constraint law acts at time t (s)."""
-        return self._supervise.at(t, self._reference(t).state).sigma > 0.0
+        return self._needed.supervise.at(t, self._reference(t).state).sigma > 0.0
 
     def dwells(self, bound: float) -> list[Dwell]:
         """Return the stretches of time with kappa below a bound, their ends to the microsecond."""
+
+        def beyond(t: float) -> float:
+            return self._kappa(t) - bound
+
         known = {sample / self._rate_hz: self._sample(sample).kappa for sample in self._coarse}
         # a quick crossing may fall between two samples
         known.update((crossing.time, 0.0) for crossing in self._plan.crossings)
@@ -265,10 +268,11 @@ class ReferenceScan:
         start = times[0]
         for index, t in enumerate(times):
             if near[index] and (index == 0 or not near[index - 1]):
-                start = t if index == 0 else self._boundary(t, times[index - 1], bound)
+                start = t if index == 0 else zero_between(beyond, t, times[index - 1], BOUNDARY_TOLERANCE)
             if near[index] and (index + 1 == len(times) or not near[index + 1]):
+                last = index + 1 == len(times)
                 dwells.append(
-                    Dwell(start, t if index + 1 == len(times) else self._boundary(t, times[index + 1], bound))
+                    Dwell(start, t if last else zero_between(beyond, t, times[index + 1], BOUNDARY_TOLERANCE))
                 )
         return dwells
 
@@ -278,14 +282,11 @@ class ReferenceScan:
 
     def longest(self, name: str, dwells: list[Dwell], limit: float) -> Figure:
         """Return the figure of the longest dwell, at its middle."""
-        longest = max(dwells, key=lambda dwell: dwell.end - dwell.start)
+        lengths = [dwell.end - dwell.start for dwell in dwells]
+        longest = dwells[lengths.index(max(lengths))]
         middle = 0.5 * (longest.start + longest.end)
         platform = self._plan.path.at(middle)
         return Figure(name, longest.end - longest.start, limit, True, middle, platform.x, platform.y, "s")
-
-    def _boundary(self, inside: float, outside: float, bound: float) -> float:
-        """Return when kappa passes a bound between two times (s)."""
-        return zero_between(lambda t: self._kappa(t) - bound, inside, outside, BOUNDARY_TOLERANCE)
 
     def _sample(self, sample: int) -> ReferenceSample:
         if sample not in self._seen:
@@ -299,7 +300,7 @@ class ReferenceScan:
             return
         references = desired_along(self._robot, self._plan, [sample / self._rate_hz for sample in new])
         for sample, seen, row in zip(new, samples_of(self._robot, references), references, strict=True):
-            rate = inverse_condition_rate(reference_of(row.tolist()).state) if self._needed.forecasts else 0.0
+            rate = inverse_condition_rate(reference_of(row.tolist()).state) if self._needed.supervise.forecasts else 0.0
             if self._needed.own_share(sample, seen.kappa, rate) > 0.0:
                 torque = self._needed(sample, reference_of(row.tolist()))
                 seen = seen._replace(torque=larger(torque.tau1, torque.tau2))

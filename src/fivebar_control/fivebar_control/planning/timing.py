@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from itertools import chain
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.figures import Feasibility, nearest
+from fivebar_control.planning.figures import Feasibility, first_feasible, nearest
 from fivebar_control.planning.pacing import Pace, Task, pace_of
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 
@@ -21,10 +21,6 @@ QUICKER_OR_SLOWER = (1.0, 0.7, 0.5, *SLOWER[1:])
 
 UNHURRIED = 1.4
 """Factor on the duration of a crossing under declared loads, where the platform is expected no farther off with it."""
-
-
-D = TypeVar("D")
-T = TypeVar("T")
 
 
 class Speed(StrEnum):
@@ -61,35 +57,6 @@ def quickest(found: Sequence[Timed | str]) -> Timed | str:
     return min(timed, key=lambda one: sum(one.durations)) if timed else found[0]
 
 
-def first_feasible(
-    durations: Iterable[D],
-    timed: Callable[[D], T | str],
-    unhurried: Callable[[D], T | str | None],
-    verdict: Callable[[T], Feasibility],
-) -> T | str:
-    """Return the motion in the first of some durations in which it is feasible, or the reason against the first one.
-
-    The unhurried one takes its place, if the platform is expected no farther from its reference then.
-
-    Args:
-        durations: to try.
-        timed: returns the motion in a duration, or why it is not feasible.
-        unhurried: returns the same for `UNHURRIED` times the duration, None where that is not to be tried.
-        verdict: returns that of a motion.
-    """
-    reason = ""
-    for duration in durations:
-        found = timed(duration)
-        if isinstance(found, str):
-            reason = reason or found
-            continue
-        slower = unhurried(duration)
-        if slower is None or isinstance(slower, str):
-            return found
-        return slower if verdict(slower).keeps_as_near_as(verdict(found)) else found
-    return reason
-
-
 class DurationSearch:
     """Chooses durations. Where something is not feasible its methods return the reason, a text."""
 
@@ -107,7 +74,6 @@ class DurationSearch:
             self._durations(paces),
             lambda chosen: self._by_each_law(course, self._shared(parts, chosen)),
             lambda chosen: self._unhurried(course, chosen, slowest),
-            lambda motion: motion.feasibility,
         )
         if isinstance(self._duration, Speed) or not isinstance(found, str):
             return found
@@ -126,7 +92,7 @@ class DurationSearch:
             found.append(tried)
             if not tried.plan.crossings:
                 break
-        return nearest(found, lambda timed: timed.feasibility) if found else reason
+        return nearest(found) if found else reason
 
     def _unhurried(self, course: Course, chosen: tuple[float, ...], slowest: Sequence[Plan]) -> Timed | str | None:
         """Return the motion in longer durations (s) of its parts, where loads may have made a crossing quick.

@@ -68,6 +68,6 @@ class JointSegment(NamedTuple):
         """Return the working mode at time t (s); on the boundary that of sin q_i2 < 0."""
         return working_mode(self.state_at(t))
 
-    def line(self) -> Line:
+    def line_at(self, t: float) -> Line:
         """Return NaN: the way in the plane is no line."""
         return NO_LINE

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.root_search import zero_between
+from fivebar_control.trajectory.path import Way
 from fivebar_control.trajectory.time_law import time_fraction
-from fivebar_control.trajectory.way import Way
 from fivebar_description.parameters import FiveBar
 
 FloatArray = NDArray[np.float64]

@@ -30,8 +30,8 @@ from fivebar_control.trajectory.optimal import (
     optimal_law,
     quickest_passage,
 )
+from fivebar_control.trajectory.path import Way
 from fivebar_control.trajectory.time_law import progress
-from fivebar_control.trajectory.way import Way
 from fivebar_description.parameters import FiveBar, friction_torque, largest_friction
 
 FloatArray = NDArray[np.float64]

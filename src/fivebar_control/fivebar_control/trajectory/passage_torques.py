@@ -14,7 +14,7 @@ from toppra.constraint import LinearConstraint
 from fivebar_control.compiling import as_machine_code
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.trajectory.way import Way
+from fivebar_control.trajectory.path import Way
 from fivebar_description.parameters import FiveBar, with_floats
 
 FloatArray = NDArray[np.float64]

@@ -23,7 +23,15 @@ from fivebar_control.trajectory.criterion import criterion_law, criterion_push, 
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.optimal import CrossedWay, optimal_law
 from fivebar_control.trajectory.optimal_with_friction import optimal_law_with_friction
-from fivebar_control.trajectory.path import AnySegment, Path, Segment
+from fivebar_control.trajectory.path import (
+    AnySegment,
+    Path,
+    Segment,
+    grid_along,
+    locus_fractions,
+    state_on,
+    way_of,
+)
 from fivebar_control.trajectory.pushed_law import Demand, pushed_law
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
 from fivebar_control.trajectory.refusal import place
@@ -37,7 +45,6 @@ from fivebar_control.trajectory.type1 import (
     planned_mode_changes,
     segments_between,
 )
-from fivebar_control.trajectory.way import grid_along, locus_fractions, state_on, way_of
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
 from fivebar_description.settings import Setting

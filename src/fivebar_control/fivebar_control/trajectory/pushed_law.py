@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.trajectory.way import Way
+from fivebar_control.trajectory.path import Way
 from fivebar_description.parameters import FiveBar, weight_torque
 
 FloatArray = NDArray[np.float64]

@@ -70,7 +70,7 @@ class SplineSegment(NamedTuple):
         state = state_from_motors(self.robot, self.assembly, one, two, rate_one, rate_two)
         return Platform(state.x, state.y, state.vx, state.vy, *platform_acceleration(state, bend_one, bend_two))
 
-    def line(self) -> Line:
+    def line_at(self, t: float) -> Line:
         """Return NaN: the way in the plane is no line."""
         return NO_LINE
 

@@ -49,7 +49,7 @@ class StoppedSegment(NamedTuple):
         tau, rate, bend = self._progress(since)
         return _paced(self.path, tau, rate, bend)
 
-    def line(self) -> Line:
+    def line_at(self, t: float) -> Line:
         """Return NaN: its line changes with the path."""
         return NO_LINE
 
@@ -93,7 +93,7 @@ class ResumedSegment(NamedTuple):
         tau, rate, bend = self._progress(t - self.start_time)
         return _paced(self.path, tau, rate, bend)
 
-    def line(self) -> Line:
+    def line_at(self, t: float) -> Line:
         """Return NaN: its line changes with the path."""
         return NO_LINE
 

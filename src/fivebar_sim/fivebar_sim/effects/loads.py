@@ -69,16 +69,10 @@ class Push(NamedTuple):
     length: Annotated[float, Setting("How long it lasts; typical: 0.05.", "s", at_least=0.0, at_most=1e6)] = 0.05
 
 
-def weight_of(tilt: Tilt) -> Force:
-    """Return the part of gravity in the robot's plane, per mass (N/kg)."""
-    along = STANDARD_GRAVITY * math.sin(tilt.angle)
-    return Force(along * math.cos(tilt.heading), along * math.sin(tilt.heading))
-
-
 def weight_on(robot: FiveBar, tilt: Tilt) -> Force:
     """Return the part of gravity in the plane of a robot (N/kg): what is known of it, and the tilt that is not."""
-    more = weight_of(tilt)
-    return Force(robot.gravity_x + more.x, robot.gravity_y + more.y)
+    along = STANDARD_GRAVITY * math.sin(tilt.angle)
+    return Force(robot.gravity_x + along * math.cos(tilt.heading), robot.gravity_y + along * math.sin(tilt.heading))
 
 
 def tilt_angle(robot: FiveBar, tilt: Tilt) -> float:

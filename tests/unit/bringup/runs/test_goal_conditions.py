@@ -16,7 +16,7 @@ from fivebar_control.planning.planning_process import task_of
 from fivebar_control.safety.stages import EVERYWHERE, Area
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.keys import scenario_of
-from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
+from fivebar_control.scenario.motion_limits import scenario_limits
 from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.loads import Loads
 from fivebar_description.robot_file import read_robot
@@ -91,8 +91,8 @@ def test_every_planner_has_the_limits_of_its_scenario() -> None:
     requested = task_of(conditions_of(scenario), PlanningRequest((0.0, 0.15), (1, -1), (0.0, 0.12), 0, 0.0))
     for limits in (
         requested.limits,
-        chosen_limits(scenario),
-        given_limits(scenario, scenario.plan()),
+        scenario_limits(scenario),
+        scenario_limits(scenario, scenario.plan()),
         limits_for(case, scenario),
         limits_for(case._replace(encoder_counts=20_000), scenario),
     ):
@@ -101,3 +101,9 @@ def test_every_planner_has_the_limits_of_its_scenario() -> None:
         assert (limits.predicted_error, limits.tracking_error, limits.error_tolerance) == (3e-4, 3e-4, 0.004)
         assert limits.judge == PATH
     assert len(scenario.kept_clear_of()) == 1
+
+
+def test_a_given_motion_that_cannot_be_predicted_keeps_the_limits_of_a_chosen_one() -> None:
+    scenario = load_scenario("type1_boundary")
+    plan = scenario.plan()
+    assert plan.modes and scenario_limits(scenario, plan) == scenario_limits(scenario)

@@ -39,8 +39,9 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar, scaled
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.effects.mechanism import MAX_STEP
 from fivebar_sim.effects.settings import PlantSettings
-from fivebar_sim.plant import MAX_STEP, Plant, PlantDiverged
+from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.sensors import ReadingQueue, gyro_errors, gyro_stream
 
 STEP = 1e-3

@@ -25,9 +25,9 @@ from fivebar_control.trajectory.desired import (
     reference_of,
     write_reference,
 )
+from fivebar_control.trajectory.path import StraightWay, locus_fractions, write_determinants
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
-from fivebar_control.trajectory.way import StraightWay, locus_fractions, write_determinants
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import PassiveEncoder

@@ -31,7 +31,6 @@ from fivebar_control.planning.limits import (
     MotionLimits,
     Risk,
     exceeded_share,
-    limits_of_given,
     motion_limits_of,
     reach_within,
     speed_step_of,
@@ -46,6 +45,7 @@ from fivebar_description.tolerances import Tolerances
 RATE_HZ = 500
 BLENDED = default_tuning(CONTROLLERS["multi_cartesian"])
 UNIFIED = default_tuning(CONTROLLERS["unified"])
+CHOSEN_REACH = MotionLimits().serial_margin
 MIDDLE = ((0.0, 0.15), (0.0, 0.02))
 
 
@@ -152,12 +152,12 @@ def test_a_crossing_is_a_nearest_pass_unless_a_constraint_law_acts(dextar: FiveB
 
 
 def test_given_motions_are_judged_by_what_they_ask_for() -> None:
-    assert limits_of_given(UNIFIED).dwell == math.inf
-    assert limits_of_given(UNIFIED).rest == 0.0
+    assert motion_limits_of(UNIFIED, given_reach=CHOSEN_REACH).dwell == math.inf
+    assert motion_limits_of(UNIFIED, given_reach=CHOSEN_REACH).rest == 0.0
     step = 2.0 * math.pi * RATE_HZ / 20_000
     for follower in (UNIFIED, BLENDED):
-        assert limits_of_given(follower, speed_step=step) == motion_limits_of(follower, speed_step=step)
-        assert limits_of_given(follower, predictable=False) == motion_limits_of(follower)
+        given = motion_limits_of(follower, speed_step=step, given_reach=CHOSEN_REACH)
+        assert given == motion_limits_of(follower, speed_step=step)
 
 
 def test_with_encoders_a_leg_that_is_shorter_by_its_tolerances_must_reach(dextar: FiveBar) -> None:
@@ -167,9 +167,9 @@ def test_with_encoders_a_leg_that_is_shorter_by_its_tolerances_must_reach(dextar
     lengths = leg.proximal, leg.distal
     stretched = math.sqrt(lengths[0] ** 2 + lengths[1] ** 2 + 2.0 * lengths[0] * lengths[1] * math.sqrt(1.0 - sine**2))
     assert sum(lengths) - stretched == pytest.approx(1.4e-4, rel=1e-9)
-    assert limits_of_given(UNIFIED, speed_step=step, within_reach=sine).serial_margin == sine
+    assert motion_limits_of(UNIFIED, speed_step=step, given_reach=sine).serial_margin == sine
     chosen = motion_limits_of(BLENDED, speed_step=step)
-    assert limits_of_given(BLENDED, speed_step=step, within_reach=sine) == chosen
+    assert motion_limits_of(BLENDED, speed_step=step, given_reach=sine) == chosen
     # undeclared and coarse tolerances leave the margin of a chosen motion
     assert {reach_within(dextar, Tolerances(length=one)) for one in (0.0, 1e-3)} == {chosen.serial_margin}
 

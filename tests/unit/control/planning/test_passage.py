@@ -7,7 +7,6 @@ import re
 
 import pytest
 
-from fivebar_bringup.odds.odds import judged_peak
 from fivebar_bringup.runs.admission import refuse_unfit, screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -22,7 +21,7 @@ from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
 from fivebar_control.planning.passage import LOST, displacement, exposure, unavoidable
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.path_distance import PATH, TIMED
+from fivebar_control.trajectory.path_distance import PATH, TIMED, judged_distance
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.robot_file import load_robot
@@ -69,7 +68,8 @@ def worst_error(scenario: Scenario, loads: Loads) -> float:
                 friction=scenario.plant.friction._replace(passive=loads.passive),
             )
             case = interpreted(case_of(scenario.model_copy(update={"plant": plant})))
-            errors.append(judged_peak(crossing(case, samples), scenario.judge))
+            outcome = crossing(case, samples)
+            errors.append(judged_distance(scenario.judge, outcome.error_peak, outcome.path_error))
     return max(errors)
 
 

@@ -18,7 +18,7 @@ from fivebar_control.planning.figures import (
     Feasibility,
     Figure,
 )
-from fivebar_control.planning.limits import MotionLimits, limits_of_given
+from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, predict_run, stretches_of
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import ZoneRule, plan_motion
@@ -26,6 +26,7 @@ from fivebar_description.parameters import FiveBar
 
 RATE_HZ = 500
 UNIFIED = default_tuning(CONTROLLERS["unified"]).limited_to(2.0)
+GIVEN = motion_limits_of(UNIFIED, given_reach=MotionLimits().serial_margin)
 
 
 def test_away_from_the_locus_the_reference_is_followed_exactly(dextar: FiveBar) -> None:
@@ -49,7 +50,7 @@ def test_a_torque_limit_that_cannot_follow_loses_the_robot(dextar: FiveBar) -> N
 def test_a_rest_beyond_what_the_law_can_hold_is_refused_by_the_run_alone(dextar: FiveBar) -> None:
     """1 um before the locus: no figure of the reference is beyond its limit for the law that is regular there."""
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.0845)), [1.0], RATE_HZ, ZoneRule())
-    verdict = screen_run(dextar, plan, RATE_HZ, UNIFIED, limits_of_given(UNIFIED))
+    verdict = screen_run(dextar, plan, RATE_HZ, UNIFIED, GIVEN)
     assert {figure.name for figure in verdict.figures if not figure.kept} <= {ERROR, REQUEST, MODE_CHANGES}
     assert not verdict.feasible
     error = verdict.figure(ERROR)
@@ -57,7 +58,7 @@ def test_a_rest_beyond_what_the_law_can_hold_is_refused_by_the_run_alone(dextar:
     assert 1e-3 < error.value < 2e-3
     # 3 mm away it comes to rest where it should
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.0875)), [1.0], RATE_HZ, ZoneRule())
-    assert screen_run(dextar, plan, RATE_HZ, UNIFIED, limits_of_given(UNIFIED)).feasible
+    assert screen_run(dextar, plan, RATE_HZ, UNIFIED, GIVEN).feasible
 
 
 def test_a_torque_near_the_locus_beyond_the_share_is_judged_by_the_run_without_the_reserve(dextar: FiveBar) -> None:

@@ -12,9 +12,9 @@ from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.optimal import POINTS, quickest_passage
 from fivebar_control.trajectory.passage_torques import torques_along
+from fivebar_control.trajectory.path import StraightWay
 from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, ZoneRule, plan_motion
 from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_control.trajectory.way import StraightWay
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.trajectory.passage_torques import OFF_LOCUS, torques_along
+from fivebar_control.trajectory.path import StraightWay
 from fivebar_control.trajectory.rounded import RoundedPolyline
-from fivebar_control.trajectory.way import StraightWay
 from fivebar_description.robot_file import load_robot
 
 ROUND = RoundedPolyline.through([(-0.02, 0.13), (0.03, 0.12), (0.02, 0.1)], [0.01])

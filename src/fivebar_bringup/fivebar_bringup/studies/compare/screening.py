@@ -8,13 +8,15 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import screen
 from fivebar_control.planning.pacing import NoPace, Task, pace_of, slowest_pace
-from fivebar_control.scenario.motion_limits import chosen_limits
+from fivebar_control.scenario.motion_limits import scenario_limits
 from fivebar_control.trajectory.planner import QUINTIC, Plan, PlanRefused
 
 
 def objections(scenario: Scenario, plan: Plan) -> tuple[str, ...]:
     """Return why the screen refuses a motion under the scenario's torque limit; empty where it does not."""
-    return tuple(screen(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), chosen_limits(scenario)).reasons)
+    return tuple(
+        screen(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), scenario_limits(scenario)).reasons
+    )
 
 
 def has_quickest(scenario: Scenario) -> bool:
@@ -33,7 +35,7 @@ def quickest_durations(scenario: Scenario) -> tuple[float, ...]:
     if not has_quickest(scenario):
         raise PlanRefused("the quickest pace is only known for straight fifth-order segments in one working mode")
     robot, mode = scenario.five_bar(), scenario.working_mode
-    task = Task(robot, mode, scenario.rate_hz, scenario.tuned(), chosen_limits(scenario))
+    task = Task(robot, mode, scenario.rate_hz, scenario.tuned(), scenario_limits(scenario))
     durations = []
     for number, (start, end) in enumerate(pairwise(scenario.waypoints), start=1):
         slowest = slowest_pace(task, Course((start, end)).for_robot(task.robot))

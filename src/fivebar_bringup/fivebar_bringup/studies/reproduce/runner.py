@@ -241,7 +241,7 @@ def _fraction(run: RunAnalysis, number: int) -> float:
     """Return after which fraction of its segment's way a planned crossing comes."""
     crossing = run.plan.crossings[number]
     segment = run.plan.path.straight(crossing.segment)
-    line = segment.line()
+    line = segment.line_at(crossing.time)
     way = (crossing.x - segment.start_x) * line.direction_x + (crossing.y - segment.start_y) * line.direction_y
     return way / math.hypot(segment.end_x - segment.start_x, segment.end_y - segment.start_y)
 

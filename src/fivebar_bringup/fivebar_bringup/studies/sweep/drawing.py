@@ -200,7 +200,11 @@ class Draw(NamedTuple):
 
     def with_effects(self, controller: str, effects: Mapping[str, Any]) -> DrawnScenario:
         """Return the scenario for a controller and a robot with effects, which are keys of the section `plant`."""
-        content = self._varied(controller) if self.rig == VARIED else self._on_its_rig(controller, effects)
+        scales = Scales(self.mass_scale, self.inertia_scale, self.friction_scale)._asdict()
+        if self.rig == VARIED:
+            content = self._varied(controller, scales)
+        else:
+            content = self._on_its_rig(controller, scales, effects)
         content |= {
             # a law from elsewhere has a colon in its name, which that of a run takes not
             "name": f"case-{self.number}-{controller.replace(':', '.')}",
@@ -215,30 +219,26 @@ class Draw(NamedTuple):
         waypoints, durations = self.legs()
         return {"waypoints": waypoints, "segment_duration": durations, "time_law": self.time_law}
 
-    def _varied(self, controller: str) -> dict[str, Any]:
+    def _varied(self, controller: str, scales: Mapping[str, float]) -> dict[str, Any]:
         """Return the content of a scenario with a robot whose encoders and delay vary."""
         base = find_rig(BASES[self.encoder_counts is not None])
         content = base.content(_given(self.robot_name), controller, {})
         content["plant"] |= {
-            **self._scales()._asdict(),
+            **scales,
             "encoder_counts": self.encoder_counts,
             "delay_samples": self.delay_samples,
         }
         return with_own_law(content, self.robot) if self.robot else content
 
-    def _on_its_rig(self, controller: str, effects: Mapping[str, Any]) -> dict[str, Any]:
+    def _on_its_rig(self, controller: str, scales: Mapping[str, float], effects: Mapping[str, Any]) -> dict[str, Any]:
         """Return the content of a scenario with a robot of the case's rig."""
         rig = find_rig(self.rig)
-        scales = self._scales()._asdict()
         # a study may give a robot of a rig without errors scales of its own
         exact = rig.errors == NO_ERRORS and not effects and set(scales.values()) == {1.0}
         content = rig.content(_given(rig.robot), controller, None if exact else {**scales, **effects})
         if rig.errors.gyro_bias > 0.0 and content["ekf"]["gyro"]:
             content["imu"]["gyro_bias"] = drawn_gyro_bias(rig.errors, self.seed, self.number)
         return content
-
-    def _scales(self) -> Scales:
-        return Scales(self.mass_scale, self.inertia_scale, self.friction_scale)
 
 
 def draw(seed: int, number: int, rig: str = VARIED, name: str = "") -> Draw:

@@ -21,12 +21,12 @@ from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, 
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import screen_run
-from fivebar_control.planning.figures import Feasibility, nearest
+from fivebar_control.planning.figures import Feasibility, first_feasible, nearest
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, feasible_in, longest_bearing, pace_of
 from fivebar_control.planning.places import TimedCourse, courses_elsewhere
-from fivebar_control.planning.timing import SLOWER, UNHURRIED, first_feasible
-from fivebar_control.scenario.motion_limits import chosen_limits, given_limits
+from fivebar_control.planning.timing import SLOWER, UNHURRIED
+from fivebar_control.scenario.motion_limits import scenario_limits
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
 from fivebar_description.strict_yaml import InputError
@@ -93,9 +93,7 @@ def screened(case: Draw, controller: str, judge_loads: bool = True) -> Feasibili
 
 def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
     """Return the limits of the screen for a case: with exact sensors those of a motion that is chosen, by a draw."""
-    if case.encoder_counts is None:
-        return chosen_limits(scenario, torque=case.torque_limit)
-    return given_limits(scenario, plan_of(case), case.torque_limit)
+    return scenario_limits(scenario, None if case.encoder_counts is None else plan_of(case), torque=case.torque_limit)
 
 
 def sampled_case(case: Draw) -> Sampled:
@@ -187,17 +185,23 @@ def timed_for_loads(case: Draw) -> Draw:
         _durations(task, plan),
         lambda duration: _nearest_by_law(case, duration),
         lambda duration: _nearest_by_law(case, UNHURRIED * duration),
-        lambda judged: judged[1],
     )
-    return case if isinstance(found, str) else found[0]
+    return case if isinstance(found, str) else found.case
 
 
-def _nearest_by_law(case: Draw, duration: float) -> tuple[Draw, Feasibility] | str:
+class JudgedCase(NamedTuple):
+    """A case that planner and screen accept, with the screen's judgement."""
+
+    case: Draw
+    feasibility: Feasibility
+
+
+def _nearest_by_law(case: Draw, duration: float) -> JudgedCase | str:
     """Return a case in a duration (s) by the time law that keeps it nearest to its reference, if one is feasible."""
     timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
     cases = [timed._replace(time_law=time_law) for time_law in STRAIGHT_LAWS]
-    found = [(one, verdict) for one in cases if (verdict := verdict_if_accepted(one)) is not None]
-    return nearest(found, lambda judged: judged[1]) if found else "not feasible by any time law"
+    found = [JudgedCase(one, verdict) for one in cases if (verdict := verdict_if_accepted(one)) is not None]
+    return nearest(found) if found else "not feasible by any time law"
 
 
 def _durations(task: Task, drawn: Plan) -> list[float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT, Odds, shortcomings
 from fivebar_bringup.scenario import Scenario
@@ -38,7 +39,7 @@ def run_case(
         found = timed(case)
     except InputError as refusal:
         return [SweepRow(number, "", REFUSED, str(refusal), None, "", *case[1:])]
-    return in_turns(lambda controller: _row(found, controller), controllers, number)
+    return in_turns(partial(_row, found), controllers, number)
 
 
 def made(scenario: Scenario, plan: Plan, size: float = 1.0) -> tuple[Outcome, list[str]]:
@@ -48,7 +49,7 @@ def made(scenario: Scenario, plan: Plan, size: float = 1.0) -> tuple[Outcome, li
 
 
 def _judged(case: Case, plan: Plan, samples: Sampled, size: float, judge: str) -> tuple[Outcome, list[str]]:
-    outcome, planned_samples = crossing(case, samples), plan.path.samples(case.rate_hz) + 1
+    outcome, planned_samples = crossing(case, samples), plan.path.samples(case.numbers.rate_hz) + 1
     return outcome, shortcomings(outcome, planned_samples, len(plan.crossings), size * PEAK_LIMIT, judge)
 
 
@@ -88,9 +89,9 @@ def _row(found: TimedCase, controller: str) -> SweepRow:
         authority=min(crossing.authority for crossing in plan.crossings),
         crossing_x=first.x,
         crossing_y=first.y,
-        reference_torque=_value(verdict, TORQUE),
-        dwell=_value(verdict, DWELL),
-        rest_kappa=_value(verdict, REST),
+        reference_torque=verdict.value(TORQUE),
+        dwell=verdict.value(DWELL),
+        rest_kappa=verdict.value(REST),
         limit=nearest.name,
         limit_use=use_of(nearest),
         fault=FAULT_NAMES[outcome.fault],
@@ -122,8 +123,3 @@ def use_of(figure: Figure) -> float:
     if figure.at_most:
         return figure.value / figure.limit
     return figure.limit / figure.value if figure.value > 0.0 else math.inf
-
-
-def _value(verdict: Feasibility, name: str) -> float | None:
-    figure = verdict.figure(name)
-    return None if figure is None else figure.value
