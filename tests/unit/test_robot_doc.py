@@ -10,7 +10,6 @@ from pathlib import Path
 from fivebar_bringup.live.recovery import ADVICE
 from fivebar_control.hardware.board_faults import CAUSES
 from fivebar_control.hardware.board_file import BoardDrive, BoardFile
-from fivebar_control.hardware.bus_load import bus_load, cycle_bits
 from fivebar_control.hardware.configuration import Bus, Drive, StartPosture, load_drives
 from fivebar_control.hardware.controlled_joints import FAULTS as JOINT_FAULTS
 from fivebar_control.hardware.controlled_joints import JointsLink
@@ -105,10 +104,10 @@ def test_every_interface_is_named_where_it_belongs() -> None:
 
 def test_the_load_of_the_bus_is_the_computed_one() -> None:
     drives = load_drives("dextar_socketcan")
-    assert f"| {cycle_bits(drives)} |" in PAGE
+    assert f"| {drives.cycle_bits} |" in PAGE
     for period, rate in ((1000, "1000 Hz"), (2000, "**500 Hz**"), (4000, "250 Hz")):
         row = next(line for line in PAGE.splitlines() if line.startswith(f"| {rate} "))
-        assert f"{100 * bus_load(drives.model_copy(update={'sync_period_us': period})):.1f} %" in row
+        assert f"{100 * drives.model_copy(update={'sync_period_us': period}).bus_load:.1f} %" in row
 
 
 def test_every_way_to_break_a_drive_is_told() -> None:

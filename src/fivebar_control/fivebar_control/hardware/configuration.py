@@ -24,6 +24,9 @@ Angle = Annotated[float, Field(ge=-100.0, le=100.0)]
 MICROSECONDS = 1_000_000
 """Microseconds in a second."""
 
+COMMAND_BYTES, STATUS_BYTES = 4, 6
+"""Data of the frames that each drive gets and answers in a cycle, besides that with its effort."""
+
 LARGEST_RAW_TORQUE = 0x7FFF
 """Largest value of 0x6071, which has 16 bits and a sign."""
 
@@ -171,6 +174,15 @@ class DrivePair(StrictModel):
     q21: Drive
 
 
+def frame_bits(data_bytes: int) -> int:
+    """Return the longest time, in bits, that a data frame with an 11-bit id takes on the CAN bus.
+
+    47 bits of frame and gap besides the data; after every 4 equal bits (5 with the stuffed one before) of the
+    34 + 8 n that are stuffed, another bit may be stuffed.
+    """
+    return 47 + 8 * data_bytes + (34 + 8 * data_bytes - 1) // 4
+
+
 class DriveFile(StrictModel):
     """One configuration file.
 
@@ -202,6 +214,33 @@ class DriveFile(StrictModel):
     def pair(self) -> tuple[Drive, Drive]:
         """The drives in the order of the motor joints."""
         return self.drives.q11, self.drives.q21
+
+    @property
+    def cycle_bits(self) -> int:
+        """Bits of one control cycle: SYNC, and per drive a command, a status and an effort frame."""
+        bits = frame_bits(0)
+        for drive in self.pair:
+            effort_bytes = 6 if drive.velocity_in_pdo else 2
+            bits += frame_bits(COMMAND_BYTES) + frame_bits(STATUS_BYTES) + frame_bits(effort_bytes)
+        return bits
+
+    @property
+    def bus_load(self) -> float:
+        """Share of the bus that cycles and heartbeats take at most; above 1 it cannot carry them."""
+        per_second = self.cycle_bits * MICROSECONDS / self.sync_period_us
+        for period in (self.master.heartbeat_ms, *(drive.heartbeat_ms for drive in self.pair)):
+            per_second += frame_bits(1) * 1e3 / period
+        return per_second / self.bus.bitrate
+
+    @model_validator(mode="after")
+    def _bus_carries_the_cycles(self) -> Self:
+        # only a real bus has a bit rate
+        if self.bus.interface == "socketcan" and self.bus_load > 1.0:
+            raise ValueError(
+                f"sync_period_us {self.sync_period_us}: cycles and heartbeats take {self.bus_load:.0%} of a bus with"
+                f" bitrate {self.bus.bitrate}: expected a longer period or a higher bit rate"
+            )
+        return self
 
     @model_validator(mode="after")
     def _sections_fit_together(self) -> Self:

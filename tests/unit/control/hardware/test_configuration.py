@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
-from fivebar_control.hardware.configuration import DriveFile, drives_path, load_drives
+from fivebar_control.hardware.configuration import DriveFile, drives_path, frame_bits, load_drives
 from fivebar_description.strict_yaml import InputError
 
 SHIPPED = sorted(path.stem for path in drives_path("dextar_emulated").parent.glob("*.yaml"))
@@ -100,3 +100,45 @@ def test_a_mistake_is_named(
 def test_an_unknown_name_lists_the_known_ones() -> None:
     with pytest.raises(InputError, match="drives 'nowhere': expected one of dextar_emulated, dextar_socketcan, or"):
         load_drives("nowhere")
+
+
+def test_a_bus_that_cannot_carry_the_cycles_is_refused(content: dict[str, Any], tmp_path: Path) -> None:
+    """At 125 kbit/s 705 bits every 2 ms are 2.8 times as much as there is, and three heartbeats every 20 ms 8 %."""
+    content["bus"] = {"interface": "socketcan", "channel": "can0", "bitrate": 125_000}
+    with pytest.raises(InputError, match=r"sync_period_us 2000: .* take \d+% of a bus with bitrate 125000: expected a lo"):
+        load_drives(written(tmp_path, content))
+    # an emulated bus has no bit rate
+    content["bus"] = {"interface": "udp_multicast", "channel": "239.74.163.2", "bitrate": 125_000}
+    assert load_drives(written(tmp_path, content)).bus_load > 2.8
+
+
+def test_frames_by_hand() -> None:
+    # SOF 1, id 11, RTR 1, control 6, CRC 15: 34 bits that are stuffed; 13 more that are not
+    assert frame_bits(0) == 34 + 13 + 8
+    assert frame_bits(8) == 34 + 64 + 13 + 24
+
+
+@pytest.mark.parametrize(("period_us", "load"), [(1000, 0.705), (2000, 0.3525)])
+def test_the_cycle_at_one_megabit(period_us: int, load: float) -> None:
+    quiet = {"heartbeat_ms": 0xFFFF}
+    drives = load_drives("dextar_socketcan")
+    master = drives.master.model_copy(update=quiet)
+    pair = drives.drives.model_copy(
+        update={"q11": drives.pair[0].model_copy(update=quiet), "q21": drives.pair[1].model_copy(update=quiet)}
+    )
+    drives = drives.model_copy(update={"sync_period_us": period_us, "master": master, "drives": pair})
+    assert drives.cycle_bits == 55 + 2 * 95 + 4 * 115 == 705
+    assert drives.bus_load == pytest.approx(load, abs=1e-5)
+
+
+def test_heartbeats_add_little() -> None:
+    # three heartbeats of 65 bits every 20 ms
+    assert frame_bits(1) == 65
+    assert load_drives("dextar_socketcan").bus_load == pytest.approx(0.3525 + 3 * 65 * 50 / 1e6, abs=1e-9)
+
+
+def test_a_velocity_less_cycle_is_shorter() -> None:
+    drives = load_drives("dextar_socketcan")
+    short = drives.pair[0].model_copy(update={"velocity_in_pdo": False})
+    drives = drives.model_copy(update={"drives": drives.drives.model_copy(update={"q11": short, "q21": short})})
+    assert drives.cycle_bits == 55 + 2 * 95 + 2 * 115 + 2 * 75
