@@ -173,7 +173,7 @@ def test_odds_are_compared_in_ten_intervals_for_each_rig_that_there_is() -> None
     assert lines["middling"][-1] == "+1.7 (-13.6 to +21.1)"
     assert len(odds.odds_table(rows).columns) == 3
     page = odds.ODDS.markdown(rows, [])
-    assert "On `middling` the mean of the predicted shares is 71.7 %, and 70.00 % of 30 crossings succeed." in page
+    assert "success is between 0.0 points on `good` and +1.7 points on `middling`." in page
     assert "`middling:normal`" not in page
     for some in (rows, [*rows, normal]):
         labels = odds.ODDS.figure(some).axes[0].get_legend_handles_labels()[1]

@@ -12,7 +12,7 @@ from fivebar_bringup.pages.style import AMBER, BLUE, GREEN, GREY, PURPLE, SKY, V
 from fivebar_bringup.studies.engine.running import FinishedStudy
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.results.page import ResultPage, TextTable
-from fivebar_bringup.studies.results.rigs import rig_words, share_text
+from fivebar_bringup.studies.results.rigs import RUNS, rig_words, share_text
 from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
 from fivebar_bringup.studies.sweep.statistics import share_of
 from fivebar_control.planning.limits import Risk
@@ -169,15 +169,15 @@ def binned(rows: Sequence[OddsRow]) -> list[Agreement]:
 
 
 def _answer(rows: Sequence[OddsRow]) -> str:
-    told = []
-    for rig, same in _by_rig(rows).items():
-        found = agreement_of(same)
-        if found is not None:
-            told.append(
-                f"On `{rig}` the mean of the predicted shares is {100.0 * found.predicted:.1f} %, and"
-                f" {share_of(found.successes, found.crossings).text} of {found.crossings} crossings succeed."
-            )
-    return " ".join(["A smaller required share accepts more crossings, and more of these fail.", *told])
+    told = ["A smaller required share accepts more crossings, and more of these fail."]
+    found = {rig: agreement for rig, same in _by_rig(rows).items() if (agreement := agreement_of(same))}
+    if found:
+        least, most = (choose(found, key=lambda rig: found[rig].bias) for choose in (min, max))
+        told.append(
+            f"Predicted minus observed success is between {_points(found[least].bias)} points on `{least}` and"
+            f" {_points(found[most].bias)} points on `{most}`."
+        )
+    return " ".join(told)
 
 
 def _figure(rows: Sequence[OddsRow]) -> Figure:
@@ -206,7 +206,7 @@ ODDS = ResultPage(
     name="odds",
     title="Success odds",
     question="what does the required share of robots decide, and do predicted and observed success agree?",
-    runs=("calibrated", "good", "middling", "middling_normal"),
+    runs=tuple(run.name for run in RUNS),
     table=RowTable(OddsRow),
     rows=odds_rows,
     answer=_answer,
