@@ -105,7 +105,7 @@ def test_an_unknown_name_lists_the_known_ones() -> None:
 def test_a_bus_that_cannot_carry_the_cycles_is_refused(content: dict[str, Any], tmp_path: Path) -> None:
     """At 125 kbit/s 705 bits every 2 ms are 2.8 times as much as there is, and three heartbeats every 20 ms 8 %."""
     content["bus"] = {"interface": "socketcan", "channel": "can0", "bitrate": 125_000}
-    with pytest.raises(InputError, match=r"sync_period_us 2000: .* take \d+% of a bus with bitrate 125000: expected a lo"):
+    with pytest.raises(InputError, match=r"sync_period_us 2000: .* take \d+% of a bus with bitrate 125000:"):
         load_drives(written(tmp_path, content))
     # an emulated bus has no bit rate
     content["bus"] = {"interface": "udp_multicast", "channel": "239.74.163.2", "bitrate": 125_000}
