@@ -692,6 +692,16 @@ def test_broken_bag_is_one_line_that_names_it(bag: tuple[Path, Messages], break_
     assert len(message.split(": ", 1)[1]) > 10
 
 
+def test_a_length_beyond_the_memory_is_called_damage(bag: tuple[Path, Messages]) -> None:
+    directory, _ = bag
+    file = directory / "run_0.mcap"
+    data = file.read_bytes()
+    # the first record, after eight bytes of magic: its kind, then its length in eight bytes
+    file.write_bytes(data[:9] + (2**62).to_bytes(8, "little") + data[17:])
+    with pytest.raises(BagError, match="a length in it is beyond this machine's memory, as in damaged files$"):
+        read_bag(directory)
+
+
 def test_serialized_messages_have_the_layout_of_cdr() -> None:
     encapsulation = b"\x00\x01\x00\x00"
     assert serialize.float64(-0.0) == encapsulation + struct.pack("<d", -0.0)

@@ -47,6 +47,8 @@ def read_bag(directory: Path, namespace: str | None = None) -> Recording:
         topics, custom_data, promised = _read(directory)
     except Exception as error:  # the reader raises many kinds of exception on damaged files, assertions included
         what = " ".join(str(error).split()) or type(error).__name__
+        if isinstance(error, MemoryError):
+            what = "a length in it is beyond this machine's memory, as in damaged files"
         raise BagError(directory, f"the bag cannot be read: {what}") from error
     found = sum(len(topic.messages) for topic in topics.values())
     if found < promised:

@@ -19,6 +19,7 @@ from fivebar_bringup.cli.app import (
     NamespaceOption,
     OutOption,
     OwnDomainOption,
+    PageOption,
     RealtimeOption,
     ScenarioArgument,
     command,
@@ -155,6 +156,7 @@ def goto(
         Path | None,
         typer.Option("--out", help="New or empty directory for the results [default: runs/goto-DATE-TIME]"),
     ] = None,
+    page: PageOption = True,
     as_json: JsonOption = False,
 ) -> None:
     """Plan a motion to the point X Y, check it, and run it.
@@ -201,6 +203,7 @@ def goto(
                 "--offline": offline or None,
                 "--ros": offline is False or None,
                 "--out": out,
+                "--no-page": None if page else True,
             }
             _refuse_given(without_effect, OF_ITS_OWN)
             check_ros_environment()
@@ -256,9 +259,11 @@ def goto(
         scenario = likely.scenario
         with progress_bar("goto", as_json) as progress:
             if with_nodes:
-                directory, summary = run_with_ros(scenario, Mode.LOCKSTEP, out, None, progress, odds=likely.known_odds)
+                directory, summary = run_with_ros(
+                    scenario, Mode.LOCKSTEP, out, None, progress, with_page=page, odds=likely.known_odds
+                )
             else:
-                directory, summary = run_offline(scenario, out, progress, odds=likely.known_odds)
+                directory, summary = run_offline(scenario, out, progress, page, likely.known_odds)
     if as_json:
         print(json.dumps({"plan": plan, "summary": summary.as_dict()}, indent=2, allow_nan=False))
     else:

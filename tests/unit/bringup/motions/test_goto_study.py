@@ -10,12 +10,13 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.motions.live import goal_fields
 from fivebar_bringup.motions.request import Request, plan_request, scenario_of
 from fivebar_bringup.motions.start import Start
-from fivebar_bringup.recorded.run_directory import new_run_directory
+from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -109,6 +110,15 @@ def test_it_is_judged_by_the_path_where_that_is_asked_for() -> None:
     assert (code, "--judge: 'way': expected one of timed, path" in refusal) == (2, True)
     code, _, refusal = goto("0", "0.02", "--live", "--judge", "path")
     assert (code, "--judge: expected without --live" in refusal) == (2, True)
+
+
+def test_without_a_page_summary_and_bag_are_written(tmp_path: Path) -> None:
+    code, _, err = goto("0", "0.14", "--no-page", "--out", str(tmp_path / "run"))
+    assert code == 0, err
+    run = RunDirectory(tmp_path / "run")
+    assert json.loads(run.summary.read_text())["outcome"] == "succeeded"
+    assert read_bag(run.bag).count(JOINT_STATES) > 0
+    assert not run.page.exists()
 
 
 @pytest.mark.extra
@@ -228,6 +238,7 @@ def test_it_goes_on_only_where_the_platform_carries_nothing(
                 ("--offline",),
                 ("--ros",),
                 ("--out", "new"),
+                ("--no-page",),
             )
         ),
         (("--torque-limit", "0", "--out", "new"), "--torque-limit, --out: expected without --live"),
