@@ -74,7 +74,7 @@ class MotorRunFiles:
             "pace": "commands",
             "period_us": period_us,
             "watchdog_ms": max(1, cycles * period_us // 1000),
-            "link": self._private_link(content["link"], folder),
+            "link": self._link_of_run(content, folder),
         }
         content |= common | {
             "gather_deadline_us": int(GATHER_FRACTION * period_us),
@@ -93,6 +93,17 @@ class MotorRunFiles:
         write_checked(files.emulation, emulated_robot(scenario) | common | {"motors": facts}, MotorsEmulationFile)
         write_checked(files.drives, content, MotorsFile)
         return files
+
+    def _link_of_run(self, content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+        """Return the section `link` of a rehearsal, and name an interface whose own function fails."""
+        try:
+            return self._private_link(content["link"], folder)
+        except Exception as error:  # whatever a function of somebody else raises
+            words = " ".join(str(error).split()) or "without a word"
+            raise InputError(
+                f"interface {content['interface']!r}: its function for a private link fails with"
+                f" {type(error).__name__}: {words}; it was given link: {dict(content['link'])}"
+            ) from error
 
     def _of_scenario(self, scenario: Scenario, configuration: str) -> MotorsFile:
         check_drivable(scenario)
