@@ -698,7 +698,7 @@ def test_a_length_beyond_the_memory_is_called_damage(bag: tuple[Path, Messages])
     data = file.read_bytes()
     # the first record, after eight bytes of magic: its kind, then its length in eight bytes
     file.write_bytes(data[:9] + (2**62).to_bytes(8, "little") + data[17:])
-    with pytest.raises(BagError, match="a length in it is beyond this machine's memory, as in damaged files$"):
+    with pytest.raises(BagError, match=r"a length in it is beyond this machine's memory, as in damaged files$"):
         read_bag(directory)
 
 

@@ -24,7 +24,7 @@ def on_its_own_channel(link: Mapping[str, Any], folder: Path) -> dict[str, Any]:
 
 def test_a_private_link_that_fails_names_its_interface_error_and_link(tmp_path: Path) -> None:
     files = MotorRunFiles(without_its_key, shipped="odrive")
-    with pytest.raises(InputError, match=r"^interface 'odrive': .* fails with KeyError: 'serial_port'; .* link: \{") as it:
+    with pytest.raises(InputError, match=r"^interface 'odrive': .* with KeyError: 'serial_port'; .* link: \{") as it:
         files.write_rehearsal(load_scenario("middle_odrive"), tmp_path, None)
     assert "\n" not in str(it.value)
     assert not list(tmp_path.iterdir())
