@@ -48,24 +48,8 @@ def test_a_page_says_what_its_data_say(page: ResultPage[Any], kept: ResultFiles)
     assert {row[0] for row in kept.rows[page.name]} <= set(kept.made)
 
 
-def test_rows_that_were_copied_are_named_and_have_no_version(kept: ResultFiles) -> None:
-    copied = {run for run, one in kept.made.items() if not one.program}
-    assert copied == {run for run, one in kept.made.items() if not one.version}
-    for page in PAGES:
-        text = (RESULTS / f"{page.name}.md").read_text(encoding="utf-8")
-        given = {row[0] for row in kept.rows[page.name]}
-        assert ("**Copied, not made by" in text) == bool(copied & given), page.name
-
-
-def test_a_page_names_what_copied_rows_do_not_have(kept: ResultFiles) -> None:
-    row = next(row for row in kept.rows["rigs"] if row.run == "middling")
-    made = kept.made["middling"]
-    page = rigs.RIGS.markdown(
-        [row, row._replace(run="good", unlikely=None)], [made, made._replace(run="good", program="")]
-    )
-    said = page.partition("**Copied, not made by `fivebar results`:** ")[2]
-    assert said.startswith("the rows of `good` are those of earlier pages")
-    assert "are empty: `unlikely`." in said
+def test_all_rows_are_made_by_the_command(kept: ResultFiles) -> None:
+    assert not [run for run, one in kept.made.items() if not (one.version and one.program)]
 
 
 def test_a_page_says_by_how_much_its_samples_are_smaller_than_the_whole_ones(kept: ResultFiles) -> None:

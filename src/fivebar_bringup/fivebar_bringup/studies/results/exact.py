@@ -32,16 +32,16 @@ class ExactRow(NamedTuple):
         controller: by name.
         accepted: crossings that planner and screen accept.
         successes: of these.
-        planned: crossings that the planner accepts; nothing where it was not kept.
-        planned_successes: of these; nothing where it was not kept.
+        planned: crossings that the planner accepts.
+        planned_successes: of these.
     """
 
     run: str
     controller: str
     accepted: int
     successes: int
-    planned: int | None
-    planned_successes: int | None
+    planned: int
+    planned_successes: int
 
 
 def exact_rows(run: str, finished: FinishedStudy) -> list[ExactRow]:
@@ -60,12 +60,12 @@ def exact_table(rows: Sequence[ExactRow]) -> TextTable:
     lines = []
     for row in rows:
         screened = share_text(row.successes, row.accepted) if row.accepted else "–"
-        every = "–" if not row.planned else share_text(row.planned_successes or 0, row.planned)
+        every = share_text(row.planned_successes, row.planned) if row.planned else "–"
         entries = (
             f"`{row.controller}`",
             f"{row.accepted}",
             screened,
-            "–" if not row.planned else f"{row.planned}",
+            f"{row.planned}",
             every,
         )
         lines.append(entries)
@@ -88,7 +88,7 @@ def _figure(rows: Sequence[ExactRow]) -> Figure:
     for place, row in enumerate(rows):
         for offset, good, count, colour in (
             (-0.18, row.successes, row.accepted, look_of(row.controller)[0]),
-            (0.18, row.planned_successes or 0, row.planned or 0, GREY),
+            (0.18, row.planned_successes, row.planned, GREY),
         ):
             if count:
                 low, high = clopper_pearson(good, count)

@@ -36,9 +36,9 @@ class LawRow(NamedTuple):
         crossings: the first so many of the benchmark.
         successes: of these.
         error_50: median of the largest distance from the reference (m).
-        error_95: 95 % percentile of the same; nothing where it was not kept.
-        torque_50: median of the largest torque (Nm); nothing where it was not kept.
-        stopped: crossings that a fault has stopped; nothing where it was not kept.
+        error_95: 95 % percentile of the same.
+        torque_50: median of the largest torque (Nm).
+        stopped: crossings that a fault has stopped.
     """
 
     run: str
@@ -47,9 +47,9 @@ class LawRow(NamedTuple):
     crossings: int
     successes: int
     error_50: float
-    error_95: float | None
-    torque_50: float | None
-    stopped: int | None
+    error_95: float
+    torque_50: float
+    stopped: int
 
 
 def law_rows(run: str, finished: FinishedStudy) -> list[LawRow]:

@@ -61,8 +61,8 @@ class MadeRun(NamedTuple):
         run: name.
         sample: number of cases, of a sweep that of accepted crossings.
         made: date.
-        version: of the project, nothing where it was not kept; between two releases that of the last one.
-        program: digest of the code that decides the rows; nothing for rows that were copied from earlier pages.
+        version: of the project; between two releases that of the last one.
+        program: digest of the code that decides the rows.
         command: that makes the same rows.
     """
 
@@ -119,10 +119,7 @@ class ResultPage(Generic[Row]):
         limits = "\n".join(f"* {limit}" for limit in self.limits)
         given = {row[0] for row in rows}
         made = [one for one in made if one.run in given]
-        runs = [
-            (one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version or "–", one.program or "–")
-            for one in made
-        ]
+        runs = [(one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version, one.program) for one in made]
         further = "" if self.beside is None else f"\n{self.beside(rows).markdown()}"
         data = TextTable(("run", "sample", "command", "made", "version", "program"), runs)
         return f"""# {self.title}
@@ -148,24 +145,7 @@ class ResultPage(Generic[Row]):
 `fivebar results` makes this page, and [made.csv](made.csv) says when each run was made. Code between two releases has
 the version of the last one; `program` is a digest of the code that decides the rows, and tells such code apart.
 
-{data.markdown()}{self._copied(rows, made)}"""
-
-    def _copied(self, rows: Sequence[Row], made: Sequence[MadeRun]) -> str:
-        """Return what is to be said of rows that no run of the command has written, nothing where there are none."""
-        runs = [one.run for one in made if not one.program]
-        if not runs:
-            return ""
-        copied = [row for row in rows if row[0] in runs]
-        empty = [
-            f"`{name}`" for place, name in enumerate(self.table.columns) if any(row[place] is None for row in copied)
-        ]
-        left_out = f" Columns that those pages did not have are empty: {', '.join(empty)}." if empty else ""
-        names = ", ".join(f"`{run}`" for run in runs)
-        return f"""
-**Copied, not made by `fivebar results`:** the rows of {names} are those of earlier pages of this project, with errors
-rounded as they were there.{left_out} Command and date are those of the study that had made them. The version of its
-code was not kept; the code of today may choose other durations and find other numbers.
-"""
+{data.markdown()}"""
 
 
 def _small(made: Sequence[MadeRun], whole: Mapping[str, int]) -> str:

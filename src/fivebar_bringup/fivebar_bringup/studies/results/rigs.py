@@ -57,8 +57,8 @@ class RigRow(NamedTuple):
         estimate_50, estimate_95, estimate_99: percentiles of the largest error of the estimate (m).
         refused: crossings that the screen refuses.
         refused_successes: of these, when run all the same.
-        unlikely: crossings that are refused for their odds or loads alone; nothing where it was not kept.
-        unlikely_successes: of these, when run all the same; nothing where it was not kept.
+        unlikely: crossings that are refused for their odds or loads alone.
+        unlikely_successes: of these, when run all the same.
     """
 
     run: str
@@ -79,8 +79,8 @@ class RigRow(NamedTuple):
     estimate_99: float | None
     refused: int
     refused_successes: int
-    unlikely: int | None
-    unlikely_successes: int | None
+    unlikely: int
+    unlikely_successes: int
 
 
 def rig_rows(run: str, finished: FinishedStudy) -> list[RigRow]:
@@ -154,11 +154,11 @@ LINES: tuple[tuple[str, Callable[[RigRow], str]], ...] = (
     ("refused by the screen, of these a success", lambda row: f"{row.refused}, {row.refused_successes}"),
     (
         "refused for odds or loads alone, of these a success",
-        lambda row: "–" if row.unlikely is None else f"{row.unlikely}, {row.unlikely_successes}",
+        lambda row: f"{row.unlikely}, {row.unlikely_successes}",
     ),
     (
         "success, if these count as failures",
-        lambda row: "–" if row.unlikely is None else share_text(row.successes, row.accepted + row.unlikely),
+        lambda row: share_text(row.successes, row.accepted + row.unlikely),
     ),
 )
 """Lines of the table: words, and the entry of a rig."""
@@ -187,8 +187,7 @@ def _figure(rows: Sequence[RigRow]) -> Figure:
     figure = Figure(figsize=(9.0, 1.2 + 0.5 * len(rows)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True)
     for place, row in enumerate(rows):
-        both = 0 if row.unlikely is None else row.accepted + row.unlikely
-        for offset, count, colour in ((-0.12, row.accepted, BLUE), (0.12, both, GREY)):
+        for offset, count, colour in ((-0.12, row.accepted, BLUE), (0.12, row.accepted + row.unlikely, GREY)):
             if count:
                 low, high = clopper_pearson(row.successes, count)
                 left.plot((100 * low, 100 * high), [place + offset] * 2, color=colour, linewidth=2.5)
