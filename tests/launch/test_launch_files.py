@@ -54,7 +54,7 @@ pytestmark = pytest.mark.skipif(
     reason="launch and launch_ros are not installed: they come with a ROS 2 installation, and are not on PyPI",
 )
 
-LAUNCH_SERVICE = Path(__file__).with_name("launch_service.py")
+SERVICE = Path(__file__).with_name("launch_service.py")
 COLOURS = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
 
 SHORT = {
@@ -100,7 +100,7 @@ class LaunchCall(CommandCall, ChildProcess):
         self.folder, self.out = folder.resolve(), folder.resolve() / "out"
         path = name if isinstance(name, Path) else share_file("fivebar_bringup", "launch", f"{name}.launch.py")
         self._environment = {**clean_environment(domain, folder), **variables}
-        ChildProcess.__init__(self, [sys.executable, str(LAUNCH_SERVICE), str(path), *arguments], folder, self._environment)
+        ChildProcess.__init__(self, [sys.executable, str(SERVICE), str(path), *arguments], folder, self._environment)
 
     @property
     def output(self) -> str:
