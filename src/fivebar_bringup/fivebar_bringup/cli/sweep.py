@@ -52,7 +52,7 @@ def sweep(
     seed: Annotated[
         int | None, typer.Option("--seed", min=0, help="Of all cases. [default: 1, or that of the study in --out]")
     ] = None,
-    controllers: Annotated[str | None, controllers_option("those that the engine takes, but path")] = None,
+    controllers: Annotated[str | None, controllers_option("those that the engine compiles, but path")] = None,
     rig: Annotated[
         str | None,
         typer.Option(

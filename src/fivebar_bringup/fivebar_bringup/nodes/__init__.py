@@ -1,4 +1,4 @@
-"""ROS nodes around a run: recorder, process of composed nodes, run monitor, status and goal clients, benchmark."""
+"""ROS nodes around a run: recorder, process of composed nodes, run monitor, goal client, scene and viewer."""
 
 from fivebar_description.ros_environment import require_middleware
 

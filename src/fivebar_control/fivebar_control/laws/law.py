@@ -4,7 +4,7 @@ A law is one module with a settings class, the memory before the first sample, a
 `registry` lists the laws of this package; a law from elsewhere is named in a scenario by its module,
 `controller: my_package.my_law:LAW`. Nodes, the offline runner, the compiled engine and the planner's screen all run the
 same step, so it must be a plain module-level function of numbers that numba can compile. One that it cannot, such as a
-law with a solver from a library, says so (`compiles`), and the engine refuses it.
+law with a solver from a library, says so (`compiles`), and the engine interprets its loop, which takes longer.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class Law(NamedTuple):
         observes_disturbance: whether it estimates disturbance torques itself; for all others an estimator may.
         min_authority: least |n . v1| at which it can cross.
         samples_ahead: from its settings, of how many samples that follow it needs the reference.
-        compiles: whether numba can compile the step, so that the engine can run it.
+        compiles: whether numba can compile the step; without, the engine interprets the loop around it.
         prepare: (robot, mode1, mode2, references of all samples, period, settings as numbers) -> the memory before the
             first sample, for a law that needs the whole plan.
         follow: (memory, float64[n, 6] as in `Platform`) -> the memory to go on with where a motion begins that is

@@ -22,7 +22,7 @@ from fivebar_control.trajectory.planner import Plan
 from fivebar_description.strict_yaml import InputError
 
 SWEPT = tuple(name for name in registry.TIMED_CONTROLLERS if registry.CONTROLLERS[name].compiles)
-"""The controllers of a sweep, unless others are asked for: those that the engine takes."""
+"""The controllers of a sweep, unless others are asked for: those that numba compiles."""
 
 
 def counted(controllers: Sequence[str]) -> str:
