@@ -98,6 +98,9 @@ class MotorRunFiles:
         """Return the section `link` of a rehearsal, and name an interface whose own function fails."""
         try:
             return self._private_link(content["link"], folder)
+        except InputError:
+            # what it refuses, in its own words
+            raise
         except Exception as error:  # whatever a function of somebody else raises
             words = " ".join(str(error).split()) or "without a word"
             raise InputError(

@@ -18,6 +18,10 @@ def without_its_key(link: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return {"port": link["serial_port"]}
 
 
+def refused(link: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    raise InputError("--drives: expected a link with a free port")
+
+
 def on_its_own_channel(link: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     return {**link, "channel": "239.74.163.77", "interface": "udp_multicast"}
 
@@ -28,6 +32,11 @@ def test_a_private_link_that_fails_names_its_interface_error_and_link(tmp_path: 
         files.write_rehearsal(load_scenario("middle_odrive"), tmp_path, None)
     assert "\n" not in str(it.value)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_private_link_that_is_refused_is_so_in_the_words_of_its_interface(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"^--drives: expected a link with a free port$"):
+        MotorRunFiles(refused, shipped="odrive").write_rehearsal(load_scenario("middle_odrive"), tmp_path, None)
 
 
 def test_a_rehearsal_is_on_its_private_link(tmp_path: Path) -> None:
