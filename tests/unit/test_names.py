@@ -49,7 +49,7 @@ ELSEWHERE = {
         "fivebar_description.motors_file",
     ),
     "unit/control/hardware/test_waiting_session.py": ("fivebar_control.hardware.drive_session",),
-    "unit/control/model/test_external_force.py": ("fivebar_control.trajectory.pushed_law",),
+    "unit/control/model/test_external_force.py": ("fivebar_control.trajectory.pushed_law", "fivebar_description.loads"),
     "unit/control/laws/test_multi_model.py": ("fivebar_control.trajectory.criterion",),
     "unit/control/laws/test_robot_sizes.py": (
         "fivebar_description.known_drives",
