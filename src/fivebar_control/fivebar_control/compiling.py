@@ -160,9 +160,11 @@ def _machine_code(function: FunctionType, **options: Any) -> Any:
 
 def is_of_compiler(error: Exception) -> bool:
     """Return whether an error is that of a function, or of its arguments, that cannot be compiled."""
-    from numba.core.errors import NumbaError, UnsupportedBytecodeError
+    from numba.core import errors
 
-    return isinstance(error, NumbaError | UnsupportedBytecodeError | TypeError)
+    # older versions raise a NumbaError for what has an error of its own, which is none, in later ones
+    of_bytecode = getattr(errors, "UnsupportedBytecodeError", errors.NumbaError)
+    return isinstance(error, (errors.NumbaError, of_bytecode, TypeError))
 
 
 def processor() -> str:

@@ -119,7 +119,7 @@ def run(
     as_json: JsonOption = False,
     parent: Annotated[int | None, typer.Option(hidden=True, help="Process that started this one and ends it.")] = None,
 ) -> None:
-    """Run a motion with all ROS nodes; leave a bag and a report.
+    """Run a motion with all ROS nodes; leave bag and report.
 
     The nodes of SCENARIO are processes that talk by topics, as on a robot. By default the plant waits for them, so that
     the result does not depend on the speed of this machine.

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from toy_study import TOY
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.studies.engine.chunks import defined
 from fivebar_bringup.studies.engine.executor import LocalProcesses
 from fivebar_bringup.studies.engine.running import FinishedStudy, silent
-from fivebar_bringup.studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_bringup.studies.engine.table import RowTable
 from fivebar_bringup.studies.reproduce.verdicts import Verdict
 from fivebar_bringup.studies.results import comparison, crossing, faults, laws, odds, rigs
@@ -207,39 +207,11 @@ def test_what_crossing_buys_is_counted() -> None:
     assert table[4:7] == ["2, 1", "0.50, 0.50", "1, 0.75 s"]
 
 
-class ToySettings(StudySettings):
-    """Cases, and what is in their rows."""
-
-    cases: int = 1
-    value: float = 1.0
-
-
 class ToyRow(NamedTuple):
     """A row of the toy study, and of its page."""
 
     run: str
     value: float
-
-
-class ToyCase(NamedTuple):
-    """A case of the toy study."""
-
-    case: int
-    value: float
-
-
-TOY = Study(
-    name="toy",
-    place=f"{__name__}:TOY",
-    settings=ToySettings,
-    table=RowTable(ToyCase),
-    run=lambda settings, number: [ToyCase(number, settings.value)],
-    cases=lambda settings: settings.cases,
-    chunk=1,
-    report=lambda settings, rows: StudyReport("page", {}, []),
-    program=lambda settings: "0123",
-    command=lambda settings: f"toy --cases {settings.cases} --value {settings.value:g}",
-)
 
 
 def toy_page() -> ResultPage[ToyRow]:

@@ -198,7 +198,7 @@ def _figure(rows: Sequence[OddsRow]) -> Figure:
     axes.set_xticks(range(0, 101, 10))
     axes.set_xlabel("of the drawn robots make it, %")
     axes.set_ylabel("of the crossings succeed, %")
-    figure.legend(loc="outside lower center", ncols=3, frameon=False)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncol=3, frameon=False)
     return figure
 
 
