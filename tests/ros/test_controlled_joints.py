@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,12 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.signals import SignalHandlerOptions
 from served_board import wait_for
+from std_msgs.msg import Float64MultiArray
 
-from fivebar_control.hardware.controlled_joints import FAULTS
+from fivebar_control.hardware.controlled_joints import FAULTS, WATCHDOG, load_joints
 from fivebar_control.hardware.drive_interface import DriveInterface, Exchange
 from fivebar_control.hardware.fault import DriveError
+from fivebar_control.ros.controller_watch import ControllerWatch
 from fivebar_control.ros.ros2_control import connect
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -225,6 +228,23 @@ def test_a_torque_that_is_measured_has_acted(cell: Bench, tmp_path: Path) -> Non
         pushed = exchanged(drives, lambda one: one.complete and one.readings[0].torque > 0.0)
         assert pushed.readings[0].velocity > 0.0 > pushed.readings[1].velocity
         drives.close()
+
+
+def test_a_watchdog_that_does_not_hear_the_commands_counts_as_missing(robot: ControlledRobot, tmp_path: Path) -> None:
+    """One that is there and publishes, but has not found the bridge yet, would not notice that its torque ends."""
+    _, link = load_joints(str(drives_file(tmp_path)))
+    bridge, watchdog = (
+        rclpy.create_node(name, namespace="/deaf", enable_rosout=False) for name in ("controlled_joints", WATCHDOG)
+    )
+    try:
+        for node in (bridge, watchdog):
+            node.create_publisher(Float64MultiArray, link.commands, 1)
+        deaf = f"watchdog_missing: /deaf/{WATCHDOG}: it does not hear what this bridge publishes on {link.commands}"
+        with pytest.raises(DriveError, match=deaf):
+            ControllerWatch(bridge, link).find(time.monotonic() + 10.0)
+    finally:
+        bridge.destroy_node()
+        watchdog.destroy_node()
 
 
 def test_a_bridge_that_hangs_or_dies_leaves_no_torque(bench: Bench, tmp_path: Path) -> None:

@@ -11,6 +11,10 @@ from fivebar_control.hardware.motors_file import MotorsFile, load_motors
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
 WATCHDOG = "command_watchdog"
+
+HEARS, SEPARATOR = "hears", ", "
+"""Key in the watchdog's report of the publishers whose commands it hears, by their DDS identities, and what is between
+two of them."""
 """Name of the node that commands zero torque where the bridge no longer does."""
 
 FullName = Annotated[str, Field(pattern=r"^(/[A-Za-z_]\w*)+$")]

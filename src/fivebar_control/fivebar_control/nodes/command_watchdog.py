@@ -11,12 +11,14 @@ from collections.abc import Mapping
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
 from std_msgs.msg import Float64MultiArray, String
 
-from fivebar_control.hardware.controlled_joints import WATCHDOG, load_joints
+from fivebar_control.hardware.controlled_joints import HEARS, SEPARATOR, WATCHDOG, load_joints
 from fivebar_control.hardware.held_command import HeldCommand
 from fivebar_control.ros.node_settings import WatchdogSettings
 from fivebar_description.interface import ALL_WELL, CONTROL_QOS, DRIVES_STATE, FAULTS
+from fivebar_description.ros.endpoints import is_own, publishers_of
 from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import DELIVERY_TIME, GraphNode
 from fivebar_description.ros.run import run_node
@@ -41,7 +43,11 @@ class CommandWatchdog(GraphNode):
         self._overdue = False
         self._faults = self.advertise(FAULTS)
         self._commands = self.create_publisher(Float64MultiArray, link.commands, COMMAND_DEPTH)
-        self.create_subscription(Float64MultiArray, link.commands, self._on_command, COMMAND_DEPTH)
+        # whoever waits until it is heard need not wait for the next report
+        heard = SubscriptionEventCallbacks(matched=lambda _: self.report())
+        self.create_subscription(
+            Float64MultiArray, link.commands, self._on_command, COMMAND_DEPTH, event_callbacks=heard
+        )
         self.create_subscription(String, DRIVES_STATE.name, self._on_state, qos_profile(CONTROL_QOS))
         self.every(timeout / LOOKS, self._look)
 
@@ -58,8 +64,9 @@ class CommandWatchdog(GraphNode):
         return super().health()
 
     def metrics(self) -> Mapping[str, object]:
-        """Return how often a torque had to be ended."""
-        return {"torques_ended": self._ended}
+        """Return how often a torque had to be ended, and whose commands are heard."""
+        heard = (one.gid.hex() for one in publishers_of(self, self._topic) if not is_own(self, one))
+        return {"torques_ended": self._ended, HEARS: SEPARATOR.join(sorted(heard))}
 
     def _on_command(self, message: Float64MultiArray) -> None:
         self._held.take(message.data, time.monotonic())

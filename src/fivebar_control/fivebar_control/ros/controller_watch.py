@@ -13,7 +13,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.controlled_joints import WATCHDOG, JointsLink
+from fivebar_control.hardware.controlled_joints import HEARS, SEPARATOR, WATCHDOG, JointsLink
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.interface import DIAGNOSTICS, node_of_status
 from fivebar_description.publishers import Living, second_publisher
@@ -33,6 +33,9 @@ SERVICE_TIME = 1.0
 
 WATCHDOG_TIME = 3.5
 """Age (s) of the watchdog's last report, one of which comes each second, beyond which it counts as missing."""
+
+HEARING_TIME = 2.5
+"""Longest time (s) for which the watchdog's report is awaited that it hears the commands: it reports each second."""
 
 ACTIVE = "active"
 EFFORT = "effort"
@@ -56,6 +59,8 @@ class ControllerWatch:
         """The state of the controller, as the controller manager has it."""
         self._reported: float | None = None
         """When the watchdog has last reported, None until it has been found."""
+        self._heard: frozenset[str] = frozenset()
+        """The publishers whose commands it hears, by its last report."""
         node.create_subscription(DiagnosticArray, DIAGNOSTICS.name, self._on_diagnostics, DIAGNOSTICS.qos.depth)
         node.create_timer(LOOK_PERIOD, self.look)
 
@@ -75,7 +80,7 @@ class ControllerWatch:
         return None if self._listens else Fault("controller_lost", f"{self._link.controller} no longer listens")
 
     def find(self, end: float) -> None:
-        """Find the controller as it is described, and the watchdog.
+        """Find the controller as it is described, and the watchdog, which has to hear the commands.
 
         Raises:
             DriveError: one is missing at a time (s) of the steady clock, or the controller differs or is not active.
@@ -84,6 +89,10 @@ class ControllerWatch:
         self._wait_until(self._has_watchdog, end)
         if not self._has_watchdog():
             raise DriveError(Fault("watchdog_missing", f"{self._watchdog}: it does not publish {self._link.commands}"))
+        self._wait_until(self._is_heard, time.monotonic() + HEARING_TIME)
+        if not self._is_heard():
+            words = f"it does not hear what this bridge publishes on {self._link.commands}"
+            raise DriveError(Fault("watchdog_missing", f"{self._watchdog}: {words}"))
         self._reported = time.monotonic()
 
     def _find_controller(self, end: float) -> None:
@@ -145,6 +154,10 @@ class ControllerWatch:
     def _has_watchdog(self) -> bool:
         return any(one.node == self._watchdog for one in publishers_of(self._node, self._link.commands))
 
+    def _is_heard(self) -> bool:
+        publishers = publishers_of(self._node, self._link.commands)
+        return any(is_own(self._node, one) and one.gid.hex() in self._heard for one in publishers)
+
     def look(self) -> None:
         """Look who publishes the commands, and whether the controller listens; in any thread."""
         publishers = publishers_of(self._node, self._link.commands)
@@ -164,8 +177,11 @@ class ControllerWatch:
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            if self._reported is not None and node_of_status(status.name) == self._watchdog:
-                self._reported = time.monotonic()
+            if node_of_status(status.name) == self._watchdog:
+                values = {value.key: value.value for value in status.values}
+                self._heard = frozenset(values.get(HEARS, "").split(SEPARATOR))
+                if self._reported is not None:
+                    self._reported = time.monotonic()
             elif status.name.endswith(ACTIVITY):
                 for value in status.values:
                     if value.key == f"{self._short_name}.state":

@@ -134,7 +134,7 @@ class GraphNode(Node):
             qos = qos_profile(CONTROL_QOS)
             self.create_subscription(String, FAULTS.name, lambda message: self._watch.heard(message.data), qos)
         self._diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS.name, DIAGNOSTICS.qos.depth)
-        self.every(DIAGNOSTICS_PERIOD, self._publish_diagnostics)
+        self.every(DIAGNOSTICS_PERIOD, self.report)
         self.add_on_set_parameters_callback(partial(check_changes, self.declared))
 
     def stop(self) -> None:
@@ -471,7 +471,8 @@ class GraphNode(Node):
         """Return the metrics that this class adds to those of every node on /diagnostics."""
         return {}
 
-    def _publish_diagnostics(self) -> None:
+    def report(self) -> None:
+        """Publish health and metrics, as each second."""
         rates = self._rate_watch.take()
         level, message = self.health()
         timing = self._thresholds.timing_problem(rates)
