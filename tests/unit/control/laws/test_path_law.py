@@ -20,7 +20,7 @@ from fivebar_control.laws.path import (
     path_memory,
     plan_at,
 )
-from fivebar_control.laws.reference import Reference, reference_from_platform
+from fivebar_control.laws.reference import Reference, held_torque, reference_from_platform
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
 from fivebar_control.laws.unified import UnifiedSettings, input_map, normal_matrix, unified_law_step
@@ -174,6 +174,39 @@ def test_the_change_of_the_pace_is_what_the_torque_limit_leaves(dextar: FiveBar)
     error += narrow.kp * (np.array(desired[:2]) - [state.x, state.y])
     wanted = 0.64 * np.array(desired[4:]) + found * np.array(desired[2:4]) + error - [mapped.a0_x, mapped.a0_y]
     assert np.abs(np.linalg.solve(matrix, gain.T @ wanted)).max() == pytest.approx(0.2, rel=1e-9)
+
+
+def test_the_change_of_the_pace_keeps_both_torques_for_any_state_pace_and_load(dextar: FiveBar) -> None:
+    """Against the least squares in matrices, whose torques are linear in the change: u = H^-1 (G^T a + w u_0) + off."""
+    drawn = np.random.default_rng(7)
+    kinds = {"free": 0, "bounded": 0, "impossible": 0}
+    for _ in range(300):
+        x, y = drawn.uniform((-0.02, 0.02), (0.02, 0.14))
+        state = state_from_platform(dextar, *MODE, x, y, *drawn.uniform(-0.3, 0.3, 2))
+        desired = Platform(*(np.array((x, y)) + drawn.uniform(-5e-4, 5e-4, 2)), *drawn.uniform(-0.5, 0.5, 2), 0.8, -0.5)
+        pace, wanted = drawn.uniform(0.3, 1.5), drawn.uniform(-40.0, 40.0)
+        off, limit = Torque(*drawn.uniform(-0.3, 0.3, 2)), drawn.uniform(0.3, 6.0)
+        one = settings(torque_limit=limit, kp=900.0, kd=40.0, weight=0.3)
+        mapped = input_map(dextar, state)
+        assert mapped is not None
+        matrix = np.array(((mapped.g_x1, mapped.g_x2), (mapped.g_y1, mapped.g_y2)))
+        speed, along = np.array((state.vx, state.vy)), np.array((desired.vx, desired.vy))
+        planned = np.array((desired.ax, desired.ay)) * pace**2
+        target = planned + 40.0 * (pace * along - speed) + 900.0 * np.array((desired.x - x, desired.y - y))
+        target -= (mapped.a0_x, mapped.a0_y)
+        inverse = np.linalg.inv(matrix.T @ matrix + 0.3 * np.eye(2))
+        rest = inverse @ (matrix.T @ target + 0.3 * np.array(held_torque(dextar, state, *planned))) + np.array(off)
+        slope = inverse @ matrix.T @ along
+        ends = np.sort(np.stack(((-limit - rest) / slope, (limit - rest) / slope)), axis=0)
+        low, high = max(-FASTEST_CHANGE, *ends[0]), min(FASTEST_CHANGE, *ends[1])
+        expected = np.clip(
+            0.5 * (low + high) if low > high else np.clip(wanted, low, high), -FASTEST_CHANGE, FASTEST_CHANGE
+        )
+        kinds["impossible" if low > high else "free" if low < wanted < high else "bounded"] += 1
+        assert pace_change(dextar, state, desired, pace, wanted, off, one) == pytest.approx(
+            expected, abs=1e-6, rel=1e-7
+        )
+    assert min(kinds.values()) > 20, kinds
 
 
 @pytest.mark.parametrize("held", [0, 60])
