@@ -82,6 +82,30 @@ def test_a_robot_on_its_plan_gets_the_torque_of_the_unified_law(dextar: FiveBar)
         assert tuple(found) == pytest.approx(tuple(wanted), abs=1e-9 if off == 0.0 else 0.05)
 
 
+def test_what_the_reference_compensates_besides_friction_is_compensated(dextar: FiveBar) -> None:
+    state, given, one = on_plan(dextar, 120), reference(dextar, 120), settings()
+    memory = PathMemory(memory_of(dextar, one).plan, 119, 120.0, NOTHING_OBSERVED._replace(d1=0.03, d2=0.04))
+    more = given._replace(f1=given.f1 + 0.2, f2=given.f2 - 0.1)
+    first, second = (LAW.step(dextar, instant(state, asked), memory, one)[0] for asked in (given, more))
+    assert (second.tau1 - first.tau1, second.tau2 - first.tau2) == pytest.approx((0.2, -0.1), abs=1e-9)
+
+
+@pytest.mark.parametrize(("sample", "pace"), [(60, 0.6), (60, 1.3), (400, 0.7)])
+def test_a_robot_that_passes_slower_or_quicker_follows_the_path_and_comes_back_to_the_plan_s_pace(
+    dextar: FiveBar, sample: int, pace: float
+) -> None:
+    """On its path at a pace p it accelerates by p^2 a + v dp/dt, and dp/dt is `pace_rate` (1 - p)."""
+    one = settings(catch_up=0.0, weight=1e-9, slow=1e-6)
+    state, desired, step = on_plan(dextar, sample, pace), PATH.at(sample / RATE), 1e-6
+    torque = torque_of(dextar, state, sample, float(sample), one)
+    after = advanced(dextar, *MODE, state, torque, step, 1)
+    speed = np.array((desired.vx, desired.vy))
+    expected = pace**2 * np.array((desired.ax, desired.ay)) + one.pace_rate * (1.0 - pace) * speed
+    found = np.array((after.vx - state.vx, after.vy - state.vy)) / step
+    assert found == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
+    assert abs(1.0 - pace**2) * np.hypot(desired.ax, desired.ay) > 0.05 * np.abs(expected).max()
+
+
 def test_no_force_pulls_a_late_robot_along_the_path_and_all_of_it_across(dextar: FiveBar) -> None:
     """50 samples late it goes on from where it is: unified would accelerate it by metres per second squared."""
     late, sample = 200, 250
