@@ -137,6 +137,16 @@ def test_the_clock_is_that_of_the_nearest_place_and_follows_the_plan_where_that_
     assert nearest_clock(plan, 2.0, still, PERIOD, 0.03) == pytest.approx(2.0, abs=0.1)
 
 
+def test_between_two_samples_and_at_its_end_the_plan_is_that_of_the_path(dextar: FiveBar) -> None:
+    plan = memory_of(dextar, settings()).plan
+    for clock in (0.5, 120.3, 250.75, SAMPLES - 0.4):
+        found, there = plan_at(plan, clock, PERIOD), PATH.at(clock / RATE)
+        assert found[:2] == pytest.approx(there[:2], abs=1e-10)
+        assert found[2:4] == pytest.approx(there[2:4], abs=1e-7)
+        assert found[4:6] == pytest.approx(there[4:6], abs=1e-3)
+    assert plan_at(plan, float(SAMPLES), PERIOD) == pytest.approx(PATH.at(SAMPLES / RATE), abs=1e-12)
+
+
 def test_the_nearest_place_is_never_beyond_the_end_of_the_plan(dextar: FiveBar) -> None:
     plan = np.array(REFERENCES[:251])
     assert nearest_clock(plan, 248.0, on_plan(dextar, 260), PERIOD, 1e-4) == 250.0
@@ -200,8 +210,10 @@ def test_the_change_of_the_pace_is_what_the_torque_limit_leaves(dextar: FiveBar)
     assert np.abs(np.linalg.solve(matrix, gain.T @ wanted)).max() == pytest.approx(0.2, rel=1e-9)
 
 
-def test_the_change_of_the_pace_keeps_both_torques_for_any_state_pace_and_load(dextar: FiveBar) -> None:
+@pytest.mark.parametrize("gravity", [0.0, -3.0])
+def test_the_change_of_the_pace_keeps_both_torques_for_any_state_pace_and_load(dextar: FiveBar, gravity: float) -> None:
     """Against the least squares in matrices, whose torques are linear in the change: u = H^-1 (G^T a + w u_0) + off."""
+    dextar = dextar._replace(gravity_y=gravity)
     drawn = np.random.default_rng(7)
     kinds = {"free": 0, "bounded": 0, "impossible": 0}
     for _ in range(300):
