@@ -19,7 +19,6 @@ from fivebar_bringup.bag.recording import Recording
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CONTROL_CHAIN,
-    DIAGNOSTICS,
     ESTIMATE_COVARIANCE,
     ESTIMATE_NAMES,
     FAULTS,
@@ -67,15 +66,10 @@ SENSORS = {
 }
 
 
-NODES = 8
-"""Nodes of that run that report."""
-
-
 def test_messages_on_the_chain_stop_the_robot_by_name_and_end_no_node(graph_run: Callable[..., GraphRun]) -> None:
     """On every topic of the chain in turn, by one rogue that stays; then the run is interrupted."""
     run = graph_run("--no-page", controller="unified", **SENSORS)
     run.probe.listen(FAULTS)
-    run.probe.listen(DIAGNOSTICS)
     run.wait_for_sample(50)
     messages = HostileMessages(seed=10)
     with DomainMember("rogue", run.probe.domain) as rogue:
@@ -91,9 +85,6 @@ def test_messages_on_the_chain_stop_the_robot_by_name_and_end_no_node(graph_run:
         run.probe.wait_for(
             lambda: any(tuple(one.effort) == (0.0, 0.0) for one in run.probe.got(TORQUE_COMMAND)[begun:]), "no torque"
         )
-        # by the nodes' next reports, one a second, the launcher has heard of the fault too, before it is interrupted
-        reports = len(run.probe.got(DIAGNOSTICS))
-        run.probe.wait_for(lambda: len(run.probe.got(DIAGNOSTICS)) > reports + 2 * NODES, "two further reports")
         run.command.send(signal.SIGINT)
         summary = run.finish()
     assert (summary["faults"][0], summary["outcome"]) == ("second_publisher", "stopped")

@@ -126,16 +126,14 @@ def run_graph(
                     for name, process in processes.items()
                     if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT, SCENE_NODE)
                 }
-                with watch_processes(watched, monitor.publish_fault), interrupts_allowed():
-                    _watch(
-                        processes,
-                        monitor,
-                        faults,
-                        progress,
-                        list(kills),
-                        followed,
-                        _Silence(processes, monitor, domain),
-                    )
+                silence = _Silence(processes, monitor, domain)
+                try:
+                    with watch_processes(watched, monitor.publish_fault), interrupts_allowed():
+                        _watch(processes, monitor, faults, progress, list(kills), followed, silence)
+                except KeyboardInterrupt:
+                    # a fault that had stopped the robot before the signal may still be in transit
+                    monitor.take_for(POLL_PERIOD)
+                    raise
                 status = monitor.status
                 latency = status.get("latency_ms") or monitor.bridge_latency
             # a full disk has no room for it in the bag
