@@ -27,6 +27,11 @@ def printable(text: str) -> str:
     return "".join(one if one.isprintable() else one.encode("unicode_escape").decode("ascii") for one in text)
 
 
+def unwrapped(words: object) -> str:
+    """Return what an error of a library says as one line, "" for nothing."""
+    return " ".join(str(words).split())
+
+
 def quoted(value: Any) -> str:
     """Return a value as a message quotes it: as Python writes it, shortened where it is long."""
     try:

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from fivebar_description.errors import InputError
+from fivebar_description.errors import InputError, unwrapped
 
 RUN_MODULE = "import sys; del sys.path[0]; import runpy; runpy.run_module({!r}, run_name='__main__', alter_sys=True)"
 """The effect of `python -P -m`, in words that Python 3.10 understands, too."""
@@ -41,7 +41,7 @@ def load_part(place: str) -> Any:
 
 def _with_place(error: Exception) -> str:
     """Return what an error of a module is, and in which line, which a SyntaxError says by itself."""
-    words = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    words = f"{type(error).__name__}: {unwrapped(error)}"
     if isinstance(error, SyntaxError):
         return words
     last = traceback.extract_tb(error.__traceback__)[-1]

@@ -8,6 +8,8 @@ import os
 import socket
 from collections.abc import Mapping
 
+from fivebar_description.errors import unwrapped
+
 LOOPBACK = "127.0.0.1"
 
 LONGEST_WAY = 0.5
@@ -49,7 +51,7 @@ def can_problem(interface: str, channel: str, error: Exception) -> str:
     cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
     if interface == "udp_multicast" and getattr(cause, "errno", None) in (errno.ENODEV, errno.ENETUNREACH):
         return f"{interface} {channel}: no multicast route: `ip route add 239.0.0.0/8 dev lo`"
-    return f"{interface} {channel}: {' '.join(str(error).split())}"
+    return f"{interface} {channel}: {unwrapped(error)}"
 
 
 def _is_no_echo(record: logging.LogRecord) -> bool:

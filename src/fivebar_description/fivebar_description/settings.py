@@ -145,7 +145,6 @@ class Declared(NamedTuple):
         default: its default; `REQUIRED` where there is none.
         setting: description, unit and range.
         shape: whether it is an array, and of what.
-        none: the parameter that stands for an absent setting; None where the setting cannot be absent.
     """
 
     name: str
@@ -154,7 +153,14 @@ class Declared(NamedTuple):
     default: Any
     setting: Setting
     shape: SettingShape
-    none: Any = None
+
+    @property
+    def none(self) -> Any:
+        """The parameter that stands for an absent setting; None where the setting cannot be absent."""
+        if not (self.optional or self.setting.unlimited or self.default == ()):
+            return None
+        none = NO_LIMIT[self.shape.element]
+        return [none] if self.shape.depth else none
 
     def to_parameter(self, value: Any) -> Any:
         """Return a value, as read, as a parameter of a node: plain numbers and words, flat lists for arrays."""
@@ -297,10 +303,7 @@ def declared_as(name: str, hint: Any, default: Any) -> Declared | None:
     if get_origin(hint) is not Annotated or setting is None:
         return None
     kind, optional = _without_none(get_args(hint)[0])
-    shape, none = shape_of(kind), None
-    if optional or setting.unlimited or default == ():
-        none = [NO_LIMIT[shape.element]] if shape.depth else NO_LIMIT[shape.element]
-    return Declared(name, kind, optional, default, setting, shape, none)
+    return Declared(name, kind, optional, default, setting, shape_of(kind))
 
 
 def _without_none(kind: Any) -> tuple[Any, bool]:

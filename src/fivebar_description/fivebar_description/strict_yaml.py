@@ -13,7 +13,7 @@ from typing import Annotated, Any, TypeVar
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from fivebar_description.errors import InputError
+from fivebar_description.errors import InputError, unwrapped
 from fivebar_description.files import placed_beside, read_text
 from fivebar_description.refusals import problems_in
 from fivebar_description.settings import Setting
@@ -99,12 +99,12 @@ def parse_yaml(text: str, source: str) -> object:
         mark = error.problem_mark or error.context_mark
         place = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         # without advice to programmers, and of a key given twice without its values, which can be sections
-        problem = _one_line(error.problem or error.context).partition(" with value")[0]
+        problem = unwrapped(error.problem or error.context).partition(" with value")[0]
         raise InputError(f"{source}: is not valid YAML: {place}{problem}") from error
     except (YAMLError, ValueError, TypeError) as error:
         # a ValueError comes of a date without such a day, or of a wrong tag such as `!!int x`; a TypeError of a key
         # that is a sequence of mappings
-        raise InputError(f"{source}: is not valid YAML: {_one_line(error)}") from error
+        raise InputError(f"{source}: is not valid YAML: {unwrapped(error)}") from error
     except RecursionError as error:
         raise InputError(f"{source}: {NESTED_TOO_DEEPLY}") from error
 
@@ -191,10 +191,6 @@ _Dumper.add_implicit_resolver(
     re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|0o[0-7]+"),
     list("-+.0123456789"),
 )
-
-
-def _one_line(words: object) -> str:
-    return " ".join(str(words).split())
 
 
 def validate(content: object, model: type[M], source: str) -> M:

@@ -54,9 +54,9 @@ class Measurement(NamedTuple):
 class Plant:
     """The robot as a sampled system: measure sample k, apply the command that answers it, and so on.
 
-    Integration is classical Runge-Kutta of fourth order in steps of at most 1 ms, shorter where friction stops the
-    motors sooner and where a step would violate the closure, each followed by a projection onto the closed loop. The
-    torque is held over the period, friction varies within it.
+    Integration is classical Runge-Kutta of fourth order in steps of at most `mechanism.MAX_STEP`, shorter where
+    friction stops the motors sooner and where a step would violate the closure, each followed by a projection onto the
+    closed loop. The torque is held over the period, friction varies within it.
     """
 
     def __init__(

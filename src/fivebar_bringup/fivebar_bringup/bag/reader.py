@@ -11,6 +11,7 @@ from rosbags.rosbag2 import Reader
 from fivebar_bringup.bag.definitions import TYPESTORE
 from fivebar_bringup.bag.recording import RawTopic, Recording, has_names
 from fivebar_bringup.errors import BagError
+from fivebar_description.errors import unwrapped
 from fivebar_description.files import endless_kind
 from fivebar_description.interface import JOINT_STATES, MOTOR_STATES, RUN_READY
 from fivebar_description.topic_contents import Content, content_of
@@ -46,7 +47,7 @@ def read_bag(directory: Path, namespace: str | None = None) -> Recording:
     try:
         topics, custom_data, promised = _read(directory)
     except Exception as error:  # the reader raises many kinds of exception on damaged files, assertions included
-        what = " ".join(str(error).split()) or type(error).__name__
+        what = unwrapped(error) or type(error).__name__
         if isinstance(error, MemoryError):
             what = "a length in it is beyond this machine's memory, as in damaged files"
         raise BagError(directory, f"the bag cannot be read: {what}") from error

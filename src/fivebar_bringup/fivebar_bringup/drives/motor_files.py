@@ -16,6 +16,7 @@ from fivebar_bringup.drives.run_files import (
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS
 from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_description.errors import unwrapped
 from fivebar_description.files import write_file
 from fivebar_description.strict_yaml import InputError, yaml_text
 from fivebar_sim.motors.configuration import MotorFacts, MotorsEmulationFile
@@ -102,7 +103,7 @@ class MotorRunFiles:
             # what it refuses, in its own words
             raise
         except Exception as error:  # whatever a function of somebody else raises
-            words = " ".join(str(error).split()) or "without a word"
+            words = unwrapped(error) or "without a word"
             raise InputError(
                 f"interface {content['interface']!r}: its function for a private link fails with"
                 f" {type(error).__name__}: {words}; it was given link: {dict(content['link'])}"

@@ -52,8 +52,8 @@ def most_relieved(
 ) -> str:
     """Return in words what would raise the odds most that these robots have; "" where nothing does.
 
-    Of each remedy no more robots are tried than decide whether it is the best. That is soonest where those robots come
-    first which have failed.
+    A remedy is tried on no more robots than decide whether it is the best, which are fewest where the robots that have
+    failed come first.
     """
     best, found = odds.successes + LEAST_GAIN - 1, ""
     for words, exact in _with_one_error_less(errors):

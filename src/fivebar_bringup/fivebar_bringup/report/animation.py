@@ -21,6 +21,7 @@ from fivebar_bringup.pages.style import GREEN, GREY, INK, house_style
 from fivebar_bringup.report import plane
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.workspace import draw_robot
+from fivebar_description.errors import unwrapped
 from fivebar_description.strict_yaml import InputError
 
 FRAME_RATE = 15
@@ -127,6 +128,6 @@ def _mp4(frames: list[Pixels]) -> bytes:
             check=False,
         )
         if done.returncode:
-            reason = " ".join(done.stderr.decode("utf-8", "replace").split())
+            reason = unwrapped(done.stderr.decode("utf-8", "replace"))
             raise InputError(f"--mp4: ffmpeg failed: {reason}")
         return path.read_bytes()

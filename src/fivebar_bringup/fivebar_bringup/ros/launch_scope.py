@@ -9,6 +9,8 @@ from typing import Any
 import yaml
 from launch.launch_context import LaunchContext
 
+from fivebar_description.errors import unwrapped
+
 ALL_NODES = "/**"
 """The name of all nodes in a parameter file."""
 
@@ -60,7 +62,7 @@ def _in_file(path: Path) -> dict[str, Any]:
     try:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, yaml.YAMLError) as error:
-        raise RuntimeError(f"{path}: cannot be read: {' '.join(str(error).split())}") from error
+        raise RuntimeError(f"{path}: cannot be read: {unwrapped(error)}") from error
     of_all = content.get(ALL_NODES, {}) if isinstance(content, Mapping) else {}
     values = of_all.get("ros__parameters", {}) if isinstance(of_all, Mapping) else {}
     return _flat(values) if isinstance(values, Mapping) else {}

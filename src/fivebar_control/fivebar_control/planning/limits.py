@@ -241,7 +241,7 @@ def motion_limits_of(
         speed_step: least difference between two measured joint speeds (rad/s), 0 for exact ones (`speed_step_of`).
         given_reach: of a motion that is given, and whose run can be predicted, the least |sin q_i2| with encoders of a
             law that is regular at Type 1 (`reach_within`); None for any other.
-        allowed: the limits that do not depend on the controller; the others do not count.
+        allowed: the limits that do not depend on the controller; the others are the usual ones.
     """
     limits = allowed._replace(torque=torque, motor_speed=motor_speed)
     if speed_step > 0.0:

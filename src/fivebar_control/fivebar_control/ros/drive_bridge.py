@@ -31,6 +31,7 @@ from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_control.safety.brake import BRAKED_FAULTS
 from fivebar_control.scenario.keys import STOPPING
 from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_description.errors import unwrapped
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     CONTROL_QOS,
@@ -154,7 +155,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         try:
             made: TransitionCallbackReturn = super()._LifecycleNodeMixin__change_state(transition_id)
         except rclpy_implementation.RCLError as error:
-            self.get_logger().error(f"transition {transition_id} refused: {' '.join(str(error).split())}")
+            self.get_logger().error(f"transition {transition_id} refused: {unwrapped(error)}")
             return FAILURE
         return made
 

@@ -20,7 +20,7 @@ from rclpy.qos import (
 from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 from rclpy.subscription import Subscription
 
-from fivebar_description.errors import InputError
+from fivebar_description.errors import InputError, unwrapped
 from fivebar_description.interface import JOINT_STATE, Topic
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.ros.endpoints import node_name
@@ -61,7 +61,7 @@ WRONG_OVERRIDE = (
 
 
 def _refused(node: GraphNode, topic: Topic, error: Exception) -> InputError:
-    return InputError(f"{node.get_name()}: qos_overrides of {topic.name}: {' '.join(str(error).split())}")
+    return InputError(f"{node.get_name()}: qos_overrides of {topic.name}: {unwrapped(error)}")
 
 
 def make_publisher(node: GraphNode, topic: Topic) -> Publisher[Any]:

@@ -155,7 +155,7 @@ class GraphNode(Node):
             if self.in_chain:
                 self._watch.count()
             return self._watch.pending or self.exit_status is not None
-        if self.commands_robot or not self._watch.doubts:
+        if self.commands_robot or not (self._watch.pending or self._watch.conflicts):
             return False
         return self._watch.is_doubtful(self.resolve_topic_name(topic.name))
 

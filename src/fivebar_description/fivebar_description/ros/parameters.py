@@ -11,6 +11,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.parameter import Parameter
 
+from fivebar_description.errors import unwrapped
 from fivebar_description.scenario_file import DEFAULT_SCENARIO, read_content, scenario_path
 from fivebar_description.settings import Declared, Setting, SettingShape, keys_of, section_keys, with_keys
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
@@ -88,12 +89,12 @@ def declare(
         try:
             value = as_tuple(node.declare_parameter(one.name, default, descriptor).value)
         except InvalidParameterTypeException as error:
-            raise InputError(f"{place}: {_one_line(error)}") from error
+            raise InputError(f"{place}: {unwrapped(error)}") from error
         except InvalidParameterValueException as error:
             lower, upper = _range(one)
             bounds = f"expected {lower} to {upper} {one.setting.unit}".rstrip()
             expected = "" if lower is None else f"{bounds}: "
-            raise InputError(f"{place}: {expected}{_one_line(error)}") from error
+            raise InputError(f"{place}: {expected}{unwrapped(error)}") from error
         if value is None:
             raise InputError(f"{place}: has no value, as ROS reads an empty list: expected a value such as {default!r}")
         if one.shape.single:
@@ -112,10 +113,6 @@ def declare(
 def as_tuple(value: Any) -> Any:
     """Return an array as a tuple, any other value as it is."""
     return tuple(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
 
 
 def check_changes(settings: Sequence[Declared], parameters: Sequence[Parameter]) -> SetParametersResult:
@@ -169,8 +166,9 @@ class FileParameters(Generic[M]):
         name = declare(node, (SCENARIO,), {SCENARIO.name: default})[SCENARIO.name]
         self.path = scenario_path(name)
         self._keys: dict[str, Declared] = {}
-        self._content: dict[str, Any] = read_content(self.path)
-        self.change({})
+        self._source = f"{node.get_name()}: {self.path}"
+        self._content = read_content(self.path)
+        self.file = validate(self._content, model, self._source)
         keys = keys_of(model, names)
         # what decides about the defaults of others comes first
         for part in ([key for key in keys if "." not in key.name], [key for key in keys if "." in key.name]):
@@ -186,14 +184,12 @@ class FileParameters(Generic[M]):
             InputError: the file does not fit with them.
         """
         changes = {name: self._keys[name].to_file(value) for name, value in values.items() if name in self._keys}
-        content = with_keys(self._content, changes)
-        self.file = validate(content, self._model, f"{self._node.get_name()}: {self.path}")
-        self._content = content
+        if changes:
+            content = with_keys(self._content, changes)
+            self.file, self._content = validate(content, self._model, self._source), content
 
     def _declare(self, keys: Sequence[Declared], present: Mapping[str, Any]) -> None:
         defaults = {key.name: key.to_parameter(present[key.name]) for key in keys}
         self._keys |= {key.name: key for key in keys}
         values = declare(self._node, keys, defaults, self._tunable)
-        changed = {name: value for name, value in values.items() if value != as_tuple(defaults[name])}
-        if changed:
-            self.change(changed)
+        self.change({name: value for name, value in values.items() if value != as_tuple(defaults[name])})

@@ -83,8 +83,6 @@ class PublisherWatch:
         """The text of the fault of each topic that has a second publisher now."""
         self.pending = False
         """Whether a publisher has been found that may be a second one: there must be no torque meanwhile."""
-        self.doubts = False
-        """Whether any topic has, or may have, a second publisher."""
         self._counting = node.every(COUNT_PERIOD, self.count)
         self._naming = node.every(NAME_PERIOD, self._look)
         self._naming.cancel()
@@ -205,7 +203,6 @@ class PublisherWatch:
         """Report a second publisher, and log it again where a name that was not known has become known."""
         before = self.conflicts.get(topic, "")
         self.conflicts[topic] = fault
-        self.doubts = True
         if not before:
             self._found(self._short(topic), fault)
             if self._node.answered and not self._relies(self._short(topic)) and topic not in self._reported:
@@ -226,7 +223,6 @@ class PublisherWatch:
         """Wait for names that are not known; a topic that has been reported stays so while it is looked at again."""
         open_topics = [topic for topic in self._suspected if topic not in self.conflicts]
         self.pending = any(self._relies(self._short(topic)) or not self._node.answered for topic in open_topics)
-        self.doubts = self.pending or bool(self.conflicts)
         if self._suspected and self._naming.is_canceled():
             self._naming.reset()
         elif not self._suspected and not self._naming.is_canceled():

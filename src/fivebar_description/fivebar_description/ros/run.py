@@ -15,6 +15,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
+from fivebar_description.errors import unwrapped
 from fivebar_description.files import share_file
 from fivebar_description.interrupts import end_at_once, service_signals
 from fivebar_description.network import PROFILE_VARIABLES
@@ -99,7 +100,7 @@ def run_nodes(makes: Sequence[Callable[[], GraphNode]]) -> None:
         check_ros_environment()
         rclpy.init(args=sys.argv, signal_handler_options=SignalHandlerOptions.NO)
     except (InputError, rclpy_implementation.RCLError, rclpy_implementation.UnknownROSArgsError) as error:
-        print(" ".join(str(error).split()), file=sys.stderr)
+        print(unwrapped(error), file=sys.stderr)
         sys.exit(BAD_INPUT)
     topics = GraphNode.process_topics = ProcessTopics() if len(makes) > 1 else None
     try:

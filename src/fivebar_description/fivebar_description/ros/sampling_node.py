@@ -249,7 +249,7 @@ class SamplingNode(GraphNode):
                 message = part
             stamp = stamp_of_one(message)
             sample = run.sample(stamp)
-            if watch.doubts and self.has_second_publisher(topic):
+            if watch.conflicts and self.has_second_publisher(topic):
                 if driving and sample is not None:
                     self.hold(sample)
                 return

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.predicted import predictor
+from fivebar_bringup.simulation.predicted import predict_on_engine
 from fivebar_control.planning.predicted_run import PredictedRun, predict_run
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_sim.effects.settings import PlantSettings
@@ -17,7 +17,7 @@ def both(scenario: Scenario, judge: str = TIMED) -> tuple[PredictedRun, Predicte
     robot, plan, rate_hz = scenario.five_bar(), scenario.plan(), scenario.rate_hz
     limit = math.inf if scenario.torque_limit is None else scenario.torque_limit
     asked = robot, plan, rate_hz, scenario.tuned(), limit
-    return predict_run(*asked, judge), predictor(scenario)(*asked, judge)
+    return predict_run(*asked, judge), predict_on_engine(scenario, *asked, judge)
 
 
 @pytest.mark.parametrize("controller", [pytest.param("multi_cartesian", marks=pytest.mark.extra), "unified"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import count
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from fivebar_bringup.odds.robot_errors import UNIFORM, has_odds
 from fivebar_bringup.odds.trials import ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Sampled, sampled
-from fivebar_bringup.simulation.predicted import predictor
+from fivebar_bringup.simulation.predicted import predict_on_engine
 from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, plan_of
 from fivebar_control.estimation.homing import check_declared
@@ -87,7 +87,7 @@ def screened(case: Draw, controller: str, judge_loads: bool = True) -> Feasibili
     limits = limits_for(case, scenario)
     if not judge_loads:
         limits = limits.without_loads()
-    robot, follower, predict = scenario.five_bar(), scenario.tuned(), predictor(scenario)
+    robot, follower, predict = scenario.five_bar(), scenario.tuned(), partial(predict_on_engine, scenario)
     return screen_run(robot, plan, RATE_HZ, follower, limits, scenario.sensing(), predict)
 
 
