@@ -72,19 +72,33 @@ docs: setup ## build the documentation site into site/; a broken link is an erro
 	PYTHONPATH=.docs NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --clean
 	echo "docs: look at site/index.html; its search needs a server: python3 -m http.server --bind 127.0.0.1 --directory site"
 
+.PHONY: extras
+extras: setup ## install what no other target needs into .venv: Dask, for studies on a cluster
+	@# in the versions of its lock, but what .venv has in its own
+	sed -nE 's/^([A-Za-z0-9_.-]+)==.*/^\1==/p' requirements.lock | grep -vi -f - tests/cluster/requirements.lock \
+	    | $(BIN)/pip install --quiet --no-deps -r /dev/stdin
+	echo "extras: fivebar takes --scheduler; start a scheduler with $(BIN)/dask scheduler --host 127.0.0.1"
+
+.PHONY: notebook
+notebook: setup ## open the tutorials that are notebooks in JupyterLab, for this machine alone
+	@[ -d .notebook ] || $(BIN)/pip install --quiet --no-deps --target .notebook -r docs/site/notebook.lock
+	PYTHONPATH=.notebook JUPYTER_PATH=.notebook/share/jupyter $(BIN)/python -m jupyterlab --ip=127.0.0.1 \
+	    --app-dir=.notebook/share/jupyter/lab --notebook-dir=docs/tutorials $(OPTIONS)
+
 .PHONY: results
 results: setup ## make the pages in docs/results again, in some hours: make results OPTIONS="--only robustness" are some
-	@$(BIN)/fivebar results --out docs/results $(OPTIONS)
+	@$(BIN)/python docs/studies/make_result_pages.py --out docs/results $(OPTIONS)
 
 .PHONY: play
 play: setup ## write docs/play.html again, the page with the model in JavaScript
 	@$(BIN)/fivebar play --no-open --out docs/play.html
 
 .PHONY: lint
-lint: setup ## check style and types
+lint: setup ## check style, types and the licence in source files
 	@$(BIN)/ruff check
 	$(BIN)/ruff format --check --quiet
 	$(BIN)/mypy
+	$(BIN)/python packaging/spdx.py --check
 
 .PHONY: mutants
 mutants: setup ## break the core in small ways and list what no unit test notices; long, so not part of test
@@ -104,6 +118,10 @@ fuzz: setup ## feed every parser random input: make fuzz INPUTS=1000000; a short
 .PHONY: walks
 walks: setup ## count the files and functions that data passes on four ways through the code
 	@$(BIN)/python tests/support/walking.py $(WALKS)
+
+.PHONY: reach
+reach: setup ## count the files, lines and functions that commands and nodes load and execute
+	@$(BIN)/python tests/support/reach.py $(REACH)
 
 .PHONY: bench
 bench: setup ## measure speed on this machine
@@ -147,6 +165,10 @@ audit: setup ## look up the locked packages in the database of known weaknesses;
 .PHONY: version
 version: ## set the version of all packages, released today: make version NEW=1.2.3
 	@[[ "$(NEW)" =~ ^[0-9]+\.[0-9]+\.[0-9]+$$ ]] || { echo "version: expected NEW=1.2.3" >&2; exit 1; }
+	if grep -HnF 'example.org' $(PACKAGES:=/package.xml) >&2; then
+	    echo "version: maintainer and url are placeholders: enter those of the project in these lines first" >&2
+	    exit 1
+	fi
 	today=$$(date +%F)
 	sed -i 's|<version>.*</version>|<version>$(NEW)</version>|' $(PACKAGES:=/package.xml)
 	sed -i "s|^version: .*|version: $(NEW)|; s|^date-released: .*|date-released: $$today|" CITATION.cff
@@ -193,7 +215,7 @@ try-jazzy: ## try the way for ROS 2 Jazzy in a fresh Debian made by debootstrap,
 
 .PHONY: clean
 clean: ## remove whatever can be made again; runs/ stays
-	@rm -rf $(VENV) .jazzy .lowest-* .newest .uv .audit .browser .docs .vendors .cluster .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
+	@rm -rf $(VENV) .jazzy .lowest-* .newest .uv .audit .browser .docs .notebook .vendors .cluster .mutants .numba site dist build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis .fuzz
 	find src tests docs bench -name __pycache__ -prune -exec rm -rf {} + -o -name '*.egg-info' -prune -exec rm -rf {} +
 
 # Two stamps: a new lock makes .venv afresh, so that nothing stays in it that the lock does not name; a new setup.py

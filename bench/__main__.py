@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`python bench`: run the benchmarks and print them."""
 
 from __future__ import annotations

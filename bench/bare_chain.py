@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Baseline of the benchmark: a ring of nodes that only forward a message of the graph's type and QoS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Costs of a cycle of the control chain, from a reading to its torque and after it: times per item.
 
 The nodes of a process run as ever, with their functions wrapped. Each item's time leaves out that of the items that it

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The compiled closed loop against MuJoCo's step alone, in turns on one core."""
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class EngineSpeed(NamedTuple):
     """Simulated seconds per second on one core and largest gap (m) between the tips: ours, and MuJoCo's step alone.
 
     Attributes:
-        engine: of the whole closed loop: plant with friction, control laws, guard, and the run's figures.
+        engine: of the whole closed loop: plant with friction, control laws, guard, the run's table and its figures.
         engine_gap: at its samples.
         estimated: `engine` for a scenario with encoders and estimator.
         mujoco: of the step alone, without controller and friction.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The speed of the state estimator as its node runs it: its step as machine code."""
 
 from __future__ import annotations
@@ -6,8 +7,8 @@ import statistics
 from time import perf_counter
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_bringup.simulation.settings import estimator_of
 from fivebar_control.estimation.compiled import compiled_step
 
 

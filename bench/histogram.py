@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Histograms for the console, side by side, with bars in proportion to the logarithm of a count."""
 
 from __future__ import annotations

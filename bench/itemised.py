@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Itemises a cycle of the control chain: `python bench/itemised.py [SCENARIO]`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The same mechanism in MuJoCo: speed reference of the compiled loop, and a third implementation of the dynamics."""
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ import mujoco
 
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar
+from fivebar_mujoco.mujoco_model import mjcf_text
 from fivebar_sim.effects.settings import PlantSettings
-from fivebar_sim.mujoco_model import mjcf_text
 
 STEP = 1e-3
 """s, with the integrator RK4."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The speed of the plain code: the control laws alone, and the whole closed loop without ROS."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long planning takes, by kind of request: `python bench/planning_times.py`.
 
 The robot declares the tolerances and loads of the rig `middling`, so that every motion has odds. Each kind is measured
@@ -85,8 +86,8 @@ def _measured(name: str, folder: Path) -> Times:
 def prepared() -> Iterator[Path]:
     """Give a folder with a scenario on the rig's robot."""
     from fivebar_bringup.scenario import Scenario
-    from fivebar_bringup.studies.rigs.named import find_rig
     from fivebar_description.strict_yaml import validate
+    from fivebar_studies.rigs.named import find_rig
 
     rig = find_rig(RIG)
     content = {**rig.scenario, "robot": rig.robot, "controller": "unified"}
@@ -155,13 +156,13 @@ def _program(folder: Path, watch: Watch) -> Times:
 
 def _live(folder: Path, watch: Watch) -> Times:
     from fivebar_bringup.scenarios.scenario_files import load_scenario
-    from fivebar_control.planning.motion_queue import PlanningRequest
-    from fivebar_control.planning.planning_process import planner_of
+    from fivebar_control.planning.order_planning import planner_of
+    from fivebar_control.planning.orders import PlanningRequest
     from fivebar_control.scenario.goal_conditions import conditions_of
 
     file = folder / "crossing.yaml"
     scenario = load_scenario(str(file))
-    planner = "fivebar_bringup.motions.likely_orders:planner_of"
+    planner = "fivebar_bringup.motions.planner_with_odds:planner_of"
     conditions = conditions_of(scenario, True)._replace(
         planner=planner, file=str(file), odds_time=scenario.risk.odds_time
     )
@@ -185,7 +186,7 @@ def _scenario(folder: Path, watch: Watch) -> Times:
 
 
 def _case(folder: Path, watch: Watch) -> Times:
-    from fivebar_bringup.studies.sweep.sweep import SweepSettings, run_numbered
+    from fivebar_studies.sweep.sweep import SweepSettings, run_numbered
 
     settings = SweepSettings(seed=1, rig=RIG, controllers=("unified",))
     for number in range(CASES, CASES + WARM):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Figures of a run in real time, beside a bare loop of the same priority on the same machine."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`python bench/series.py [RUNS] [NAME ...]`: repeated runs in real time, as a table."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Latency of the machine itself: an empty periodic loop at the control chain's priority."""
 
 from __future__ import annotations

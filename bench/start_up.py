@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Processor time in which commands answer, and in which a node has started."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Itemises a case of a sweep: `python bench/sweep_costs.py [RIG [CASES]]`, "" for no rig."""
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from fivebar_bringup.simulation import engine
-from fivebar_bringup.studies.sweep.sweep import SweepSettings, run_numbered
+from fivebar_studies.sweep.sweep import SweepSettings, run_numbered
 
 RUNS, REST = "compiled runs: predictions, odds, the run itself", "planning, durations, the rest"
 

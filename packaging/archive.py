@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Packs a reproduction for a repository of research data such as Zenodo: page, results as CSV, environment, digests.
 
     archive.py REPRODUCTION_DIRECTORY ARCHIVE.zip

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Looks up the locked packages in the database of known weaknesses, and says so where that cannot be reached.
 
 Exit status: 0 none known, 1 some are, 3 nothing was looked up.

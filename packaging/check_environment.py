@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checks that this interpreter finds every package that the workspace needs, in a version that is not too old.
 
 Exit status: 0 if it does, 2 with one line for each that is missing or too old. Only the standard library is used here.

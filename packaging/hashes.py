@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Adds to exact versions the digests of the files that pip would install, and writes requirements.hashed.lock.
 
 Those for x86-64 Linux and some versions of Python, by pip's own account; nothing is installed.

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Builds the workspace for ROS 2 Jazzy: what apt lacks or has too old goes into the virtual environment .jazzy, which
 # sees the system's packages and changes none; colcon then builds with its interpreter, so that `ros2 run`, `ros2
 # launch` and `fivebar` use it. Further words go to colcon build, such as --symlink-install.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes the lock files: exact versions, with the digests of the files that pip would install for x86-64 Linux.
 
     locks.py UV [--upgrade] [NAME ...]    # all of them, or some of newest, runtime, lowest, jazzy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sections of requirements.in, and what of it Ubuntu and Debian have."""
 
 from __future__ import annotations

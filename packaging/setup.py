@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The distribution `fivebar`: no code of its own, but the four packages in this version with all that they need."""
 
 from pathlib import Path

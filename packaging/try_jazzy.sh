@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
 # Tries packaging/jazzy.sh in a fresh Debian 12, with apt's numpy, scipy, matplotlib and numba, and with the ROS wheels
 # in place of /opt/ros; it ends with a crossing, and with a look at apt's packages. For root, a quarter of an hour:
 #   packaging/try_jazzy.sh [FOLDER]    # the new root of the file system, outside of the repository; it is left there

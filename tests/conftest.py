@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every test carries the mark of the folder it is in: `pytest -m unit` runs tests/unit."""
 
 import gc

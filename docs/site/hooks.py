@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What MkDocs does not do by itself: formulas as MathML, and pages made of source files, commands and notebooks."""
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from mkdocs.structure.pages import Page
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 LINK = re.compile(r"\]\(((?:\.\./)+[^)#\s]+)(#[^)]*)?\)")
+NOTEBOOK = re.compile(r"\]\((?!https?:)([^)#\s]+)\.ipynb")
+COMMANDS = "reference/commands.md"
 FORMULA = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
 TYPESETTING = (
     # brackets grow with the matrix that they alone enclose
@@ -44,12 +47,14 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for notebook in sorted((DOCS / "tutorials").glob("*.ipynb")):
         content = notebook_page(json.loads(notebook.read_text(encoding="utf-8")))
         files.append(File.generated(config, f"tutorials/{notebook.stem}.md", content=content))
-    files.append(File.generated(config, "reference/commands.md", content=commands_page()))
     return files
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Let links to files of the repository lead to their pages."""
+    """Let links to files of the repository and to notebooks lead to their pages, and complete that of the commands."""
+    if page.file.src_uri == COMMANDS:
+        markdown += commands_section()
+    markdown = NOTEBOOK.sub(r"](\1.md", markdown)
     folder = posixpath.dirname(page.file.src_uri)
 
     def replaced(found: re.Match[str]) -> str:
@@ -112,15 +117,15 @@ def notebook_page(notebook: dict[str, Any]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def commands_page() -> str:
-    """Return a page with every command, its options and its example."""
+def commands_section() -> str:
+    """Return every command, its options and its example."""
     import typer
 
     from fivebar_bringup.cli.main import app
 
     group = typer.main.get_command(app)
     context = typer.Context(group, info_name="fivebar")
-    parts = ["# Commands\n\nExit status 0: the run succeeded; 1: it did not; 2: bad input or a refused motion.\n"]
+    parts = [""]
     for name in group.list_commands(context):
         command = group.get_command(context, name).help_filled()
         inner = typer.Context(command, info_name=name, parent=context)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The safety of crossing either branch of the Type 2 locus: distal links stretched, or folded onto each other.
 
 `python docs/studies/branch_study.py [--crossings 450] [--seed N]` takes so many random crossings of
@@ -17,10 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT
-from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
-from fivebar_bringup.studies.sweep.planning import planned, screened
-from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.compiling import expect_many_motions
 from fivebar_control.model.singularity import FOLDED, STRETCHED, DistalLinks, parallel_svd
 from fivebar_control.safety.stages import NO_FAULT
@@ -28,6 +25,10 @@ from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.tolerances import Tolerances
+from fivebar_studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
+from fivebar_studies.sweep.planning import planned, screened
+from fivebar_studies.sweep.running import run_and_judge
+from fivebar_studies.sweep.statistics import share_words
 
 FORCES, LENGTH = (1.0, 2.0, 4.0), 0.05
 """Pushes along t_s, either way (N), and how long they are (s), with the crossing in the middle."""
@@ -90,13 +91,13 @@ def branch_run(exact: Draw, encoders: Draw) -> BranchRun:
 
 
 def _succeeds(scenario: DrawnScenario, plan: Plan) -> bool:
-    return not made(scenario, plan)[1]
+    return not run_and_judge(scenario, plan)[1]
 
 
 def _pushed(scenario: DrawnScenario, plan: Plan, force: float, heading: float) -> float:
     start = max(0.0, plan.crossings[0].time - 0.5 * LENGTH)
     push = scenario.plant.push._replace(force=force, heading=heading, start=start, length=LENGTH)
-    outcome, _ = made(scenario.model_copy(update={"plant": scenario.plant._replace(push=push)}), plan)
+    outcome, _ = run_and_judge(scenario.model_copy(update={"plant": scenario.plant._replace(push=push)}), plan)
     lost = outcome.fault != NO_FAULT or outcome.mode_changes != len(plan.crossings)
     return math.inf if lost else outcome.error_peak
 

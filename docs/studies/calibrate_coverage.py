@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How often the intervals of a calibration hold: `python docs/studies/calibrate_coverage.py`.
 
 Robots have more than the model of the calibration: transmissions of 60 to 250 Hz, torque constants off by up to 5 %,
@@ -23,8 +24,6 @@ from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.guided import guide
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, TraceRow
-from fivebar_bringup.studies.rigs.named import find_rig, shipped_rigs
-from fivebar_bringup.studies.rigs.rig import Rig, merged
 from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points, dragged_lag
 from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.closure import GEOMETRY
@@ -34,6 +33,8 @@ from fivebar_control.estimation.constants import WatchLimits
 from fivebar_control.laws.robot_sizes import bandwidth_of
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import validate
+from fivebar_studies.rigs.named import find_rig, shipped_rigs
+from fivebar_studies.rigs.rig import Rig, merged
 
 FloatArray = NDArray[np.float64]
 

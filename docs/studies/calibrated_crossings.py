@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Robots before and after a calibration by hand: `python docs/studies/calibrated_crossings.py`.
 
 Each robot is drawn as a rig of the sweep has them, led by hand without power through both motions of calibration, and
@@ -19,24 +20,24 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_bringup.calibrate.calibrate import calibrate_bag
+from fivebar_bringup.calibrate.result import CalibrationResult
 from fivebar_bringup.odds.odds import PEAK_LIMIT, clopper_pearson
 from fivebar_bringup.odds.robot_errors import drawn_effects, drawn_gyro_bias, drawn_scales
 from fivebar_bringup.recorded.run_directory import new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.guided import GuidedSample, guide, write_guided_bag
-from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
-from fivebar_bringup.studies.calibrate.result import CalibrationResult
-from fivebar_bringup.studies.rigs.named import find_rig, shipped_rigs
-from fivebar_bringup.studies.rigs.rig import Rig, merged
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
-from fivebar_bringup.studies.sweep.running import run_case
 from fivebar_control.calibration.closure import GEOMETRY, ZERO_1, locus_rows
 from fivebar_control.calibration.result import Calibration
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import validate, yaml_text
 from fivebar_sim.effects.settings import PlantSettings
+from fivebar_studies.rigs.named import find_rig, shipped_rigs
+from fivebar_studies.rigs.rig import Rig, merged
+from fivebar_studies.sweep.rows import FEASIBLE, SweepRow
+from fivebar_studies.sweep.running import run_case
 
 MOTIONS = {
     "dextar": ("calibration", "calibration_below"),

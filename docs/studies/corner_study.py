@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time that rounding the corners of a path saves against a rest at each via point: the shortest durations that pass.
 
 Run as `python docs/studies/corner_study.py`.
@@ -9,10 +10,11 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from fivebar_bringup.runs.admission import screened
+from fivebar_bringup.runs.screening import screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.figures import ERROR
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
+from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_control.trajectory.time_laws import OPTIMAL, QUINTIC
 from fivebar_description.rounding import in_millimetres
 
 Point = tuple[float, float]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How closely laws follow the estimate from the motors' encoders, and with which torque: the tables of docs/mpc.md.
 
 `python docs/studies/encoders_study.py --seed 1 --runs 60` draws motions through the locus, and runs
@@ -9,18 +10,17 @@ error of its estimate. 60 motions take some seven minutes of processor time.
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.engine.local import share
-from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_control.laws.mpc import MpcSettings
+from fivebar_studies.rigs.named import find_rig
 from mpc_study import run_once
 
 WEIGHTS = MpcSettings().weight, 3e-6, 1e-5
@@ -123,11 +123,11 @@ def main() -> None:
     given = parser.parse_args()
     motions = drawn(given.seed, given.runs)
     tasks = [EncoderTask(given.rig, words, motion) for words in LAWS for motion in motions]
-
-    def progress(done: int, total: int) -> None:
-        print(f"\r{done} of {total} runs", end="\n" if done == total else "", file=sys.stderr, flush=True)
-
-    found = share(run, tasks, os.cpu_count() or 1, progress)
+    found = []
+    with ProcessPoolExecutor() as pool:
+        for done, made in enumerate(pool.map(run, tasks), start=1):
+            found.append(made)
+            print(f"\r{done} of {len(tasks)} runs", end="\n" if done == len(tasks) else "", file=sys.stderr, flush=True)
     by_law = {words: found[n * given.runs : (n + 1) * given.runs] for n, words in enumerate(LAWS)}
     print(
         f"| law | error | of the estimate | beyond, and runs of at most {1e3 * BEYOND:g} mm | torque"

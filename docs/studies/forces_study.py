@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Crossings of a vertical robot, downwards, upwards and sideways, beside the same crossings of a level one.
 
 `python docs/studies/forces_study.py [--crossings 60] [--rigs RIG ...] [--torque 4] [--seed N]` draws
@@ -19,16 +20,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
-from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.compiling import expect_many_motions
 from fivebar_control.planning.reference_scan import full_torque
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.planner import CRITERION, Plan
+from fivebar_control.trajectory.planner import Plan
+from fivebar_control.trajectory.time_laws import CRITERION
 from fivebar_description.loads import Forces
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError, yaml_text
+from fivebar_studies.sweep.drawing import PLANNED_FOR, Draw, DrawnScenario, draw
+from fivebar_studies.sweep.running import run_and_judge
+from fivebar_studies.sweep.statistics import share_words
 
 RIGS = ("ideal", "calibrated", "good")
 
@@ -82,7 +84,7 @@ def crossings(seed: int, rig: str, torque: float) -> Iterator[tuple[Draw, DrawnS
             continue
         if len(plan.crossings) != 1 or reference_torque(scenario, plan) > torque:
             continue
-        outcome, missed = made(scenario, plan)
+        outcome, missed = run_and_judge(scenario, plan)
         if not missed:
             yield case, scenario, outcome.error_peak
 
@@ -118,7 +120,7 @@ def forced_run(
     needed = reference_torque(scenario, plan)
     if needed > torque:
         return ForcedRun(case.rig, direction, needed, False, math.inf, error)
-    outcome, missed = made(scenario, plan)
+    outcome, missed = run_and_judge(scenario, plan)
     return ForcedRun(case.rig, direction, needed, not missed, outcome.error_peak, error)
 
 

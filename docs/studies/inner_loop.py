@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A crossing on the emulated motor board with and without its inner loop, in this process and without ROS.
 
 `python docs/studies/inner_loop.py` prints the errors and torques behind docs/motkin.md.
@@ -18,17 +19,17 @@ from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_control.hardware.board_file import BoardFile, load_board
-from fivebar_control.hardware.board_units import joint_angle, joint_torque, motor_current
 from fivebar_control.hardware.drive_interface import ZERO, JointTarget, Torques
-from fivebar_control.hardware.inner_loop import OPEN, InnerLoop, set_point
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_description.robot_file import load_robot
 from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import read_yaml
-from fivebar_sim.boards.configuration import BoardEmulationFile
-from fivebar_sim.boards.motor import EmulatedMotor
-from fivebar_sim.boards.protocol import MotorCommand
+from fivebar_motkin.board_file import BoardFile, load_board
+from fivebar_motkin.board_units import joint_angle, joint_torque, motor_current
+from fivebar_motkin.inner_loop import OPEN, BoardTargets, set_point
+from fivebar_motkin_emulation.configuration import BoardEmulationFile
+from fivebar_motkin_emulation.motor import EmulatedMotor
+from fivebar_motkin_emulation.protocol import MotorCommand
 from fivebar_sim.plant import Measurement, Plant
 
 SCENARIO = "motkin_middle"
@@ -61,7 +62,7 @@ class PlantOnBoard(Plant):
         )
         self._board, self._ticks = board, emulation.ticks
         self._motors = [EmulatedMotor(facts, emulation.tick) for facts in emulation.pair]
-        self._inner_loop = InnerLoop(board)
+        self._inner_loop = BoardTargets(board)
         self._path, self._rate_hz, self._lead = scenario.plan().path, scenario.rate_hz, scenario.lead_samples
         self._sample = 0
         self._torques: Torques = ZERO

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The published peer beside `unified` and `mpc`, with and without the dynamic criterion: the tables of docs/lqr.md.
 
 `python docs/studies/lqr_study.py [criterion | quintic]` prints the table for a time law.
@@ -9,7 +10,7 @@ import argparse
 
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.trajectory.planner import CRITERION, QUINTIC
+from fivebar_control.trajectory.time_laws import CRITERION, QUINTIC
 from fivebar_description.rounding import in_millimetres
 from mpc_study import run_once
 

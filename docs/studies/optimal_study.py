@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How much faster the quickest time laws are than the fifth-order polynomial, on crossings of the benchmark.
 
 `python docs/studies/optimal_study.py 200 OUT.csv` runs the first 200 and prints the summary of
@@ -16,26 +17,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.studies.benchmark.crossings import BenchmarkCrossing, benchmark
-from fivebar_bringup.studies.sweep.drawing import RATE_HZ, ROBOT
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.mpc import LAW, MpcSettings
 from fivebar_control.laws.registry import CONTROLLERS, TunedController
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.planning.predicted_run import predict_run
-from fivebar_control.trajectory.planner import (
-    OPTIMAL,
-    OPTIMAL_WITH_FRICTION,
-    QUINTIC,
-    Plan,
-    ZoneRule,
-    plan_motion,
-)
+from fivebar_control.trajectory.planner import Plan, plan_motion
 from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_control.trajectory.time_laws import OPTIMAL, OPTIMAL_WITH_FRICTION, QUINTIC
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar, friction_torque
 from fivebar_description.robot_file import load_robot
 from fivebar_description.rounding import in_millimetres
+from fivebar_studies.benchmark.crossings import BenchmarkCrossing, benchmark
+from fivebar_studies.sweep.drawing import RATE_HZ, ROBOT
 
 TIME_LAWS = (QUINTIC, OPTIMAL, OPTIMAL_WITH_FRICTION)
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The law that keeps to the path against the one that follows it in time, on the same crossings under the same pushes.
 
 `python docs/studies/path_study.py [--crossings 100] [--seed N] [--rig ideal]` takes so many random
@@ -17,12 +18,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT
-from fivebar_bringup.studies.sweep.drawing import Draw, draw
-from fivebar_bringup.studies.sweep.planning import accepted, planned
-from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.compiling import expect_many_motions
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_studies.sweep.drawing import Draw, draw
+from fivebar_studies.sweep.planning import accepted, planned
+from fivebar_studies.sweep.running import run_and_judge
+from fivebar_studies.sweep.statistics import share_words
 
 LAWS, FORCES, LENGTH, STREAM = ("unified", "path"), (0.0, 1.0, 4.0), 0.05, 13
 """Laws that are compared, pushes (N), how long they are (s), and the random stream of their directions."""
@@ -52,7 +53,7 @@ def path_run(case: Draw, law: str, force: float) -> PathRun:
     start = max(0.0, plan.crossings[0].time - 0.5 * LENGTH)
     push = scenario.plant.push._replace(force=force, heading=heading, start=start, length=LENGTH)
     plant = scenario.plant._replace(push=push)
-    outcome, _ = made(scenario.model_copy(update={"plant": plant, "tracking_error_limit": 0.05}), plan)
+    outcome, _ = run_and_judge(scenario.model_copy(update={"plant": plant, "tracking_error_limit": 0.05}), plan)
     if outcome.fault != NO_FAULT or outcome.mode_changes != len(plan.crossings):
         return PathRun(math.inf, math.inf, math.inf)
     return PathRun(outcome.error_peak, outcome.path_error, outcome.error_final)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random rests on the Type 2 locus, and what becomes of the robots that are released from there by their motors.
 
 `python docs/studies/release_study.py [--rests 500] [--rig calibrated --rig good --rig middling]`
@@ -23,8 +24,6 @@ from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.odds.robot_errors import drawn_effects
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.robot import later_with_effects
-from fivebar_bringup.studies.rigs.named import find_rig
-from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, draw
 from fivebar_control.compiling import compiled_and_kept
 from fivebar_control.model.geometry import inverse_geometry, workspace_bounds
 from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints, state_from_platform
@@ -39,6 +38,8 @@ from fivebar_sim.effects.mechanism_state import MechanismState
 from fivebar_sim.effects.motion import resting
 from fivebar_sim.effects.observation import joints_of, joints_seen
 from fivebar_sim.sensors import counted, encoder_resolution, gyro_errors, gyro_stream, shaped
+from fivebar_studies.rigs.named import find_rig
+from fivebar_studies.sweep.drawing import PLANNED_FOR, draw
 
 FloatArray = NDArray[np.float64]
 

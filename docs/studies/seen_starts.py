@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random starts that nobody declares, from rendered pictures.
 
 `python docs/studies/seen_starts.py 200` draws 200.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The three supervisions of a blended controller on the same random crossings.
 
 `python docs/studies/supervision_study.py [--crossings 60] [--rigs RIG ...] [--seed N]` takes
@@ -14,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.studies.sweep.drawing import Draw, draw
-from fivebar_bringup.studies.sweep.planning import accepted, planned, timed_for_loads
-from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.statistics import share_words
 from fivebar_control.compiling import expect_many_motions
 from fivebar_control.laws.registry import SUPERVISIONS
+from fivebar_studies.sweep.drawing import Draw, draw
+from fivebar_studies.sweep.planning import accepted, planned, timed_for_loads
+from fivebar_studies.sweep.running import run_and_judge
+from fivebar_studies.sweep.statistics import share_words
 
 CONTROLLER, TORQUE_LIMIT = "multi_cartesian", 2.0
 RIGS = ("ideal", "encoders", "calibrated")
@@ -51,7 +52,7 @@ def supervised_run(case: Draw, supervision: str) -> SupervisedRun:
     """Run an accepted crossing under one of `SUPERVISIONS`."""
     given = case.scenario(CONTROLLER)
     scenario = given.model_copy(update={"zone": given.zone._replace(supervision=supervision)})
-    outcome, missed = made(scenario, planned(case))
+    outcome, missed = run_and_judge(scenario, planned(case))
     requested = max(outcome.requested1, outcome.requested2)
     return SupervisedRun(case.rig, supervision, not missed, outcome.error_peak, requested)
 

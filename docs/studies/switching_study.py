@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long a blended controller has to be out of its zones, so that errors shrink from crossing to crossing.
 
 `python docs/studies/switching_study.py` prints the table of docs/theory.md for the middle crossing.

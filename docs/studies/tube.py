@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A bound on the distance from the reference, before a run: the tube of `unified` and of `mpc`.
 
 Along the reference the closed loop is a linear time-varying system: the error and its derivative, the estimated
@@ -15,10 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import weights_of
 from fivebar_control.laws.reference import held_torque
-from fivebar_control.laws.unified import UnifiedSettings, input_map
+from fivebar_control.laws.unified import input_map
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.trajectory.planner import Plan

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How many runs of random crossings stay within the tube that is computed before them.
 
 `python docs/studies/tube_study.py OUT.csv [--controller mpc] [--crossings 240] [--seed N]` takes the
@@ -20,14 +21,14 @@ import numpy as np
 from fivebar_bringup.odds.odds import clopper_pearson
 from fivebar_bringup.simulation.case import X, Y, case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
-from fivebar_bringup.studies.sweep.planning import accepted, planned
 from fivebar_control.compiling import expect_many_motions
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.mpc import MpcSettings
-from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.rounding import in_millimetres
+from fivebar_studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
+from fivebar_studies.sweep.planning import accepted, planned
 from tube import Mismatch, tube
 
 RIG = "ideal"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sensitivity of the unified law to its settings, which justifies the defaults.
 
 `python docs/studies/unified_sweep.py OUT.png` runs it all, which takes some ten minutes, prints the
@@ -18,12 +19,12 @@ from fivebar_bringup.pages.style import BLUE, GREY, PURPLE, VERMILION, house_sty
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import Sample, simulate
-from fivebar_bringup.studies.compare.verdicts import BOUNDS
-from fivebar_bringup.studies.rigs.named import find_rig
-from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar
 from fivebar_description.rounding import in_millimetres
+from fivebar_studies.compare.verdicts import BOUNDS
+from fivebar_studies.rigs.named import find_rig
 
 DURATIONS = (0.5, 1.0, 2.0, 3.0)
 

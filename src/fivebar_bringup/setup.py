@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -41,6 +42,16 @@ An extra, because the executables of colcon let setuptools look for the distribu
 ROS and apt install is not always one. The distribution `fivebar` asks for all of them.
 """
 
+OPTIONAL = (
+    "fivebar_camera_runs",
+    "fivebar_commission",
+    "fivebar_live",
+    "fivebar_play",
+    "fivebar_studies",
+    "fivebar_vendor_drives",
+)
+"""Import packages without which a robot crosses as well; they register what they add below."""
+
 setup(
     name=NAME,
     version=ElementTree.parse("package.xml").findtext("version"),
@@ -50,7 +61,11 @@ setup(
     python_requires=">=3.11",
     extras_require={"pip": NEEDED, "test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
-    package_data={NAME: ["py.typed", "pages/scripts/*", "pages/templates/*"], "fivebar": ["py.typed"]},
+    package_data={
+        NAME: ["py.typed", "pages/scripts/*", "pages/templates/*"],
+        "fivebar": ["py.typed"],
+        **{package: ["py.typed", "scripts/*", "templates/*"] for package in OPTIONAL},
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
@@ -65,11 +80,27 @@ setup(
             "node_group = fivebar_bringup.executables:node_group",
             "viewer = fivebar_bringup.executables:viewer",
         ],
+        "fivebar.commands": [
+            "camera = fivebar_camera_runs.cli",
+            "commission = fivebar_commission.cli",
+            "live = fivebar_live.cli",
+            "play = fivebar_play.cli",
+            "studies = fivebar_studies.cli",
+        ],
+        "fivebar.live_page": ["live_page = fivebar_live.attached:live_page"],
+        "fivebar.sensors": [
+            "camera_accuracy = fivebar_camera_runs.accuracy:position_errors",
+            "camera_figure = fivebar_camera_runs.figure:vision",
+            "camera_nodes = fivebar_camera_runs.graph:camera_nodes",
+            "camera_series = fivebar_camera_runs.series:vision_series",
+            "camera_simulation = fivebar_camera_runs.simulation:SimulatedVision",
+        ],
+        "fivebar.python": ["sweep = fivebar_studies.python:sweep"],
         "fivebar.drives": [
             "canopen = fivebar_bringup.drives.kinds:CANOPEN_DRIVES",
-            "motkin = fivebar_bringup.drives.kinds:MOTKIN_BOARD",
-            "moteus = fivebar_bringup.drives.kinds:MOTEUS_DRIVES",
-            "odrive = fivebar_bringup.drives.kinds:ODRIVES",
+            "motkin = fivebar_vendor_drives.kinds:MOTKIN_BOARD",
+            "moteus = fivebar_vendor_drives.kinds:MOTEUS_DRIVES",
+            "odrive = fivebar_vendor_drives.kinds:ODRIVES",
             "ros2_control = fivebar_bringup.drives.kinds:CONTROLLED_JOINTS",
         ],
     },

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -26,6 +27,9 @@ An extra, because the executables of colcon let setuptools look for the distribu
 ROS and apt install is not always one. The distribution `fivebar` asks for all of them.
 """
 
+OPTIONAL = ("fivebar_moteus", "fivebar_motkin", "fivebar_odrive", "fivebar_vision")
+"""Import packages without which a robot is controlled as well: drivers of vendors, and the camera."""
+
 setup(
     name=NAME,
     version=ElementTree.parse("package.xml").findtext("version"),
@@ -35,7 +39,7 @@ setup(
     python_requires=">=3.11",
     extras_require={"pip": NEEDED, "test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
-    package_data={NAME: ["py.typed"]},
+    package_data={package: ["py.typed"] for package in (NAME, *OPTIONAL)},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
@@ -60,5 +64,6 @@ setup(
             "drive_bridge = fivebar_control.executables:drive_bridge",
             "command_watchdog = fivebar_control.executables:command_watchdog",
         ],
+        "fivebar.sensors": ["camera_optics = fivebar_vision.camera_file:optics_of"],
     },
 )

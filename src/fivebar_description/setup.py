@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -29,11 +30,12 @@ setup(
     python_requires=">=3.11",
     extras_require={"pip": NEEDED, "test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
-    package_data={NAME: ["py.typed"]},
+    package_data={package: ["py.typed"] for package in (NAME, "fivebar_motkin_description", "fivebar_optics")},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
         # One entry per file keeps each in its own sub-folder.
         *((f"{SHARE}/{path.parent}", [str(path)]) for pattern in DATA for path in sorted(Path().glob(pattern))),
     ],
+    entry_points={"fivebar.sensors": ["camera_model = fivebar_optics.camera_model:nominal_optics"]},
 )

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -23,6 +24,15 @@ An extra, because the executables of colcon let setuptools look for the distribu
 ROS and apt install is not always one. The distribution `fivebar` asks for all of them.
 """
 
+OPTIONAL = (
+    "fivebar_camera",
+    "fivebar_moteus_emulation",
+    "fivebar_motkin_emulation",
+    "fivebar_mujoco",
+    "fivebar_odrive_emulation",
+)
+"""Import packages without which a robot is simulated as well."""
+
 setup(
     name=NAME,
     version=ElementTree.parse("package.xml").findtext("version"),
@@ -32,7 +42,7 @@ setup(
     python_requires=">=3.11",
     extras_require={"pip": NEEDED, "test": ["pytest>=7.2"]},
     packages=find_packages(exclude=["tests", "tests.*"]),
-    package_data={NAME: ["py.typed"]},
+    package_data={package: ["py.typed"] for package in (NAME, *OPTIONAL)},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),
@@ -48,5 +58,12 @@ setup(
             "emulated_drives = fivebar_sim.executables:emulated_drives",
             "emulated_robot = fivebar_sim.executables:emulated_robot",
         ],
+        "fivebar.plants": ["mujoco = fivebar_mujoco.mujoco_motion:MujocoMotion"],
+        "fivebar.plant_checks": ["mujoco = fivebar_mujoco.mujoco_robot:check_has_effects"],
+        "fivebar.sensors": [
+            "camera_frames = fivebar_camera.frames:frame_of",
+            "camera_sights = fivebar_camera.sights:Sights",
+        ],
+        "fivebar.models": ["mujoco = fivebar_mujoco.mujoco_file:mjcf_file"],
     },
 )

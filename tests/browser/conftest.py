@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A real browser: Chromium without a window, driven by Playwright; skipped with the reason where there is none."""
 
 from __future__ import annotations

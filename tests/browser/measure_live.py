@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames per second of the live page in Chromium, and the control cycle with and without it, side by side.
 
 By hand: `PYTHONPATH=.browser .venv/bin/python tests/browser/measure_live.py [PAIRS]`.

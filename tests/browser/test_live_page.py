@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The live page in a real browser, of a graph that stands and takes requests."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page that explains by play in a real browser: its functions are Python's, and its runs those of `simulate`."""
 
 from __future__ import annotations
@@ -12,16 +13,16 @@ from typing import Any, get_type_hints
 import pytest
 from browser_pages import assert_looks_like, until
 
-from fivebar_bringup.play.content import LENGTH_STEP, PUSH_TIME, case_with, exported, scenario_of
-from fivebar_bringup.play.javascript import Translation
-from fivebar_bringup.play.page import page as play_page
-from fivebar_bringup.play.run import PlayRun
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.plant import PlantState, chain_at, closed
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar
+from fivebar_play.content import LENGTH_STEP, PUSH_TIME, case_with, exported, scenario_of
+from fivebar_play.javascript import Translation
+from fivebar_play.page import page as play_page
+from fivebar_play.run import PlayRun
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.timing import Delays, drawn
 

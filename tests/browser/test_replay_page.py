@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report in a real browser: it plays from disk, and what it draws is what was recorded."""
 
 from __future__ import annotations

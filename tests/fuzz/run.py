@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Feeds random inputs to every parser of input from outside, each in a process of its own: `make fuzz`.
 
 An input that is neither understood nor refused in one line, or that takes too long, ends the run of its parser and is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lets libFuzzer, by way of Atheris, run on one parser: target.py NAME INPUTS KEPT FOLDER; `run.py` calls it.
 
 It changes inputs and keeps those that reach new lines of what is instrumented; JSON documents are changed as such.
@@ -21,19 +22,20 @@ with atheris.instrument_imports(
         "fivebar_description.strict_yaml",
         "fivebar_description.run_plan",
         "fivebar_description.strict_yaml",
-        "fivebar_bringup.live.commands",
+        "fivebar_live.commands",
         "fivebar_bringup.recorded.timing",
         "fivebar_bringup.runs",
         "fivebar_bringup.scenario",
-        "fivebar_bringup.studies.benchmark.scoring",
-        "fivebar_bringup.studies.calibrate.reading",
-        "fivebar_bringup.studies.engine.directory",
-        "fivebar_bringup.studies.engine.table",
-        "fivebar_bringup.studies.sweep.rows",
+        "fivebar_studies.benchmark.scoring",
+        "fivebar_bringup.calibrate.reading",
+        "fivebar_studies.engine.directory",
+        "fivebar_studies.engine.table",
+        "fivebar_studies.sweep.rows",
         "fivebar_control.hardware",
+        "fivebar_motkin.board_file",
         "fivebar_control.planning.program",
-        "fivebar_control.vision.calibration",
-        "fivebar_sim.boards",
+        "fivebar_vision.calibration",
+        "fivebar_motkin_emulation",
         "fivebar_sim.drives",
     ]
 ):

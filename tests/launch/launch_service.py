@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs a launch file with the service behind `ros2 launch`, and exits as that does.
 
 python launch_service.py FILE NAME:=VALUE ...

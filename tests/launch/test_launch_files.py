@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The launch files under ROS' own launch: they end with the run, say where its results are, and fail where it failed.
 
 launch_testing is not used: it takes a launch that ends by itself, as these do, for one that has died. What the files
@@ -161,6 +162,8 @@ def test_a_crossing_ends_the_launch_and_says_where_its_results_are(launch: Launc
     assert call.finish() == 0, call.output
     assert str(call.out) in call.output
     assert "succeeded" in call.output
+    # into a file go neither colours nor a progress bar
+    assert not set("\x1b\r") & set(call.stdout + call.stderr)
     assert (call.out / "summary.json").is_file()
     assert (call.out / "report.html").is_file()
     call.expect_no_process(0.0)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Changes the core one operator or number at a time and looks whether a unit test notices: `make mutants`.
 
 Each mutant is one small change in the body of one function, made by Cosmic Ray's operators in a copy of the workspace.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A private domain for each test, or for each module where its tests only look; and the motion of the defaults."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What each node answers: the plain functions' figures to the last bit, under the stamp of the sample."""
 
 from __future__ import annotations

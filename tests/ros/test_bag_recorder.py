@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The recorder keeps the bytes that were sent, whatever they are, of the topics it was told and in its namespace."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The blender: the torque it commands, what it takes for a fault, and that a fault stays until it is reset."""
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from std_srvs.srv import Trigger
 from fivebar_control.laws.blend import blend
 from fivebar_control.laws.torque import Torque
 from fivebar_control.safety.brake import brake_of, stopping
-from fivebar_control.safety.stages import SafetySettings
+from fivebar_control.safety.settings import SafetySettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,

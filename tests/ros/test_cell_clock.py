@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The time that robots of a cell share: that of the one which has come least far and has not ended."""
 
 from __future__ import annotations

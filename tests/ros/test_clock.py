@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """In lockstep the plant publishes the simulated time, in its namespace, for the tools of ROS that go by it."""
 
 from __future__ import annotations

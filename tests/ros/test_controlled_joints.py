@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Joints under a controller manager: what the bridge's side finds, and what becomes of a torque that nobody renews."""
 
 from __future__ import annotations
@@ -175,7 +176,10 @@ def test_a_controller_that_commands_no_effort_is_refused(cell: Bench, tmp_path: 
     ("changed", "fault"),
     [
         ({"link": {**LINK, "joints": ["left", "right"]}}, "controller_differs: .* right, left, expected left, right"),
-        ({"link": {**LINK, "states": "/joint_states"}}, "states_shared: /joint_states "),
+        (
+            {"link": {**LINK, "joints": ["q11", "q21"], "states": "/joint_states"}},
+            "states_shared: /joint_states is also where this graph publishes q11 and q21",
+        ),
         ({"period_us": PERIOD_US // 2, "gather_deadline_us": 5000}, "states_slow: .* has 50 Hz, the run needs 100 Hz"),
         long({"link": {**LINK, "joints": ["right", "lift"]}}, "states_missing: .*no joint lift: gripper, left, "),
         long({"link": {**LINK, "joints": ["roll", "lift"]}}, "states_missing: .* other joints: gripper, left, right, "),

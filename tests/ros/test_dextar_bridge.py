@@ -1,7 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bridge as a node, with emulated drives in a process of their own beside it."""
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import signal
@@ -28,6 +30,8 @@ from fivebar_description.interface import (
     FAULTS,
     MOTOR_STATES,
     NANOSECONDS,
+    RUN_READY,
+    RUN_STATUS,
     TORQUE_COMMAND,
     sample_stamp_ns,
 )
@@ -56,10 +60,11 @@ class Rig:
         self.states: list[Any] = []
         own = {"bus": bus, "sync_period_us": 1_000_000 // RATE_HZ}
         emulation = rewritten("fivebar_sim", folder, own)
-        self.drives = bench.run([str(Path(sys.executable).parent / "emulated_drives"), str(emulation)])
-        # before the bridge, which looks for them as soon as it starts where it is to start by itself
+        self._bench = bench
+        self._emulator = [str(Path(sys.executable).parent / "emulated_drives"), str(emulation)]
         self.probe = bench.probe()
-        self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
+        # before the bridge, which looks for them as soon as it starts where it is to start by itself
+        self.start_drives()
         path = rewritten("fivebar_control", folder, {**own, "gather_deadline_us": 8000, "missing_limit": 100}, patient)
         self.process = bench.start(
             "dextar_bridge",
@@ -71,6 +76,10 @@ class Rig:
         )
         self.probe.listen(MOTOR_STATES, callback=self._on_states)
         self.probe.join("dextar_bridge", [TORQUE_COMMAND, FAULTS], [FAULTS, DRIVES_STATE])
+
+    def start_drives(self) -> None:
+        self.drives = self._bench.run(self._emulator)
+        self.probe.wait_for(lambda: "ready" in self.drives.stdout, "the drives are there")
 
     def _on_states(self, message: Any) -> None:
         self.states.append(message)
@@ -338,3 +347,36 @@ def test_autostart_and_an_orderly_end(bench: Bench, tmp_path: Path, bus_section:
     rig.process.send(signal.SIGTERM)
     assert rig.process.wait() == 0, rig.process.stderr
     assert "Traceback" not in rig.process.stderr, rig.process.stderr
+
+
+@pytest.fixture
+def laboratory(bench: Bench, tmp_path: Path, bus_section: dict[str, Any]) -> Iterator[Rig]:
+    """As in a run, with a last sample and a node that is awaited."""
+    yield Rig(bench, tmp_path, bus_section, samples=1000, wait_for_nodes=["late"])
+
+
+def test_configure_and_activate_may_follow_at_once(laboratory: Rig) -> None:
+    """The node that lacks announces itself while configure waits for it."""
+    probe = laboratory.probe
+    probe.node.create_timer(1.0, lambda: probe.publish(RUN_READY, String(data="late")))
+    activated(laboratory)
+    probe.wait_for(lambda: laboratory.states, "sample 0")
+    assert laboratory.faults() == []
+
+
+def test_the_operator_tries_again_where_configure_has_failed(laboratory: Rig) -> None:
+    probe = laboratory.probe
+    probe.listen(RUN_STATUS)
+    probe.publish(RUN_READY, String(data="late"))
+    laboratory.drives.close()
+    assert not laboratory.change(Transition.TRANSITION_CONFIGURE)
+    assert laboratory.state() == State.PRIMARY_STATE_UNCONFIGURED
+    laboratory.wait_for_state("drive_")
+    status, _ = probe.health(BRIDGE)
+    assert status.level == DiagnosticStatus.ERROR
+    laboratory.start_drives()
+    activated(laboratory)
+    laboratory.wait_for_state("ok")
+    probe.wait_for(lambda: laboratory.states, "sample 0")
+    assert laboratory.faults() == []
+    assert {json.loads(message.data)["state"] for message in probe.got(RUN_STATUS)} == {"running"}

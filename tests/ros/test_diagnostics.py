@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What nodes tell of themselves on /diagnostics, nodes that share a process, and `fivebar status`."""
 
 from __future__ import annotations

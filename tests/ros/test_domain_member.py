@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A member of a domain that is interrupted while it takes a message."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The emulated robot beside a bridge: exact state and gyroscope for the samples that the bridge publishes."""
 
 from __future__ import annotations

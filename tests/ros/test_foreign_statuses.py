@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Statuses of other runs and of nobody: none of them decides, and none ends who listens."""
 
 from __future__ import annotations

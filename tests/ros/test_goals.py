@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions on request over ROS: the trajectory generator plans beside its cycle, moves, arrives, or says why not."""
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.interface import (
     GOAL,
     GOAL_PATH,

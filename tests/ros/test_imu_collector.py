@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The IMU's readings beside a motion by hand, whatever quality of service their driver has."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Nodes that only listen may lag behind the run: what has arrived when the run ends is not lost."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Input that must not be used: it is left out and counted, and the next good sample is answered as if nothing was."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bridge to the motor board as a node, with an emulated board beside it.
 
 What it shares with the bridge to drives on a bus is tested there.
@@ -34,7 +35,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state
-from fivebar_sim.boards.protocol import CommandFrame, CommandReader
+from fivebar_motkin_emulation.protocol import CommandFrame, CommandReader
 
 pytestmark = pytest.mark.clock
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two robots in one domain: what happens in one namespace does not reach the other."""
 
 from __future__ import annotations

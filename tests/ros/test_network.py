@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a node opens to the network by default, and that ordinary ROS tools of the same machine still reach it."""
 
 from __future__ import annotations

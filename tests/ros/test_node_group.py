@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Nodes that share a process answer as nodes of their own do, and hear outsiders as these do."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters: every node starts with its defaults and explains them, bad values end it, gains can be tuned."""
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.robot_sizes import law_sizes
-from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.interface import CTC_TORQUE, JOINT_STATES, REFERENCE
 from fivebar_description.robot_file import read_robot
 
@@ -180,6 +181,15 @@ def test_arguments_that_ros_refuses_end_the_node_without_traceback(bench: Bench,
     assert process.wait() == 2
     assert "Traceback" not in process.stderr
     assert arguments[-1] in process.stderr.splitlines()[-1]
+
+
+def test_arrays_are_read_as_launch_ros_writes_them(bench: Bench) -> None:
+    """SetParameter gives the nodes a tuple of Python on their command line."""
+    given = ["-p", "external_inputs:=('joint_states',)", "-p", "waypoints:=(0.0, 0.15, 0, 0.1)"]
+    bench.start("trajectory_generator", arguments=given)
+    probe = bench.probe()
+    assert list(probe.parameter("/trajectory_generator", "external_inputs")) == ["joint_states"]
+    assert list(probe.parameter("/trajectory_generator", "waypoints")) == [0.0, 0.15, 0.0, 0.1]
 
 
 def test_a_name_that_no_node_has_is_a_warning(bench: Bench) -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A second publisher of a topic of the control chain: refused before the first sample, a latched fault later."""
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from graph_probe import Bench
 from middle_motion import MiddleMotion
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from fivebar_description.interface import (
@@ -47,6 +50,7 @@ from fivebar_sim.ros.node_settings import START_JOINTS
 
 CHAIN = ("trajectory_generator", "supervisor", "ctc_controller", "vhc_controller", "blender")
 RATE_HZ = 500
+RELIABLE = QoSProfile(depth=10)
 ZERO = (0.0, 0.0)
 FOREIGN = (3.0, 3.0)
 LATER = 40
@@ -128,6 +132,10 @@ def test_a_second_publisher_stops_the_robot(chain: Chain, topic: Topic) -> None:
     before = len(chain.faults())
     rogue = chain.bench.probe(name="rogue")
     rogue.advertise(topic)
+    if topic.of_joints:
+        # others may publish other joints there
+        chain.probe.wait_for(lambda: chain.step() != ZERO and rogue.listeners(topic), "the rogue is heard")
+        rogue.publish(topic, chain.motion.joint_states_message(chain.sample))
     chain.probe.wait_for(lambda: len(chain.faults()) > before, "the fault")
     fault = chain.faults()[before]
     assert fault.startswith(f"second_publisher: {topic.name} is published by ")
@@ -163,6 +171,9 @@ def test_a_node_that_is_started_again_is_no_second_one(bench: Bench, motion: Mid
     chain.reset_until_it_moves()
     assert [fault.partition(":")[0] for fault in chain.faults()] == ["candidate_missing"]
 
+
+OFF_THE_GRID = START_STAMP_NS + 1
+"""A stamp (ns) of no sample."""
 
 SILENT = ("ctc_controller", "supervisor", "vhc_controller")
 """Nodes that leave it to the blender to publish the fault of what it reads too."""
@@ -200,7 +211,12 @@ def test_before_the_first_sample_it_is_a_refusal(bench: Bench, node: str, topic:
     first.advertise(topic)
     first.wait_for(lambda: first.listeners(topic), "the node has found its input")
     assert process.status is None
-    bench.probe("/robot", "second").advertise(topic)
+    second = bench.probe("/robot", "second")
+    second.advertise(topic)
+    if topic.of_joints:
+        first.wait_for(lambda: second.listeners(topic), "the node has found the other, too")
+        for probe in (first, second):
+            probe.publish(topic, joint_state(OFF_THE_GRID, topic.of_joints, [0.0] * len(topic.of_joints)))
     first.wait_for(lambda: process.status is not None, "the end of the node")
     assert process.status == 2
     (line,) = [one for one in process.stderr.splitlines() if "[ERROR]" in one and "published by" in one]
@@ -352,3 +368,76 @@ def test_others_may_publish_other_joints_where_states_come_from_outside(bench: B
     gripper.publish(cell, foreign)
     probe.wait_for(lambda: probe.got(FAULTS), "the fault")
     assert probe.got(FAULTS)[0].data.startswith("second_publisher: two different messages on ")
+
+
+ARM = ("shoulder", "elbow")
+
+
+def arm_state(number: int, *more: str) -> Any:
+    """Return a message of another robot, with joints that it should not have."""
+    names = (*ARM, *more)
+    return joint_state(OFF_THE_GRID + number, names, [0.1] * len(names), [0.2] * len(names))
+
+
+def test_an_arm_on_the_same_topic_is_no_second_publisher(bench: Bench, motion: MiddleMotion) -> None:
+    """Neither while it sends nothing, nor with other joints, nor with best effort; with one of ours it is."""
+    process = bench.start("supervisor")
+    probe, arm, hasty = bench.probe(), bench.probe(name="arm"), bench.probe(name="hasty")
+    arm.advertise(JOINT_STATES)
+    best = hasty.node.create_publisher(JointState, JOINT_STATES.name, qos_profile_sensor_data)
+    probe.join("supervisor", [JOINT_STATES], [SUPERVISOR_STATE, FAULTS])
+    probe.wait_for(lambda: arm.listeners(JOINT_STATES), "the arm is heard")
+    probe.ask([(JOINT_STATES, motion.joint_states_message(0))], [SUPERVISOR_STATE], 0)
+    for sample in range(1, 20):
+        arm.publish(JOINT_STATES, arm_state(sample))
+        best.publish(arm_state(sample, "q11"))
+        probe.publish(JOINT_STATES, motion.joint_states_message(sample))
+        probe.answer(SUPERVISOR_STATE, sample)
+    status, values = probe.health("/supervisor")
+    assert (status.message, values["dropped"]) == ("ok", "0")
+    assert not probe.got(FAULTS)
+    arm.publish(JOINT_STATES, arm_state(20, "q11"))
+    probe.wait_for(lambda: probe.got(FAULTS), "the fault")
+    fault = probe.got(FAULTS)[0].data
+    assert fault.startswith("second_publisher: joint_states is published by ")
+    assert fault.endswith(", expected one publisher of q11, q12, q21, q22")
+    for name in ("/probe", "/arm"):
+        assert f"{name} (process " in fault
+    assert process.status is None
+
+
+@pytest.mark.parametrize("profile", [RELIABLE, qos_profile_sensor_data], ids=["reliable", "best_effort"])
+def test_the_plant_shares_its_topic_with_an_arm(bench: Bench, profile: QoSProfile) -> None:
+    """Until the arm sends a joint of the plant's; a reset is possible once it no longer does, while it still sends."""
+    plant = Plant(bench)
+    probe = plant.probe
+    arm = bench.probe(name="arm").node.create_publisher(JointState, JOINT_STATES.name, profile)
+    # the probe and, once it has found the arm, the plant itself
+    probe.wait_for(lambda: plant.step((0.5, 0.5)) and arm.get_subscription_count() >= 1, "the plant has found it")
+    for number in range(20):
+        arm.publish(arm_state(number))
+        assert plant.step((0.5, 0.5)) == (0.5, 0.5)
+    assert not probe.got(FAULTS)
+
+    def is_found() -> bool:
+        arm.publish(arm_state(0, "q22"))
+        plant.step((0.5, 0.5))
+        return bool(probe.got(FAULTS))
+
+    probe.wait_for(is_found, "the fault")
+    fault = probe.got(FAULTS)[0].data
+    assert fault.startswith("second_publisher: joint_states is published by ")
+    assert fault.endswith(", expected one publisher of q11, q12, q21, q22")
+    for name in ("/plant", "/arm"):
+        assert f"{name} (process " in fault
+    assert plant.step((0.5, 0.5)) == ZERO
+    assert not probe.reset("/plant").success
+
+    def is_reset() -> bool:
+        arm.publish(arm_state(0))
+        plant.step((0.5, 0.5))
+        return bool(probe.reset("/plant").success)
+
+    probe.wait_for(is_reset, "a reset")
+    plant.step((0.5, 0.5))
+    assert plant.step((0.5, 0.5)) == (0.5, 0.5)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plant as a node: lockstep advances with the commands and with nothing else, real time with the clock."""
 
 from __future__ import annotations
@@ -203,6 +204,16 @@ def test_nodes_that_do_not_come_are_a_fault(bench: Bench) -> None:
     assert process.wait() == 1
     probe.wait_for(lambda: faults(probe), "a fault")
     assert faults(probe) == ["nodes_missing: not ready within 2 s: camera"]
+
+
+def test_a_plan_that_does_not_come_is_a_fault(bench: Bench) -> None:
+    probe = bench.probe()
+    probe.publish(RUN_READY, String(data="trajectory_generator"))
+    process = bench.start("plant", wait_for_nodes=["trajectory_generator"], ready_timeout_s=2.0)
+    probe.join("plant", [TORQUE_COMMAND], OUTPUTS)
+    assert process.wait() == 1
+    probe.wait_for(lambda: faults(probe), "a fault")
+    assert faults(probe) == ["nodes_missing: not ready within 2 s: the plan of trajectory_generator"]
     assert probe.got(JOINT_STATES) == []
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The program runner over ROS: takes a program on its topic, asks for its moves, and ends with what becomes of them."""
 
 from __future__ import annotations

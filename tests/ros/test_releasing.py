@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The service `blender/release`: a robot that a fault has stopped on the Type 2 locus gets off it by its motors."""
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.ros.messages import joint_state, to_stamp
+from fivebar_mujoco.mujoco_motion import MujocoMotion
 from fivebar_sim.effects.settings import PlantSettings
-from fivebar_sim.mujoco_motion import MujocoMotion
 
 RATE = 100
 LOCUS_Y = math.sqrt(0.09**2 - 0.031**2)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plan of a run: nodes wait for it, compare their own parameters with it, and refuse to answer on a difference."""
 
 from __future__ import annotations

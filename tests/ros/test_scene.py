@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node of the pictures over DDS: markers where the joint states say, a map for latecomers, a bounded trail."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SIGINT, SIGTERM and SIGHUP end every node, whatever it waits for, and in order.
 
 The first turn is in test_node_parameters.py, with the nodes that are there.

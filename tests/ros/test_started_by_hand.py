@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node that is started by hand, with the parameter file that a run has left: it says what it waits for, and works."""
 
 from __future__ import annotations

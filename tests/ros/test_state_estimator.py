@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator as a node: the filter's figures to the last bit, bad input left out, and faults that stop the robot."""
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample, simulate
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.nodes.state_estimator import said_if_long
+from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ESTIMATE_COVARIANCE,
@@ -410,7 +412,7 @@ def test_in_real_time_an_answer_has_the_readings_that_have_come(
 ) -> None:
     probe = start_with_gyro(bench, awaits=False)
     expected = StateEstimator(
-        turning.five_bar(), turning.homing(), turning.rate_hz, turning.drives(), turning.ekf, turning.tolerances
+        turning.five_bar(), homing_of(turning), turning.rate_hz, turning.drives(), turning.ekf, turning.tolerances
     )
     came: list[tuple[int, float]] = []
     dropped = 0

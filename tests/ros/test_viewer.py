@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node behind the live page, over DDS and over its connection: what it shows, and the little that it can do."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The messages of a topic in a bag, for the comparison of runs to the last bit; and a bag's in a namespace."""
 
 from __future__ import annotations

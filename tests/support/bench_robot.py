@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A small five-bar like the bench's, and files of its emulated board."""
 
 from __future__ import annotations

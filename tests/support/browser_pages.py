@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the tests in a browser share: waiting for a page, and comparing it with the pictures of the documentation."""
 
 from __future__ import annotations

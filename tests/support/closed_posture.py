@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A posture of DexTAR as joint angles of a closed loop."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The commands and nodes that the packages install, as they announce them."""
 
 from __future__ import annotations

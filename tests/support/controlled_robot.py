@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A controller manager with two joints that a thread of this process serves, as real DDS has it."""
 
 from __future__ import annotations

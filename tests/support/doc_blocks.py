@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fenced blocks of pages, which tests run word for word."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads the file of emulated drives."""
 
 from __future__ import annotations

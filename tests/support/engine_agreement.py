@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The compiled loop beside the offline runner: a scenario in both, and what must agree."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs from the two motor encoders: made offline, judged by the summary, and estimated again with other settings."""
 
 from __future__ import annotations
@@ -14,10 +15,12 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_control.estimation.ekf import Belief, EkfSettings
+from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import State
+from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.parameters import FiveBar
 
 OFF_MODEL = {"mass_scale": 1.1, "inertia_scale": 0.9, "friction_scale": 0.8}
@@ -64,7 +67,7 @@ def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = N
     # read from its file once
     robot = scenario.five_bar()
     estimator = StateEstimator(
-        robot, scenario.homing(), scenario.rate_hz, scenario.drives(), settings, scenario.known_within()
+        robot, homing_of(scenario), scenario.rate_hz, scenario.drives(), settings, scenario.known_within()
     )
     for sample in run.samples:
         assert sample.estimated is not None

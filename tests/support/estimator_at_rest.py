@@ -1,10 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator's constants as tests choose them, and the memory of a robot that rests at home."""
 
 from __future__ import annotations
 
-from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
-from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.readings import EstimatorMemory, with_motors
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.robot_file import load_robot
@@ -13,7 +14,7 @@ from fivebar_description.sensors import KnownSensors, PassiveEncoder
 ROBOT, MODES, RATE_HZ = load_robot(), (1, -1), 500
 HOME = (0.0, 0.15)
 ANGLES = inverse_geometry(ROBOT, *MODES, *HOME)
-TIGHT = EkfSettings(gyro=True, camera=True, misfit_time=0.01)
+TIGHT = EkfSettings(gyro=True, camera=True)
 
 
 def model_of(

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The graph of an experiment with every node a process of its own, on drives that can be broken."""
 
 from __future__ import annotations
@@ -43,9 +44,9 @@ from fivebar_description.interface import (
     UNIFIED_TORQUE,
     Topic,
 )
-from fivebar_description.known_drives import MOTKIN
 from fivebar_description.ros.scheduling import Scheduling
 from fivebar_description.scenario_file import FILE_OF_RUN
+from fivebar_vendor_drives.kinds import MOTKIN_BOARD
 
 PRIORITY = 20
 """Under SCHED_FIFO where that is granted: what is tested are cycles of the clock, on a machine with other work."""
@@ -142,7 +143,7 @@ class FaultBench:
         (folder / FILE_OF_RUN).write_text(scenario.to_yaml(), encoding="utf-8")
         kind = kind_of(scenario)
         self.bridge = kind.bridge
-        self.mend = ("mend",) if kind.name == MOTKIN else ("mend 1", "mend 2", "bus_on")
+        self.mend = ("mend",) if kind.name == MOTKIN_BOARD.name else ("mend 1", "mend 2", "bus_on")
         """What ends all that was broken."""
         self.drives = DrivesProcess(files.emulation, PRIORITY + 1)
         nodes = crossing_graph(scenario, Mode.REALTIME, self.bag, Rehearsal(files))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A fault in the graph of an experiment: bringing the motion to it, what must follow, and the way back."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Loaded last by the server that nodes are forked from: does once what every node would do at its start."""
 
 import gc

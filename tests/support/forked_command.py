@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The `fivebar` command in a process that has loaded it and all nodes, and forks the nodes of a run from itself.
 
 Every run of the installed command takes seconds of processor time to load modules, twice over; the rest is the same.

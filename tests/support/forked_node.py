@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Nodes in processes of their own that need not load what all nodes load: forked from a server that has done so."""
 
 from __future__ import annotations

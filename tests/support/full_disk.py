@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A disk that is full: files cannot grow beyond a size, or none can be put in place."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What has to come of any input: it is understood, or refused in one line."""
 
 from __future__ import annotations

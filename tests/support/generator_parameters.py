@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parameters that a trajectory generator has in the run of a scenario, made without the node."""
 
 from __future__ import annotations

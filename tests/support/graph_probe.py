@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Real nodes as processes of their own, and a probe that talks to them over DDS as any other ROS process would."""
 
 from __future__ import annotations

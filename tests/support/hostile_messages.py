@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Messages of random and mutated kinds for String and JointState topics, the same ones for the same seed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The processes of a launch file as those of a bench: `control.launch.py` without `ros2 launch`."""
 
 from __future__ import annotations

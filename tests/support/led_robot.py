@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Exact readings of a robot that is led along a path, from the closed-form geometry of the model."""
 
 from __future__ import annotations

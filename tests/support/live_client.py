@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A client of the live page, as a browser would be: sends commands, and keeps what comes."""
 
 from __future__ import annotations

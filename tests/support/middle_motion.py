@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The motion that the nodes' default parameters describe, as messages of any of its samples."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether `tests/mutants/selection.toml` names every module whose mutants the unit tests are to notice."""
 
 from __future__ import annotations

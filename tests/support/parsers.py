@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Everything that reads input from outside, as functions of bytes, with valid inputs to begin from."""
 
 from __future__ import annotations
@@ -15,27 +16,20 @@ import yaml
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.writer import BagWriter
-from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
+from fivebar_bringup.calibrate.reading import TouchedFile
+from fivebar_bringup.drives.kinds import CANOPEN_DRIVES
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.live.commands import CommandRefused, read_command
 from fivebar_bringup.recorded.timing import read_timing
 from fivebar_bringup.runs.injection import read_injection
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.benchmark.scoring import RESULTS, read_results
-from fivebar_bringup.studies.calibrate.reading import TouchedFile
-from fivebar_bringup.studies.engine.directory import StudyFiles
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, ROWS
-from fivebar_bringup.studies.sweep.sweep import SWEEP, SweepSettings
-from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.configuration import DriveFile, load_drives
 from fivebar_control.hardware.frames import FrameReader
 from fivebar_control.planning.motion_queue import read_goal
 from fivebar_control.planning.program import Program, read_program
 from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_control.vision.camera_file import read_calibration
 from fivebar_description.interface import JOINT_STATES, JOINTS, RUN_EPOCH
 from fivebar_description.joint_sample import MessageError
-from fivebar_description.outside_text import is_number, read_object
+from fivebar_description.outside_text import read_object
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.run_plan import epoch_text, read_epoch, read_plan
 from fivebar_description.status_texts import read_goal_status, read_program_status, read_run_status
@@ -47,8 +41,10 @@ from fivebar_description.strict_yaml import (
     read_yaml,
     validate,
 )
-from fivebar_sim.boards.configuration import BoardEmulationFile
-from fivebar_sim.boards.protocol import (
+from fivebar_live.commands import CommandRefused, read_command
+from fivebar_motkin.board_file import BoardFile
+from fivebar_motkin_emulation.configuration import BoardEmulationFile
+from fivebar_motkin_emulation.protocol import (
     COMMAND,
     COMMAND_BODY,
     COMMAND_LENGTH,
@@ -59,6 +55,12 @@ from fivebar_sim.boards.protocol import (
     checksum,
 )
 from fivebar_sim.drives.configuration import EmulationFile
+from fivebar_studies.benchmark.scoring import RESULTS, read_results
+from fivebar_studies.engine.directory import StudyFiles
+from fivebar_studies.sweep.rows import FEASIBLE, ROWS
+from fivebar_studies.sweep.sweep import SWEEP
+from fivebar_vendor_drives.kinds import MOTKIN_BOARD
+from fivebar_vision.camera_file import read_calibration
 
 SRC = Path(__file__).parents[2] / "src"
 
@@ -143,12 +145,12 @@ def _yaml_parser(name: str, read: Callable[[Path], object], *seeds: bytes) -> Pa
 def _sweep_rows(content: bytes, folder: Path) -> object:
     directory = StudyFiles(SWEEP, folder)
     directory.rows.write_bytes(content)
-    return directory.complete_rows(SweepSettings())
+    return directory.read_rows()
 
 
 def _sweep_settings(content: bytes, folder: Path) -> object:
     directory = StudyFiles(SWEEP, folder)
-    directory.content.write_bytes(content)
+    directory.directory.content.write_bytes(content)
     return directory.read_settings()
 
 
@@ -216,7 +218,7 @@ def _json_parser(read: Callable[[str], object], refusals: tuple[type[Exception],
 
 def _goal(text: str) -> object:
     fields = read_object(text)
-    return read_goal(list(fields), [value if is_number(value) else math.nan for value in fields.values()])
+    return read_goal(list(fields), [value if isinstance(value, float) else math.nan for value in fields.values()])
 
 
 _BAG = _small_bag()
@@ -245,7 +247,7 @@ PARSERS: Mapping[str, Parser] = {
         (InputError,),
         (b'{"settings": {"seed": 1, "cases": 10, "program": "a", "rig": "ideal", "controllers": ["mpc"]}}',),
     ),
-    "sweep-rows": Parser(_sweep_rows, (InputError,), (f"{ROWS.head}{_ROW}\n{_ROW}\n".encode(),)),
+    "sweep-rows": Parser(_sweep_rows, (InputError,), (f"{ROWS.head}0{_ROW[1:]}\n{_ROW}\n".encode(),)),
     "benchmark-results": Parser(
         _as_text(partial(read_results, source="results.csv")),
         (InputError,),

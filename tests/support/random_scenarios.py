@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random scenarios for a robot as modelled, drawn each from its number, and how a run of one falls short."""
 
 from __future__ import annotations

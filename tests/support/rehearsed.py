@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What becomes of a rehearsal on emulated drives."""
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ def expect_crossing(call: CommandCall) -> None:
     summary = call.json()
     assert (summary["outcome"], summary["faults"], summary["assembly_mode_changes"]) == ("succeeded", [], 2)
     assert summary["tracking_error_peak_m"] < 0.004
-    assert summary["samples"] == summary["planned_samples"]
+    # by the clock a machine that stalls may miss some, which the run bridges and the summary counts
+    assert summary["samples"] + summary["missing_samples"] >= summary["planned_samples"]
 
 
 def expect_stop(

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures of the robot from the camera at known places, for the tests of detection and estimation."""
 
 from __future__ import annotations
@@ -7,12 +8,13 @@ import math
 
 import numpy as np
 
-from fivebar_bringup.studies.reproduce import vision_accuracy
+from fivebar_camera.renderer import RenderedPosture, Renderer, posture_of
+from fivebar_camera_runs import accuracy
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.vision.localisation import PlatformSight, PlatformTracker
 from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot
-from fivebar_sim.vision.renderer import RenderedPosture, Renderer, posture_of
+from fivebar_optics.camera_model import nominal_optics
+from fivebar_vision.localisation import PlatformSight, PlatformTracker
 
 CAMERA = CameraSettings(on=True)
 
@@ -30,14 +32,14 @@ def posture_at(x: float, y: float) -> RenderedPosture:
 
 def places(number: int, seed: int) -> list[tuple[float, float]]:
     """Places (m) that the robot reaches with something to spare, so that it can move through them."""
-    return vision_accuracy.places(load_robot("dextar"), number, seed)
+    return accuracy.places(load_robot("dextar"), number, seed)
 
 
 def sights(
     number: int, speed: float, settings: CameraSettings = CAMERA, seed: int = 1
 ) -> list[tuple[tuple[float, float], PlatformSight | None]]:
     """Pairs of a place (m) and what the camera saw of a robot that moved through it at a speed (m/s)."""
-    random, tracker, pairs = np.random.default_rng(seed), PlatformTracker(settings, settings.optics()), []
+    random, tracker, pairs = np.random.default_rng(seed), PlatformTracker(settings, nominal_optics(settings)), []
     for k, (x, y) in enumerate(places(number, seed)):
         heading = random.uniform(0.0, 2.0 * math.pi)
         vx, vy = speed * math.cos(heading), speed * math.sin(heading)

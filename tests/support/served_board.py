@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An emulated board that a thread of this process serves on a pseudo-terminal."""
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ from typing import Any
 
 from bench_robot import emulation_content
 
-from fivebar_sim.boards.commands import read_order
-from fivebar_sim.boards.configuration import BoardEmulationFile
-from fivebar_sim.boards.emulation import BoardEmulation
+from fivebar_motkin_emulation.commands import read_order
+from fivebar_motkin_emulation.configuration import BoardEmulationFile
+from fivebar_motkin_emulation.emulation import BoardEmulation
 
 DEADLINE = 20.0
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two emulated drives on a bus within the process of a test, and the file of the bridge to them."""
 
 from __future__ import annotations

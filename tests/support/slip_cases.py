@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the tests of the slips share: DexTAR at chosen places, the matrices of the equations, and Pinocchio's answer."""
 
 from __future__ import annotations

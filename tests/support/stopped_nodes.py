@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Nodes that are ended by signals, in order."""
 
 from __future__ import annotations

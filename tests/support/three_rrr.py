@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The planar 3-RRR: a triangular platform on three legs with one motor each, three freedoms (x, y, phi)."""
 
 from __future__ import annotations
@@ -7,8 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
-
-from fivebar_bringup.studies.closed_chain.chain import ChainPlatform, ClosedChain, LinkInertia, Tip, Vector
+from closed_chain.chain import ChainPlatform, ClosedChain, LinkInertia, Tip, Vector
 
 
 class RrrLeg(NamedTuple):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A bench of two independent motors with friction, for the steps of a commissioning that need drives alone."""
 
 from __future__ import annotations
@@ -7,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from fivebar_bringup.commission.limits import Allowed, AllowedDrives, without_torque_afterwards
-from fivebar_bringup.commission.person import PutAt, Task, Turn
+from fivebar_commission.limits import Allowed, AllowedDrives, without_torque_afterwards
+from fivebar_commission.person import PutAt, Task, Turn
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.drive_interface import ZERO, DriveReading, Exchange, JointTarget, Torques
 from fivebar_control.hardware.motors_file import load_motors

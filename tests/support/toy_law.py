@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A law from outside the tree: computed torque with the model that lacks the platform, and an integral action."""
 
 from __future__ import annotations

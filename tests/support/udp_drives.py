@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The interface of drives that its tutorial shows, as the tutorial shows it."""
 
 from doc_blocks import DOCS, blocks

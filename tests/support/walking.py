@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Follows four pieces of data through the code and counts what they pass: `make walks`.
 
 A walk is traced while the code runs: every function of the four packages that Python calls on the way, the files in
@@ -189,7 +190,7 @@ def motion() -> Walk:
 
 def row() -> Walk:
     """Follow a case of a sweep to its row."""
-    from fivebar_bringup.studies.sweep.running import run_case
+    from fivebar_studies.sweep.running import run_case
 
     run_case(1, 1, "calibrated", ("unified",))
     trace = Trace()

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Emulated drives or an emulated board in a process of their own, which tells what torque they give at every SYNC.
 
 A board has no SYNC: its periods are counted. Arguments: the file of the emulation, and a priority under SCHED_FIFO that
@@ -14,7 +15,7 @@ import signal
 import sys
 import threading
 
-from fivebar_sim.boards.emulation import BoardEmulation
+from fivebar_motkin_emulation.emulation import BoardEmulation
 from fivebar_sim.emulated_hardware import EmulatedHardware
 from fivebar_sim.emulators.hardware_kinds import open_hardware
 

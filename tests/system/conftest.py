@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs of the whole graph in the background, each in a domain of its own; nothing of them outlives its test."""
 
 from __future__ import annotations

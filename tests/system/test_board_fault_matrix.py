@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every fault of the bench's motor board at three moments of a crossing, as for the drives on a bus.
 
 What breaks the board, its frames and its cable, and what kills a node happens to the whole graph in real time, and is
@@ -28,11 +29,11 @@ from fault_cases import (
     expect_reset,
 )
 
-from fivebar_bringup.drives.kinds import MOTKIN_BOARD
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.hardware.board_faults import BUTTON, CAUSES
 from fivebar_description.interface import JOINT_STATES, REFERENCE, TORQUE_COMMAND, UNIFIED_TORQUE
+from fivebar_motkin.board_faults import BUTTON, CAUSES
+from fivebar_vendor_drives.kinds import MOTKIN_BOARD
 
 pytestmark = [pytest.mark.clock, pytest.mark.extra]
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A camera in the rehearsal of an experiment: pictures rendered beside the clock, at what the machine can."""
 
 from __future__ import annotations

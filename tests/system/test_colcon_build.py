@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A ROS user's way in: colcon builds the workspace, and puts things where `ros2 run` and `ros2 launch` look."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command's help, and what it says to bad input."""
 
 from __future__ import annotations
@@ -9,13 +10,12 @@ from pathlib import Path
 
 import pytest
 from fivebar_command import FivebarCommand, InstalledCommand
+from typer.main import get_group
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 
-SUBCOMMANDS = sorted(
-    command.name or command.callback.__name__ for command in app.registered_commands if command.callback
-)
+SUBCOMMANDS = sorted(get_group(app).list_commands(None))
 
 GOOD = "name: mine\nwaypoints: [[0.0, 0.15], [0.0, 0.02]]\n"
 BAD_FILES = {

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Crossings on joints under an emulated controller manager, over DDS, with the watchdog beside the bridge."""
 
 from __future__ import annotations

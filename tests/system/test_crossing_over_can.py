@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rehearsal of an experiment: estimator, controllers, bridge, bus and emulated drives, by the clock."""
 
 from __future__ import annotations

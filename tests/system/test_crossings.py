@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Both blended controllers, both motions, every speed, with the default zones and resolution: what they must keep.
 
 All of them compiled, and one of each controller by what `fivebar reproduce` makes of its run.
@@ -8,8 +9,8 @@ from __future__ import annotations
 import pytest
 from engine_agreement import expect_completed, outcome_of
 
-from fivebar_bringup.studies.reproduce.cases import FULL, JOINT, ReproductionCase
-from fivebar_bringup.studies.reproduce.runner import run_case
+from fivebar_studies.reproduce.cases import FULL, JOINT, ReproductionCase
+from fivebar_studies.reproduce.runner import run_case
 
 pytestmark = pytest.mark.extra
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run on drives that are there already: whoever stands at the robot begins it, it ends by itself, and tells how.
 
 The drives are emulated, in a process of their own, as real ones are; the command knows nothing of that.

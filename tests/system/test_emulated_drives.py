@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bridge's bus against drives in another process, over UDP that stays on this machine."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two runs of the node graph, and a run without ROS, leave the same figures to the last bit."""
 
 from __future__ import annotations
@@ -7,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from bag_contents import JOINT_STATE_FIELDS, contents
 from fivebar_command import FivebarCommand, InstalledCommand
@@ -14,14 +16,19 @@ from fivebar_command import FivebarCommand, InstalledCommand
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.recording import Recording
 from fivebar_description.interface import (
+    DRIVES_STATE,
     ESTIMATION_TOPICS,
     GROUND_TRUTH,
     IMU_DATA,
+    IMU_ERROR,
     JOINT_STATES,
     PASSIVE_STATES,
     REFERENCE,
+    SAFETY_STATE,
     SCENE,
     SCENE_MAP,
+    START_STAMP_NS,
+    SUPERVISOR_SIGMA,
     TOPICS,
     TORQUE_COMMAND,
     TORQUE_REQUESTED,
@@ -32,6 +39,7 @@ from fivebar_description.interface import (
 
 SCENARIO = "name: short\nwaypoints: [[0.0, 0.15], [0.0, 0.02], [0.0, 0.15]]\nsegment_duration: 0.5\nforce: true\n"
 SAMPLES = 501
+PERIOD_NS = 2_000_000
 
 STAMPED = [
     topic
@@ -103,6 +111,22 @@ def test_every_stamped_message_is_equal(runs: Runs, topic: Topic, other: str) ->
     assert len(found) >= SAMPLES
     if topic is not IMU_DATA:
         assert first.joint_names(topic) == second.joint_names(topic)
+
+
+@pytest.mark.parametrize("name", ["ros", "offline"])
+def test_messages_are_logged_at_the_times_of_their_samples(runs: Runs, name: str) -> None:
+    """So `ros2 bag play --clock` tells the time that the messages have, in both."""
+    bag = runs.bags[name]
+    for topic in STAMPED:
+        if topic is not IMU_DATA:
+            np.testing.assert_array_equal(bag.log_times(topic), bag.stamps(topic), topic.name)
+    last = bag.log_times(REFERENCE)[-1]
+    for topic in (IMU_DATA, IMU_ERROR, SUPERVISOR_SIGMA, SAFETY_STATE, DRIVES_STATE):
+        times = bag.log_times(topic)
+        assert np.all(np.diff(times) >= 0)
+        assert START_STAMP_NS <= times[0] <= times[-1] <= last
+    # as they come with the measurement, or while the next sample is on its way already
+    assert np.all(np.isin(bag.log_times(IMU_DATA) - bag.stamps(IMU_DATA), (0, PERIOD_NS)))
 
 
 @pytest.mark.parametrize("other", ["ros installed", "offline"])

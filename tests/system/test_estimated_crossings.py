@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Crossings from the two motor encoders alone: how well the platform is known, and how well it keeps its track."""
 
 from __future__ import annotations

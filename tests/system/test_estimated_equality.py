@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run of the node graph with the estimator, and one without ROS, leave the same figures to the last bit."""
 
 from __future__ import annotations

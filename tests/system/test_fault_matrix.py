@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every fault at three moments of a crossing: no torque in time, a name, a reset where one is possible, a bag.
 
 What breaks drives, bus and processes happens to the whole graph in real time; what breaks a message happens to the last

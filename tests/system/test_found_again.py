@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot that has been lost is found again by the camera, without homing, and takes the next request."""
 
 from __future__ import annotations

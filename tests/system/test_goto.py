@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`fivebar goto` with a run: by itself, after an earlier one, and on a graph that stands and takes requests."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The description of the graph against the graph: `fivebar nodes`, the launch file, and a live run."""
 
 from __future__ import annotations
@@ -90,9 +91,10 @@ def test_every_node_of_a_graph_is_an_installed_command() -> None:
     nodes = {(node.package, node.executable, node.module) for graph in graphs for node in graph}
     assert len(nodes) > 10
     entries = console_scripts()
-    assert {
-        (entries[executable].module, executable, entries[executable].load().module) for _, executable, _ in nodes
-    } == {(f"{package}.executables", executable, module) for package, executable, module in nodes}
+    for package, executable, module in nodes:
+        entry = entries[executable]
+        assert (entry.dist.name, entry.load().module) == (package, module)
+        assert entry.module == f"{package}.executables"
 
 
 @pytest.mark.parametrize("name", ["crossing", "robot"])

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Messages of random and mutated kinds beside a running graph change nothing in it, and the run keeps its result."""
 
 from __future__ import annotations

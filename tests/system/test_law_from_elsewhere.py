@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A law that is not in the tree runs everywhere: as a node, without ROS, compiled, and in the comparison."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run with its live page: how it ends is told to whoever looks, with the report."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Crossings on two emulated moteus drives: frames of CAN FD between bridge and drives, each in a process of its own."""
 
 from __future__ import annotations

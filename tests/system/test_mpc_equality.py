@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The predictive law and the path law as a node graph and without ROS, to the last bit, from an estimate."""
 
 from __future__ import annotations

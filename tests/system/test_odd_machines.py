@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands on machines that lack something: disk, network, home; and what many runs leave over.
 
 What takes a mount or a network away needs root or a user's own namespaces, and is skipped where the system has none.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An interface of drives that is in no package crosses in a rehearsal, from the page that shows it."""
 
 from __future__ import annotations

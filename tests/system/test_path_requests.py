@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The law that keeps to the path makes motions on request: whole graphs in lockstep, to the last bit."""
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.plan_sample import references_along
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform
-from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import plan_order
+from fivebar_control.planning.order_planning import plan_order
+from fivebar_control.planning.orders import PlanningRequest
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_description.interface import (
     GOAL_STATUS,

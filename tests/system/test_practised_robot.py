@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A practice by the clock: a robot in another process, behind a bus, a topic and a hand."""
 
 from __future__ import annotations
@@ -13,15 +14,15 @@ from pathlib import Path
 import pytest
 from fivebar_command import FivebarCommand, InstalledCommand
 
-from fivebar_bringup.commission.practice import drawn_practice, read_practice
-from fivebar_bringup.commission.record import STATE_FILE, CommissionState
-from fivebar_bringup.commission.session import DRIVES_FILE
-from fivebar_bringup.commission.steps.begin import PRACTICE_FILE
+from fivebar_commission.practice import drawn_practice, read_practice
+from fivebar_commission.record import STATE_FILE, CommissionState
+from fivebar_commission.session import DRIVES_FILE
+from fivebar_commission.steps.begin import PRACTICE_FILE
 from fivebar_control.hardware.can_port import open_bus
 from fivebar_control.hardware.configuration import Bus
 from fivebar_control.hardware.motors_file import load_motors
-from fivebar_control.hardware.odrive import IDLE, SET_AXIS_STATE, SET_INPUT_TORQUE
 from fivebar_description.strict_yaml import read_yaml, validate, yaml_text
+from fivebar_odrive.odrive import IDLE, SET_AXIS_STATE, SET_INPUT_TORQUE
 
 pytestmark = [pytest.mark.clock, pytest.mark.extra]
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`fivebar program`: carried out by the node graph, refused before anything moves, and on the topic of a robot that
 stands."""
 
@@ -14,7 +15,6 @@ from fivebar_command import FivebarCommand
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.requests import plan_with_requests
-from fivebar_bringup.studies.estimate.estimate import estimate_bag
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.interface import (
     GOAL_STATUS,
@@ -25,6 +25,7 @@ from fivebar_description.interface import (
     REFERENCE,
     output_topic,
 )
+from fivebar_studies.estimate.estimate import estimate_bag
 
 WORK = """\
 name: short

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The whole graph of a robot that a fault has stopped near the Type 2 locus, and that is to be released from there."""
 
 from __future__ import annotations

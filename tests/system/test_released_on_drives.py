@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot on emulated drives that a fault has stopped near the Type 2 locus is released from there, by the clock."""
 
 from __future__ import annotations

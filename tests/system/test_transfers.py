@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random motions that the screen calls feasible, on a robot that differs from its model: all of them complete."""
 
 from __future__ import annotations

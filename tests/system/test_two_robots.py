@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two robots in one domain, each in its namespace: both run, are recorded and reported, and do not hear each other."""
 
 from __future__ import annotations

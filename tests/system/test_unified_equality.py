@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The law without switching as a node graph and without ROS, to the last bit: through Type 2 and Type 1, disturbed."""
 
 from __future__ import annotations

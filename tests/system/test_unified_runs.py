@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The law without switching over whole runs: through Type 2, to and through Type 1, and on a robot not as believed."""
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import X, Y
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_description.strict_yaml import InputError
+from fivebar_studies.rigs.named import find_rig
 
 pytestmark = pytest.mark.extra
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """No walk through the code has become longer than docs/architecture.md says; `make walks` counts them."""
 
 from __future__ import annotations

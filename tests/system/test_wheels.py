@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What `make dist` makes: in an environment of its own it is complete, and drives the robot through its singularity."""
 
 from __future__ import annotations

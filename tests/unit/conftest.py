@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Robots, their Pinocchio models and sets of random postures for the unit tests."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/architecture.md names files and functions of the tree; all of them exist, and the recipes hold."""
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ def exists(path: str) -> bool:
     places = (
         ROOT / path,
         ROOT / "src" / package / package / rest,
+        ROOT / "src" / "fivebar_bringup" / path,
         *(ROOT / "src" / name / name / path for name in ("fivebar_control", "fivebar_bringup")),
     )
     return any(place.is_file() for place in places)

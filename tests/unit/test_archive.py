@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The archive of a reproduction holds what it lists, and the same twice."""
 
 from __future__ import annotations

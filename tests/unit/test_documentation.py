@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pages: every command in them exists with its options, and the tutorials print what they say."""
 
 from __future__ import annotations
@@ -93,8 +94,19 @@ def test_every_script_is_one_of_a_page_with_its_options() -> None:
 def test_every_page_has_its_place_on_the_site() -> None:
     configuration = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
     placed = set(re.findall(r"^ +- .*?: (\S+\.md)$", configuration, re.MULTILINE))
-    made = {"reference/commands.md", *(f"tutorials/{path.stem}.md" for path in NOTEBOOKS)}
+    made = {f"tutorials/{path.stem}.md" for path in NOTEBOOKS}
     assert placed - made == {page.relative_to(DOCS).as_posix() for page in PAGES[1:]}
+
+
+def test_links_of_the_pages_lead_somewhere_in_a_clone() -> None:
+    links = [
+        (page, target)
+        for page in {*PAGES, *ROOT.glob("*.md"), *(ROOT / "src").rglob("*.md"), *(ROOT / "tests").rglob("*.md")}
+        for target in re.findall(r"\]\(([^)\s#]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+        if not re.match(r"[a-z]+:", target)
+    ]
+    assert len(links) > 300
+    assert not [(page, target) for page, target in links if not (page.parent / target).exists()]
 
 
 def output_of(words: list[str]) -> str:

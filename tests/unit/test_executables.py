@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every executable hears signals before it loads anything large, and then ends at once without a traceback."""
 
 from __future__ import annotations
@@ -72,12 +73,12 @@ def loaded_by_python() -> frozenset[str]:
 def test_a_signal_ends_an_executable_that_loads(name: str) -> None:
     program = SERVICES[name].load()
     assert isinstance(program, Executable)
-    assert SERVICES[name].module == f"{program.module.partition('.')[0]}.executables"
+    assert SERVICES[name].module == f"{program.package or program.module.partition('.')[0]}.executables"
     number = STOP_SIGNALS[list(SERVICES).index(name) % len(STOP_SIGNALS)]
     status, errors, loaded = interrupted(name, program.module, number)
     assert (status, errors) == (0, "")
     # an interrupt before this point is Python's own, and so is what the environment loads with it
-    own = {"fivebar_description", program.module.partition(".")[0], "__main__"}
+    own = {"fivebar_description", program.module.partition(".")[0], program.package, "__main__"}
     assert set(json.loads(loaded)) <= {*sys.stdlib_module_names, *own, *loaded_by_python()}
 
 
@@ -109,6 +110,13 @@ def test_a_service_hears_signals_whoever_has_started_it_but_a_hangup_under_nohup
     assert (status, "--no-such-option" in errors) == ((2, True) if went_on else (0, False))
 
 
+def test_a_node_whose_package_is_missing_is_refused_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        Executable("fivebar_missing.nodes.some_bridge", "", "fivebar_control")._confirm_there()
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.startswith("some_bridge: needs the package fivebar_missing, which is not installed")
+
+
 def answer(name: str, *words: str) -> tuple[int, str, str]:
     """Return exit status, output and errors of an executable with some words."""
     program = f"import sys; sys.argv = [{name!r}, *{list(words)}]; from {SERVICES[name].module} import {name}; {name}()"
@@ -116,7 +124,7 @@ def answer(name: str, *words: str) -> tuple[int, str, str]:
     return done.returncode, done.stdout, done.stderr
 
 
-@pytest.mark.parametrize("name", ["supervisor", "node_group", "emulated_board"])
+@pytest.mark.parametrize("name", ["supervisor", "node_group", "emulated_board", "camera", "vision_listener", "viewer"])
 def test_an_executable_explains_itself(name: str) -> None:
     status, told, errors = answer(name, "--help")
     assert (status, errors) == (0, "")
@@ -124,8 +132,7 @@ def test_an_executable_explains_itself(name: str) -> None:
     assert name in told
     assert len(told) > 150
     if program.example is not None:
-        package = SERVICES[name].module.partition(".")[0]
-        assert f"ros2 run {package} {name} --ros-args {program.example}" in told
+        assert f"ros2 run {SERVICES[name].dist.name} {name} --ros-args {program.example}" in told
 
 
 @pytest.mark.parametrize("word", ["-p", "scenario:=middle", "middle"])

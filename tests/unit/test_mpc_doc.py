@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/mpc.md says what the settings of the predictive law are, and what its horizon can still do on the locus."""
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from fivebar_bringup.report.thesis import MIDDLE
 from fivebar_control.laws.lqr import LqrSettings
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import SCALE, weights_of
-from fivebar_control.planning.sight import Point
+from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.trajectory.optimal import POINTS, quickest_passage
 from fivebar_control.trajectory.passage_torques import torques_along
 from fivebar_control.trajectory.path import Segment, StraightWay
-from fivebar_control.trajectory.planner import OPTIMAL, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.time_laws import OPTIMAL
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 from mpc_study import authority, motion
 

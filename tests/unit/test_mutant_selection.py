@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`make mutants` knows every module of the core."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The tests of a module are found by its name, or in the table here."""
 
 from __future__ import annotations
@@ -9,11 +10,15 @@ SRC = TESTS.parent / "src"
 SCRIPTS = {"studies": TESTS.parent / "docs" / "studies", "bench": TESTS.parent / "bench"}
 """Folders of scripts, by the name that stands before those of their modules here."""
 
-PACKAGES = ("fivebar_description", "fivebar_control", "fivebar_sim", "fivebar_bringup")
+OPTIONAL = (
+    *("fivebar_live", "fivebar_play", "fivebar_commission", "fivebar_studies", "fivebar_mujoco"),
+    *("fivebar_camera", "fivebar_camera_runs", "fivebar_optics", "fivebar_vision"),
+    *("fivebar_moteus", "fivebar_odrive", "fivebar_motkin", "fivebar_motkin_emulation"),
+)
 
 ELSEWHERE = {
+    "unit/test_architecture.py": ("fivebar_description.optional",),
     "unit/test_parsers_refuse.py": ("fivebar_description.strict_yaml", "fivebar_description.outside_text"),
-    "unit/test_robot_doc.py": ("fivebar_control.hardware.board_file",),
     "unit/test_run_table_doc.py": ("fivebar_description.run_quantities",),
     "unit/test_mpc_doc.py": ("studies.mpc_study",),
     "unit/test_unified_doc.py": ("studies.unified_sweep",),
@@ -23,7 +28,7 @@ ELSEWHERE = {
     "ros/test_one_publisher.py": ("fivebar_description.ros.endpoints", "fivebar_description.ros.publisher_watch"),
     "unit/sim/test_effects.py": ("fivebar_description.transmission",),
     "unit/sim/test_payload_of_plants.py": ("fivebar_sim.moved_robot",),
-    "system/test_practised_robot.py": ("fivebar_bringup.commission.clocked",),
+    "system/test_practised_robot.py": ("fivebar_commission.clocked",),
     "system/test_own_drives.py": ("fivebar_control.nodes.drive_bridge",),
     "unit/description/test_watches.py": (
         "fivebar_description.ros.latency_watch",
@@ -34,13 +39,13 @@ ELSEWHERE = {
     "unit/control/estimation/test_step.py": ("fivebar_control.estimation.causes",),
     "unit/control/estimation/test_measurement_rows.py": ("fivebar_description.tolerances",),
     "unit/control/hardware/test_configuration.py": ("fivebar_control.hardware.drive_setup",),
-    "unit/control/hardware/test_inner_loop.py": ("fivebar_control.hardware.board_units",),
     "unit/control/hardware/test_moteus.py": (
         "fivebar_control.hardware.can_pair",
-        "fivebar_control.hardware.fdcanusb",
-        "fivebar_control.hardware.moteus_faults",
-        "fivebar_control.hardware.moteus_frames",
+        "fivebar_moteus_emulation.moteus_bus",
+        "fivebar_moteus_emulation.moteus_subframes",
+        "fivebar_vendor_drives.pair_files",
     ),
+    "unit/control/hardware/test_odrive.py": ("fivebar_odrive_emulation.odrive_bus",),
     "unit/control/hardware/test_two_motors.py": (
         "fivebar_control.hardware.connection",
         "fivebar_control.hardware.drive_connection",
@@ -56,23 +61,22 @@ ELSEWHERE = {
         "fivebar_description.tuning",
     ),
     "unit/control/planning/test_passage.py": ("studies.passage_study",),
+    "unit/control/trajectory/test_planner.py": ("fivebar_control.trajectory.zones",),
     "unit/control/test_known_cogging.py": ("fivebar_control.estimation.platform_motion",),
     "unit/control/vision/test_camera_calibration.py": (
-        "fivebar_control.vision.camera_file",
-        "fivebar_control.vision.native_output",
+        "fivebar_vision.camera_file",
+        "fivebar_vision.native_output",
     ),
+    "unit/control/vision/test_comparison.py": ("fivebar_control.estimation.platform_reading",),
     "unit/control/vision/test_localisation.py": (
-        "fivebar_control.vision.detector",
-        "fivebar_control.vision.sight",
-        "fivebar_description.camera_model",
-        "fivebar_sim.vision.markers",
-        "fivebar_sim.vision.renderer",
+        "fivebar_vision.detector",
+        "fivebar_vision.picture_reading",
+        "fivebar_optics.camera_model",
     ),
     "unit/bringup/pages/test_page_units.py": ("fivebar_description.rounding",),
     "unit/bringup/motions/test_model_file.py": (
         "fivebar_description.ros2_control",
         "fivebar_description.sdf",
-        "fivebar_sim.mujoco_file",
     ),
     "unit/bringup/test_bag.py": ("fivebar_description.topic_contents",),
     "launch/test_launch_files.py": (
@@ -82,47 +86,55 @@ ELSEWHERE = {
         "fivebar_bringup.ros.launched_nodes",
         "fivebar_bringup.ros.launched_run",
     ),
-    "system/test_camera_by_the_clock.py": ("fivebar_control.nodes.vision_listener",),
+    "system/test_camera_by_the_clock.py": ("fivebar_vision.node_settings", "fivebar_vision.nodes.vision_listener"),
+    "system/test_odd_machines.py": ("fivebar_camera_runs.cli",),
     "system/test_law_from_elsewhere.py": ("fivebar_control.nodes.law_controller",),
-    "unit/sim/test_boards.py": ("fivebar_sim.emulated_hardware", "fivebar_sim.emulators.serving"),
-    "unit/sim/test_camera_frames.py": ("fivebar_sim.vision.sights",),
-    "unit/sim/test_motor_board.py": ("fivebar_control.hardware.drive_interface", "fivebar_description.board_file"),
+    "unit/sim/test_motkin_emulation.py": ("fivebar_sim.emulated_hardware", "fivebar_sim.emulators.serving"),
+    "unit/sim/test_motor_board.py": (
+        "fivebar_control.hardware.drive_interface",
+        "fivebar_motkin_description.board_motor",
+    ),
     "unit/bringup/report/test_analysis.py": (
         "fivebar_bringup.recorded.outcome",
         "fivebar_bringup.recorded.summary",
     ),
     "unit/bringup/report/test_replay.py": ("fivebar_bringup.recorded.series",),
-    "unit/bringup/report/test_report.py": ("fivebar_bringup.recorded.vision",),
+    "unit/bringup/report/test_report.py": ("fivebar_camera_runs.series",),
     "unit/bringup/studies/test_compare.py": (
         "studies.corner_study",
         "studies.lqr_study",
         "studies.optimal_study",
     ),
+    "unit/bringup/runs/test_inner_loop_files.py": ("fivebar_vendor_drives.board_files",),
     "unit/bringup/runs/test_injection.py": ("fivebar_sim.emulators.hardware_kinds",),
     "unit/bringup/runs/test_rehearsal_effects.py": ("fivebar_sim.emulation_file",),
-    "unit/bringup/recorded/test_results.py": ("fivebar_bringup.studies.study_directory",),
     "unit/bringup/simulation/test_compiling.py": ("fivebar_control.compiled_parts",),
     "unit/bringup/simulation/test_engine.py": (
         "fivebar_bringup.simulation.case",
         "fivebar_bringup.simulation.engine_estimator",
         "fivebar_bringup.simulation.engine_robot",
-        "fivebar_bringup.simulation.measures",
+        "fivebar_bringup.simulation.column_metrics",
         "fivebar_bringup.simulation.outcome",
+        "fivebar_bringup.simulation.run_metrics",
+        "fivebar_bringup.simulation.table_rows",
         "fivebar_bringup.simulation.planned",
     ),
-    "unit/bringup/simulation/test_engine_with_camera.py": ("fivebar_bringup.simulation.vision",),
+    "unit/bringup/simulation/test_engine_with_camera.py": ("fivebar_camera_runs.simulation",),
     "unit/bringup/commission/test_practice.py": (
-        "fivebar_bringup.cli.commission",
+        "fivebar_commission.cli",
         "fivebar_bringup.simulation.mechanism_code",
     ),
     "unit/bringup/commission/test_steps.py": (
-        "fivebar_bringup.commission.drives_file",
-        "fivebar_bringup.commission.limits",
-        "fivebar_bringup.commission.record",
+        "fivebar_commission.drives_file",
+        "fivebar_commission.limits",
+        "fivebar_commission.record",
     ),
     "unit/bringup/odds/test_odds.py": ("fivebar_bringup.recorded.run_odds",),
     "unit/studies/test_calibrated_crossings.py": ("fivebar_bringup.simulation.guided",),
-    "unit/bringup/studies/test_reproduce.py": ("fivebar_bringup.simulation.run_in_memory",),
+    "unit/bringup/studies/test_reproduce.py": (
+        "fivebar_camera_runs.accuracy",
+        "fivebar_bringup.simulation.run_in_memory",
+    ),
     "unit/bringup/test_entry.py": ("fivebar_bringup.cli.main", "fivebar_bringup.cli.words"),
     "unit/bringup/test_scenario_settings.py": ("fivebar_description.shared_settings",),
     "ros/test_dextar_bridge.py": ("fivebar_control.ros.drive_bridge",),
@@ -155,18 +167,21 @@ ELSEWHERE = {
     "ros/test_node_parameters.py": (
         "fivebar_control.ros.node_settings",
         "fivebar_control.ros.run_file",
+        "fivebar_description.ros.base_node",
+        "fivebar_description.ros.file_parameters",
     ),
     "ros/test_plant_node.py": ("fivebar_sim.ros.node_settings", "fivebar_sim.ros.run_progress"),
     "ros/test_run_plan.py": ("fivebar_control.nodes.trajectory_generator", "fivebar_description.ros.run_agreement"),
     "ros/test_signals.py": ("fivebar_description.ros.exit_timer",),
     "ros/test_viewer.py": (
         "fivebar_bringup.cli.viewing",
-        "fivebar_bringup.live.ros.graph_states",
-        "fivebar_bringup.live.ros.parameter_query",
-        "fivebar_bringup.live.ros.sample_feed",
-        "fivebar_bringup.live.ros.triggers",
+        "fivebar_live.ros.graph_states",
+        "fivebar_live.ros.parameter_query",
+        "fivebar_live.ros.sample_feed",
+        "fivebar_live.ros.triggers",
     ),
-    "ros/test_diagnostics.py": ("fivebar_bringup.cli.status", "fivebar_bringup.live.ros.diagnostics_listener"),
+    "ros/test_diagnostics.py": ("fivebar_bringup.ros.diagnostics_listener",),
+    "unit/studies/test_result_pages.py": ("studies.make_result_pages",),
     "ros/test_foreign_statuses.py": (
         "fivebar_bringup.nodes.run_monitor",
         "fivebar_description.process_names",
@@ -175,16 +190,10 @@ ELSEWHERE = {
     "system/test_command.py": (
         "fivebar_bringup.cli.guide",
         "fivebar_bringup.cli.running",
-        "fivebar_bringup.cli.studies",
     ),
-    "unit/bringup/studies/test_sweep.py": ("fivebar_bringup.cli.study_options",),
+    "unit/bringup/studies/test_sweep.py": ("fivebar_studies.cli.study_options",),
     "unit/bringup/recorded/test_table_files.py": ("fivebar_bringup.extras",),
     "unit/bringup/studies/test_maps.py": ("fivebar_control.workspace.fields", "fivebar_control.workspace.loci"),
-    "unit/sim/test_mujoco.py": (
-        "fivebar_sim.mujoco_model",
-        "fivebar_sim.mujoco_motion",
-        "fivebar_sim.mujoco_robot",
-    ),
 }
 """Where modules are tested that a test of another name covers."""
 
@@ -193,8 +202,9 @@ def modules() -> set[str]:
     """Every module of packages and scripts by its full name, but those that only name a package or run one."""
     found = {
         ".".join(path.relative_to(SRC).with_suffix("").parts[1:])
-        for package in PACKAGES
-        for path in (SRC / package / package).rglob("*.py")
+        for package in SRC.glob("*/*/__init__.py")
+        for path in package.parent.rglob("*.py")
+        if package.parent.name != "fivebar"
     }
     scripts = {f"{name}.{path.stem}" for name, folder in SCRIPTS.items() for path in folder.glob("*.py")}
     assert len(scripts) > 30
@@ -204,6 +214,8 @@ def modules() -> set[str]:
 def is_found(module: str, names: set[str]) -> bool:
     """Whether the name of a test begins or ends with that of the module or of its folder, be it singular or plural."""
     *_, folder, own = module.split(".")
+    if folder in OPTIONAL:
+        folder = folder.removeprefix("fivebar_")
     told = {own} if folder in ("ros", "nodes", "studies") else {own, folder}
     words = {one for name in told for one in (name, f"{name}s", name.removesuffix("s"))}
     starts, ends = tuple(f"{word}_" for word in words), tuple(f"_{word}" for word in words)

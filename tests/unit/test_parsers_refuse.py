@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every input from outside is either understood or refused in one line; never a traceback, whatever is in it.
 
 A few inputs for each parser, which hypothesis makes up; `make fuzz` tries many more.
@@ -19,10 +20,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from parsers import FILES, PARSERS, board_frame, shipped
 
-from fivebar_bringup.live.commands import FIELDS
 from fivebar_description.outside_text import DEEPEST, LONGEST_TEXT
 from fivebar_description.strict_yaml import StrictModel
-from fivebar_sim.boards.protocol import MAGIC
+from fivebar_live.commands import MODELS
+from fivebar_motkin_emulation.protocol import MAGIC
 
 NUMBERS = st.one_of(
     st.integers(-10, 10), st.integers(), st.floats(), st.sampled_from([0.0, -0.0, 1e308, 5e-324, 1e-9, 2.0**63])
@@ -167,7 +168,7 @@ def test_a_damaged_bag(tmp_path: Path) -> None:
 
 def test_messages_of_a_page(tmp_path: Path) -> None:
     keys = st.sampled_from(["command", "x", "y", "assembly", "torque"])
-    values = st.one_of(VALUES, st.sampled_from(sorted(FIELDS)))
+    values = st.one_of(VALUES, st.sampled_from(sorted(MODELS)))
     check("page-message", tmp_path, st.one_of(as_json(st.dictionaries(keys, values)), st.binary(max_size=50)))
 
 

@@ -1,9 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
 """`import fivebar`: what is public works as its documentation says, and loads neither ROS nor matplotlib."""
 
 from __future__ import annotations
 
 import doctest
 import importlib
+import os
 import re
 import subprocess
 import sys
@@ -13,6 +15,7 @@ from typing import Any
 import pytest
 
 import fivebar
+from fivebar.picture import DISPLAYS
 
 PACKAGE = Path(fivebar.__file__).parent
 MODULES = ("fivebar", *(f"fivebar.{path.stem}" for path in sorted(PACKAGE.glob("[a-z]*.py"))))
@@ -72,3 +75,41 @@ def test_a_run_is_described_in_a_notebook() -> None:
 def test_a_point_out_of_reach_has_no_posture() -> None:
     with pytest.raises(ValueError, match="out of reach"):
         fivebar.load_robot().posture(0.0, 0.4)
+
+
+def test_objects_are_printed_in_a_few_lines() -> None:
+    robot = fivebar.load_robot("dextar")
+    motion = fivebar.plan(robot, goal=(0.0, 0.12))
+    run = fivebar.simulate(motion)
+    for thing in (robot, motion, run, run.scenario, run.summary, run.series, run.outcome, robot.posture(0.0, 0.1)):
+        for text in (repr(thing), str(thing)):
+            assert text.count("\n") < 5 and max(map(len, text.splitlines())) <= 200, text[:300]
+
+
+def test_a_wrong_name_gets_the_one_that_is_meant() -> None:
+    run = fivebar.simulate(fivebar.plan("dextar", goal=(0.0, 0.12)))
+    with pytest.raises(fivebar.InputError, match=r"'torqes': expected one of .*did you mean torques\?"):
+        run.plot("torqes")
+    with pytest.raises(AttributeError, match="did you mean load_robot"):
+        _ = fivebar.load_robots
+
+
+def test_a_scenario_or_a_motion_is_loaded_with_changes() -> None:
+    motion = fivebar.plan("dextar", goal=(0.0, 0.12))
+    assert fivebar.load_scenario(motion) == fivebar.load_scenario(motion.scenario) == motion.scenario
+    assert fivebar.load_scenario(motion, unified={"kp": 400.0}).unified.kp == 400.0
+    for source in (motion, "unified_middle"):
+        with pytest.raises(fivebar.InputError, match=r"^gains\.kp: does not apply to `unified`; use `unified:`$"):
+            fivebar.load_scenario(source, gains={"kp": 400.0})
+
+
+def test_the_readme_as_a_script_prints_a_result_and_where_its_figure_is(tmp_path: Path) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    script = tmp_path / "snippet.py"
+    script.write_text(re.findall(r"```python\n(.*?)```", readme, re.DOTALL)[0], encoding="utf-8")
+    hidden = {name: value for name, value in os.environ.items() if name not in DISPLAYS} | {"TMPDIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, script], env=hidden, capture_output=True, text=True, check=True)
+    result, figure = done.stdout.splitlines()
+    assert result.startswith("succeeded, at most 0.08 mm from the reference")
+    picture = Path(figure.removeprefix("figure: "))
+    assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 10_000

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where new users find answers: the page that says so has at most three clicks to each, all of which exist."""
 
 from __future__ import annotations

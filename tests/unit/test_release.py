@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is released: versions that agree, a citation, workflows and images that name what exists."""
 
 from __future__ import annotations
@@ -6,6 +7,8 @@ import ast
 import importlib
 import json
 import re
+import shutil
+import subprocess
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
@@ -39,6 +42,7 @@ DISTRIBUTIONS = {
 sys.path.append(str(ROOT / "packaging"))
 requirements = importlib.import_module("requirements")
 check_environment = importlib.import_module("check_environment")
+spdx = importlib.import_module("spdx")
 
 
 def test_all_packages_and_the_citation_have_one_version() -> None:
@@ -48,6 +52,44 @@ def test_all_packages_and_the_citation_have_one_version() -> None:
     assert {"cff-version", "title", "message", "authors"} <= citation.keys()
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert f"## [{citation['version']}] - {citation['date-released']}\n" in changes
+
+
+def test_nothing_is_released_with_an_address_that_is_a_placeholder(tmp_path: Path) -> None:
+    for path in (ROOT / "Makefile", ROOT / "CITATION.cff", ROOT / "CHANGELOG.md", *MANIFESTS):
+        copied = tmp_path / path.relative_to(ROOT)
+        copied.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, copied)
+
+    def released() -> subprocess.CompletedProcess[str]:
+        command = ["make", "version", "NEW=9.8.7"]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    refused = released()
+    assert refused.returncode == 2
+    assert refused.stderr.count("@example.org") == refused.stderr.count("//example.org") == len(MANIFESTS)
+    for path in MANIFESTS:
+        copied = tmp_path / path.relative_to(ROOT)
+        assert "<version>9.8.7</version>" not in copied.read_text(encoding="utf-8")
+        copied.write_text(copied.read_text(encoding="utf-8").replace("example.org", "fivebar.dev"), encoding="utf-8")
+    assert released().returncode == 0
+    for path in MANIFESTS:
+        assert ElementTree.parse(tmp_path / path.relative_to(ROOT)).findtext("version") == "9.8.7"
+
+
+@pytest.mark.parametrize(
+    ("text", "licensed"),
+    [
+        ('"""Doc."""\n', '# SPDX-{}\n"""Doc."""\n'),
+        ("#!/bin/sh\nset -e\n", "#!/bin/sh\n# SPDX-{}\nset -e\n"),
+        ("", "# SPDX-{}\n"),
+        ("# SPDX-{}\nx = 1\n# SPDX-{}\n", "# SPDX-{}\nx = 1\n"),
+    ],
+)
+def test_a_source_file_gets_its_licence_once(text: str, licensed: str) -> None:
+    tag = "License-Identifier: Apache-2.0"
+    text, licensed = text.replace("{}", tag), licensed.replace("{}", tag)
+    assert spdx.with_license(text, "#") == licensed
+    assert spdx.with_license(licensed, "#") == licensed
 
 
 def pins(name: str) -> set[str]:
@@ -132,12 +174,21 @@ def test_manifest_setup_and_requirements_ask_for_the_same() -> None:
     assert used == runtime.keys()
 
 
+INSTALLED_BY = {path.parent.name: path.parents[1].name for path in ROOT.glob("src/*/*/__init__.py")}
+"""By our import packages, the ROS packages that install them."""
+
+
 def test_packages_of_ros_are_declared() -> None:
     known = {*sys.stdlib_module_names, *DISTRIBUTIONS, "pydantic_core", "pandas", "pyarrow", "moteus", "fivebar"}
     known |= {requirements.name_of(one) for one in requirements.section("runtime")}
+    home = {
+        package.parent.name: manifest.parent.name
+        for manifest in MANIFESTS
+        for package in manifest.parent.glob("*/__init__.py")
+    }
     for manifest in MANIFESTS:
         declared = {node.text for node in ElementTree.parse(manifest).iter("exec_depend")}
-        foreign = imported_by(manifest.parent) - known - {manifest.parent.name}
+        foreign = {home.get(module, module) for module in imported_by(manifest.parent)} - known - {manifest.parent.name}
         assert foreign <= declared, f"{manifest}: imports {sorted(foreign - declared)}"
 
 

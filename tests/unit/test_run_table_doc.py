@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/reference/run_table.md is what the declared quantities say."""
 
 from __future__ import annotations

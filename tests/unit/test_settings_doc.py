@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/settings.md is what the declarations of the settings say, and they say something of every key of a scenario."""
 
 from __future__ import annotations

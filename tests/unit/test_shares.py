@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`colcon test` and plain `pytest`, in a shell with ROS or without, run every test once."""
 
 from __future__ import annotations

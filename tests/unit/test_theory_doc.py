@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/theory.md names functions and tests; all of them exist, and every slip has the test that decides it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/unified.md says what the settings are, and names files and scenarios that exist."""
 
 from __future__ import annotations
@@ -7,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_description.scenario_file import shipped_scenarios
 from unified_sweep import SWEPT
 

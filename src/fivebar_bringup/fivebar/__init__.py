@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The five-bar robot in Python: load a robot, plan a motion, simulate it, look at it.
 
     >>> import fivebar
@@ -7,8 +8,8 @@
     >>> run.outcome.value, run.summary.assembly_mode_changes
     ('succeeded', 1)
 
-`run.plot()` then draws the run. No ROS is loaded. What `__all__` names is the public interface; the packages below it,
-`fivebar_description`, `fivebar_control`, `fivebar_sim` and `fivebar_bringup`, change more freely.
+`run.plot().show()` then draws the run. No ROS is loaded. What `__all__` names is the public interface; the packages
+below it, `fivebar_description`, `fivebar_control`, `fivebar_sim` and `fivebar_bringup`, change more freely.
 """
 
 from __future__ import annotations
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from fivebar.picture import Drawing
     from fivebar.robot import Posture, Robot, load_robot
     from fivebar.run import Run, load_run, simulate
-    from fivebar.studies import sweep
     from fivebar_bringup.errors import BagError
     from fivebar_bringup.recorded.outcome import RunOutcome
     from fivebar_bringup.recorded.series import RunSeries
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from fivebar_bringup.scenario import Scenario
     from fivebar_control.trajectory.planner import PlanRefused
     from fivebar_description.errors import InputError
+    from fivebar_studies.python import sweep
 
 __all__ = [
     "BagError",
@@ -58,7 +59,6 @@ _PLACES = {
     "fivebar.picture": ("Drawing",),
     "fivebar.robot": ("Posture", "Robot", "load_robot"),
     "fivebar.run": ("Run", "load_run", "simulate"),
-    "fivebar.studies": ("sweep",),
     "fivebar_bringup.errors": ("BagError",),
     "fivebar_bringup.recorded.series": ("RunSeries",),
     "fivebar_bringup.recorded.summary": ("Summary",),
@@ -69,6 +69,9 @@ _PLACES = {
 }
 """The modules of the public names, which are loaded when a name is first asked for."""
 
+_OPTIONAL = {"sweep": "fivebar_studies"}
+"""Public names of optional packages, which register them."""
+
 
 def __getattr__(name: str) -> Any:
     """Return a public name, and load its module."""
@@ -76,7 +79,14 @@ def __getattr__(name: str) -> Any:
         if name in names:
             globals()[name] = found = getattr(import_module(module), name)
             return found
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name in _OPTIONAL:
+        from fivebar_description.optional import PYTHON, OptionalPart, optional_part
+
+        globals()[name] = found = optional_part(OptionalPart(PYTHON, name, _OPTIONAL[name]), f"fivebar.{name}")
+        return found
+    from fivebar_description.suggestion import did_you_mean
+
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}{did_you_mean(name, __all__)}")
 
 
 def __dir__() -> list[str]:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions: planned from a start to a goal, or read from scenario files."""
 
 from __future__ import annotations
@@ -8,16 +9,18 @@ from typing import Any, Literal, NamedTuple
 
 from fivebar.robot import Robot, load_robot
 from fivebar_bringup.motions.likely import plan_likely
-from fivebar_bringup.motions.request import CONTROLLERS, Request, within_drives
+from fivebar_bringup.motions.request import Request, within_drives
 from fivebar_bringup.motions.start import HOME_MODE, Start
 from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenarios.changes import OPTION, changed_scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario as _load_scenario
+from fivebar_bringup.scenarios.without_effect import dotted
 from fivebar_control.laws import registry
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer
+from fivebar_description.errors import InputError
 from fivebar_description.scenario_file import shipped_scenarios
-from fivebar_description.strict_yaml import validate
 
 
 class Motion(NamedTuple):
@@ -33,6 +36,21 @@ class Motion(NamedTuple):
     scenario: Scenario
     transfer: Transfer
     odds: Odds | None = None
+
+    def __repr__(self) -> str:
+        """Return the motion in a line, and its odds in another where there are any; `transfer` has all figures.
+
+        Examples:
+            >>> import fivebar
+            >>> fivebar.plan("dextar", goal=(0.0, 0.02), assembly_mode="-")
+            <Motion of dextar from (0, 0.15) to (0, 0.02) m: 0.540 s, 1 crossing of the Type 2 locus, by unified>
+        """
+        (x, y), (goal_x, goal_y) = self.waypoints[0], self.waypoints[-1]
+        crossings = f"{self.crossings} crossing{'' if self.crossings == 1 else 's'} of the Type 2 locus"
+        ends = f"from ({x:.4g}, {y:.4g}) to ({goal_x:.4g}, {goal_y:.4g}) m"
+        odds = "" if self.odds is None else f"\n  {self.odds}"
+        words = f"Motion of {self.scenario.robot} {ends}: {self.duration:.3f} s, {crossings}"
+        return f"<{words}, by {self.scenario.controller}{odds}>"
 
     @property
     def waypoints(self) -> tuple[tuple[float, float], ...]:
@@ -97,10 +115,10 @@ def plan(
         >>> motion = fivebar.plan("dextar", goal=(0.0, 0.02), assembly_mode="-")
         >>> motion.crossings, round(motion.duration, 3)
         (1, 0.54)
-        >>> fivebar.plan("dextar", goal=(0.0, 0.3))
+        >>> fivebar.plan("dextar", goal=(0.0, 0.3))  # doctest: +ELLIPSIS
         Traceback (most recent call last):
             ...
-        fivebar_control.planning.transfer.TransferRefused: goal: (0.0000, 0.3000) m is out of reach of leg 1 by 125.7 mm
+        fivebar_control.planning.transfer.TransferRefused: goal: ... is out of reach of leg 1 by 125.75 mm
     """
     if duration is not None and fastest:
         raise ValueError("duration and fastest: expected one of them")
@@ -126,15 +144,15 @@ def plan(
     return Motion(likely.scenario, likely.transfer, likely.odds)
 
 
-def load_scenario(name_or_path: str | Path, **changes: Any) -> Scenario:
+def load_scenario(source: str | Path | Scenario | Motion, **changes: Any) -> Scenario:
     """Read a scenario by the name of a shipped one or from a file (.yaml), with some of its keys changed.
 
     Args:
-        name_or_path: one of `scenarios()`, or a path.
+        source: one of `scenarios()`, a path, or a scenario or motion whose keys are to be changed.
         **changes: values of top-level keys; of a section, such as `plant`, only the given keys are changed.
 
     Raises:
-        InputError: there is no such scenario, it is malformed, or its motion cannot be made.
+        InputError: there is no such scenario, it is malformed, a key has no effect, or its motion cannot be made.
 
     Examples:
         >>> import fivebar
@@ -142,15 +160,14 @@ def load_scenario(name_or_path: str | Path, **changes: Any) -> Scenario:
         >>> heavier.controller, heavier.plant.mass_scale
         ('unified', 1.2)
     """
-    source = str(name_or_path)
-    scenario = _load_scenario(source)
-    if not changes:
-        return scenario
-    content = scenario.model_dump(mode="json")
-    for key, value in changes.items():
-        section = content.get(key)
-        content[key] = section | value if isinstance(section, dict) and isinstance(value, dict) else value
-    changed = validate(content, Scenario, source)
+    keys = dict(dotted(changes))
+    given = source.scenario if isinstance(source, Motion) else source
+    try:
+        if not isinstance(given, Scenario):
+            return _load_scenario(str(given), changes=keys)
+        changed = changed_scenario(given.model_dump(mode="json"), keys) if keys else given
+    except InputError as error:
+        raise InputError(str(error).removeprefix(OPTION).lstrip(": ")) from error
     changed.plan()
     return changed
 
@@ -174,4 +191,4 @@ def controllers(crossing: bool = False) -> tuple[str, ...]:
         >>> set(fivebar.controllers()) - set(fivebar.controllers(crossing=True))
         {'ctc'}
     """
-    return CONTROLLERS if crossing else tuple(registry.CONTROLLERS)
+    return registry.crossing_controllers() if crossing else tuple(registry.CONTROLLERS)

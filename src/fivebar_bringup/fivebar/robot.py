@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Robots: their parameters, and where they are singular."""
 
 from __future__ import annotations
@@ -39,6 +40,10 @@ class Robot(NamedTuple):
 
     source: str
     file: RobotFile
+
+    def __repr__(self) -> str:
+        """Return which robot it is; `file` has all that is known of it."""
+        return f"<Robot {self.name} ({self.source}): home at ({self.home[0]:.4g}, {self.home[1]:.4g}) m>"
 
     @property
     def name(self) -> str:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs: simulated here, or read from the directory of an earlier one."""
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from fivebar_bringup.report.report import read_analysis
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenario import Scenario
+from fivebar_description.errors import InputError
+from fivebar_description.suggestion import expected_one_of
 
 
 class Run(NamedTuple):
@@ -62,6 +65,16 @@ class Run(NamedTuple):
             succeeded, at most 0.04 mm from the reference, tolerance 2 mm
         """
         return f"{self.outcome}{outcome_details(self.summary)}"
+
+    def __repr__(self) -> str:
+        """Return which run it is, beside its outcome; `summary` and `series` have the figures.
+
+        Examples:
+            >>> import fivebar
+            >>> fivebar.simulate("unified_middle")
+            <Run unified_middle: succeeded, at most 0.04 mm from the reference, tolerance 2 mm>
+        """
+        return f"<Run {self.scenario.name}: {self}>"
 
     def columns(self) -> dict[str, FloatArray]:
         """Return the run as columns by name, each [n] in SI units, a value per sample, NaN where nothing is known.
@@ -122,7 +135,7 @@ class Run(NamedTuple):
                 "cycles" of a run in real time.
 
         Raises:
-            KeyError: there is no such figure.
+            InputError: there is no such figure; proposes the one that may be meant.
 
         Examples:
             >>> import fivebar
@@ -134,8 +147,10 @@ class Run(NamedTuple):
         from fivebar_bringup.pages.style import house_style
         from fivebar_bringup.report.gallery import DRAW
 
+        if name not in DRAW:
+            raise InputError(f"{name!r}: {expected_one_of(name, tuple(DRAW))}")
         with house_style():
-            return Drawing(DRAW[name](self.analysis))
+            return Drawing(DRAW[name](self.analysis), name)
 
     def _repr_html_(self) -> str:
         rows = (

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors of runs and bags that a user reads, in a module that loads no library."""
 
 from __future__ import annotations

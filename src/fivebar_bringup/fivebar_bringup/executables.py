@@ -1,4 +1,5 @@
-"""The executables of this package: recorder, pictures, live page, and several nodes in one process."""
+# SPDX-License-Identifier: Apache-2.0
+"""The executables of this package: recorder, pictures, several nodes in one process, and the live page."""
 
 from __future__ import annotations
 
@@ -7,4 +8,4 @@ from fivebar_description.executable import Executable
 bag_recorder = Executable("fivebar_bringup.nodes.bag_recorder", "-p directory:=bag")
 scene = Executable("fivebar_bringup.nodes.scene", "-p scenario:=middle")
 node_group = Executable("fivebar_bringup.nodes.node_group")
-viewer = Executable("fivebar_bringup.nodes.viewer", "-p port:=8080")
+viewer = Executable("fivebar_live.nodes.viewer", "-p port:=8080", "fivebar_bringup")

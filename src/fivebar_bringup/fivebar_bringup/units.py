@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Values with their units as a person reads them."""
 
 from __future__ import annotations

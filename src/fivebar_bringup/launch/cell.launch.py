@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Starts several robots in one cell, each in its namespace with plant or bridge, with one clock, bag and RViz for all.
 
 ros2 launch fivebar_bringup cell.launch.py robots:=left=unified_middle,right=middle record:=runs/cell

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Starts the nodes of a scenario one by one, as a part of a larger system: the control chain, and what it is asked for.
 
 ros2 launch fivebar_bringup control.launch.py scenario:=middle hardware:=simulated shutdown:=true

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs a scenario under `ros2 launch` as `fivebar run` does, and shuts down when the run ends.
 
 ros2 launch fivebar_bringup crossing.launch.py scenario:=middle mode:=lockstep out:=runs/from_launch

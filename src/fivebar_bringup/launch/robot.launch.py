@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs an experiment under `ros2 launch`: estimator, controllers, bridge and recorder, with real or emulated drives.
 
 ros2 launch fivebar_bringup robot.launch.py scenario:=middle_robot hardware:=emulated out:=runs/rehearsed

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Starts a controller manager of ros2_control with a five-bar's broadcaster and effort controller, as an example.
 
 ros2 launch fivebar_bringup ros2_control.launch.py model:=/path/to/robot.urdf

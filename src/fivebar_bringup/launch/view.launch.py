@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shows a robot in RViz: robot_state_publisher with the URDF of the robot file, and RViz with its configuration.
 
 ros2 launch fivebar_bringup view.launch.py robot:=dextar

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The package by itself: what `import fivebar` offers crosses the singularity."""
 
 import fivebar

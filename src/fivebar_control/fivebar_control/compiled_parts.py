@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Functions that only compiled functions call: they get no machine code of their own, which saves a fifth of the time.
 
 numba makes machine code of every function, and of all that it calls, at each level of calls again. A part is linked

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiles plain scalar functions without changing them, together with all functions that they call.
 
 Machine code takes a second to load, ten to make the first time, and a single motion is judged in a fifth of a second
@@ -10,12 +11,15 @@ import fcntl
 import glob
 import hashlib
 import re
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any, TypeVar, cast, get_type_hints
 
+from fivebar_control.private_folder import writable_by_others
+from fivebar_description.errors import printable
 from fivebar_description.stages import COMPILING, stage
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -98,15 +102,39 @@ def as_machine_code(function: F) -> F:
 
 
 def _kept_code(function: FunctionType, name: str, **options: Any) -> Any:
-    """Return a dispatcher that keeps its machine code on disk under a name, and remove that of older digests."""
+    """Return a dispatcher that keeps its machine code on disk under a name, and remove that of older digests.
+
+    Loaded machine code is run: where others could have written it, nothing is kept nor loaded.
+    """
     copy = _rebound(function)
     copy.__qualname__ = f"{name}_{digest(function)}"
     kept = _machine_code(copy, cache=True, **options)
     folder, module = Path(kept.stats.cache_path), Path(function.__code__.co_filename).stem
     folder.mkdir(parents=True, exist_ok=True)
+    open_to_others = writable_by_others(
+        folder, folder.glob(f"{glob.escape(f'{module}.{name}')}_*.nb[ci]"), _owners(function)
+    )
+    if open_to_others is not None:
+        _tell_once(open_to_others)
+        return _machine_code(copy, **options)
     _remove_outdated(folder, module, name, copy)
     kept.compile = _one_at_a_time(kept.compile, folder / f"{module}.{name}.lock")
     return kept
+
+
+def _owners(function: FunctionType) -> tuple[int, ...]:
+    """Return who owns the source of a function, whose code runs in any case."""
+    try:
+        return (Path(function.__code__.co_filename).stat().st_uid,)
+    except OSError:
+        return ()
+
+
+@cache
+def _tell_once(place: Path) -> None:
+    words = "others can write to it, so no machine code is kept there, and every start compiles anew"
+    advice = "expected a folder of your own, such as NUMBA_CACHE_DIR=~/.cache/fivebar/numba"
+    print(f"fivebar: {printable(str(place))}: {words}: {advice}", file=sys.stderr)
 
 
 def _one_at_a_time(compile_or_load: Callable[[Any], Any], path: Path) -> Callable[[Any], Any]:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A named fault: what every part that can stop the robot says about why."""
 
 from __future__ import annotations

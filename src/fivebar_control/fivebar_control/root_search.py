@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Zeros and minima of functions of one variable, by Brent's methods of 1973.
 
 In plain Python, as the functions are: a library would add half a second of loading to every command and node.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The package by itself: the model moves as its inverse says, away from the singular locus."""
 
 import pytest

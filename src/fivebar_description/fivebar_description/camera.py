@@ -1,10 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """The camera above the robot: its optics, its exposures, and the tags that it sees."""
 
 from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from fivebar_description.camera_model import CameraPose, Optics
 from fivebar_description.settings import Setting
 
 PLATFORM_TAG = 0
@@ -19,7 +19,14 @@ BASE_TAGS = (1, 2, 3, 4)
 LONGEST_CAMERA_LATENCY = 0.2
 """Age (s) beyond which a picture is of no use."""
 
-Vector3 = tuple[float, float, float]
+
+def _not_installed(on: bool) -> str | None:
+    if not on:
+        return None
+    # here, because only a robot with a camera needs it
+    from fivebar_description.optional import CAMERA_PARTS, first_missing
+
+    return first_missing(CAMERA_PARTS)
 
 
 def _distortion(name: str) -> Setting:
@@ -47,7 +54,7 @@ class CameraSettings(NamedTuple):
     instead, with an error of `deviation`: for sweeps, which cannot render.
     """
 
-    on: Annotated[bool, Setting("Whether there is a camera.")] = False
+    on: Annotated[bool, Setting("Whether there is a camera.", check=_not_installed)] = False
     pictures: Annotated[
         bool, Setting("Render pictures and detect the tags in them; else the result of that is simulated.")
     ] = True
@@ -133,15 +140,6 @@ class CameraSettings(NamedTuple):
     calibration: Annotated[
         str, Setting("Calibration of the camera (camera_info, YAML) for who reads it; empty for the exact values.")
     ] = ""
-
-    def optics(self) -> Optics:
-        """Return the projection onto the picture; pixel (0, 0) is centred on the upper left pixel."""
-        centre = (self.width - 1) / 2.0, (self.height - 1) / 2.0
-        return Optics(self.focal, self.focal, *centre, self.k1, self.k2, self.p1, self.p2, self.k3)
-
-    def pose(self) -> CameraPose:
-        """Return where the camera is and where it looks."""
-        return CameraPose.looking_down((self.x, self.y, self.z), self.roll, self.pitch, self.yaw)
 
     def every(self, rate_hz: int) -> int:
         """Return from how many samples to the next there is an exposure, at a sampling rate (Hz)."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed-loop robot in Pinocchio: the two chains of the URDF, joined at their tips by a 3D contact constraint.
 
 This model shares no equation with :mod:`fivebar_control.model`, so that each validates the other, as ADAMS and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Common keys of the bridge's configuration of bus and drives and of the file of the emulated drives.
 
 Each side reads a file of its own, as on a real robot, so that each checks the other; what a key means and which values

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ways to reach a robot's drives, each registered by an entry point of the group `fivebar.drives`.
 
 An installed package adds one of its own by such an entry point; a drives file may name any other as MODULE:NAME.
@@ -13,6 +14,7 @@ from typing import Any, NamedTuple
 
 from fivebar_description.known_drives import CANOPEN, NO_INTERFACE
 from fivebar_description.modules import PLACE, load_part
+from fivebar_description.optional import confirm_package
 from fivebar_description.strict_yaml import InputError
 
 GROUP = "fivebar.drives"
@@ -31,10 +33,11 @@ class DriveKind(NamedTuple):
         emulation: the `fivebar_sim.emulators.emulator.Emulator` of such drives.
         run_files: the `fivebar_bringup.drives.run_files.RunFiles` that write the files of a run on such drives.
         faults: mapping of the names of their faults to meaning and recovery, both in plain words; empty for none.
-        bridge: name of the node that connects them to the graph.
+        bridge: executable of `fivebar_control` that connects them to the graph; its name ends in `_bridge`.
         beside: name of a node that runs beside the bridge, with the same configuration as its parameter `drives`; empty
             for none.
         on_topics: whether they are reached by topics, so that a run on real ones is in their DDS domain.
+        hardware: the value of `--hardware` that stands for real ones besides `real`; empty for none.
         library: the vendor's module that the connection needs; empty for none.
         installed_by: what `pip install` gets it by.
     """
@@ -47,6 +50,7 @@ class DriveKind(NamedTuple):
     bridge: str = OWN_BRIDGE
     beside: str = ""
     on_topics: bool = False
+    hardware: str = ""
     library: str = ""
     installed_by: str = ""
 
@@ -57,16 +61,22 @@ def drive_kind(name: str) -> DriveKind:
     Robots whose file names no interface have their drives on a CAN bus.
 
     Raises:
-        InputError: there is none of that name, or it cannot be loaded.
+        InputError: there is none of that name, its package is not installed, or it cannot be loaded.
     """
     if PLACE.fullmatch(name):
         return _checked(name, load_part(name))
     registered = _registered()
     wanted = CANOPEN if name == NO_INTERFACE else name
     if wanted not in registered:
-        known = ", ".join(sorted(registered))
+        known = ", ".join(interfaces())
         raise InputError(f"interface of the drives: {name!r}: expected one of {known}, or my_package.my_drives:KIND")
+    confirm_package(registered[wanted], f"interface of the drives: {name!r}")
     return _checked(name, load_part(registered[wanted]))
+
+
+def interfaces() -> list[str]:
+    """Return the names of the registered ways to reach drives."""
+    return sorted(_registered())
 
 
 def confirm_installed(kind: DriveKind) -> None:
@@ -75,6 +85,8 @@ def confirm_installed(kind: DriveKind) -> None:
     Raises:
         InputError: it is not installed; the text says by what it gets there.
     """
+    for place in (kind.connection, kind.run_files):
+        confirm_package(place, f"interface of the drives: {kind.name!r}")
     if kind.library and find_spec(kind.library) is None:
         raise InputError(
             f"interface of the drives: {kind.name!r}: needs the module {kind.library}, which is not installed:"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors that a user reads, in a module that loads nothing: one printable line, whatever the input was."""
 
 from __future__ import annotations

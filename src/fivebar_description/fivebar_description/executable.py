@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An executable of a package: signals have an outcome before the libraries of its program are loaded."""
 
 from __future__ import annotations
@@ -6,6 +7,7 @@ import signal
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.util import find_spec
 from itertools import takewhile
 from typing import NamedTuple
 
@@ -35,10 +37,12 @@ class Executable(NamedTuple):
     Attributes:
         module: the module that has its `main`.
         example: parameters in an example of a node's use; None for a program that reads its words itself.
+        package: the ROS package that has it, where that is not the import package of its module.
     """
 
     module: str
     example: str | None = None
+    package: str = ""
 
     @property
     def command(self) -> list[str]:
@@ -55,9 +59,20 @@ class Executable(NamedTuple):
             signal.signal(number, end_at_once)
         # whoever has started this process may have blocked them until here
         signal.pthread_sigmask(signal.SIG_UNBLOCK, STOP_SIGNALS)
+        self._confirm_there()
         if self.example is not None:
             self._read_words(self.example)
         import_module(self.module).main()
+
+    def _confirm_there(self) -> None:
+        """End the process with exit status 2 where the optional package of the module is not installed."""
+        package, *_, name = self.module.split(".")
+        if find_spec(package) is None:
+            # here, because hardly any process needs what it imports
+            from fivebar_description.optional import missing
+
+            print(f"{name}: {missing(package)}", file=sys.stderr)
+            sys.exit(BAD_INPUT)
 
     def _read_words(self, example: str) -> None:
         """End the process with help where it is asked for, or with exit status 2 at words that ROS would ignore."""
@@ -65,7 +80,7 @@ class Executable(NamedTuple):
         if not words:
             return
         package, _, name = self.module.split(".")
-        use = f"ros2 run {package} {name} {ROS_ARGUMENTS} {example}"
+        use = f"ros2 run {self.package or package} {name} {ROS_ARGUMENTS} {example}"
         if not HELP.intersection(words):
             print(f"{name}: {words[0]!r}: expected parameters after {ROS_ARGUMENTS}: {use}", file=sys.stderr)
             sys.exit(BAD_INPUT)

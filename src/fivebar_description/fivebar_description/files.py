@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files: where those of a package and those that a user names are, and their content as bytes or text.
 
 What is read from outside is a regular file of bounded size; everything else is refused in one line.

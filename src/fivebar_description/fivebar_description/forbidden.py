@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Postures that a robot's user forbids: the list `forbidden` of a robot file."""
 
 from __future__ import annotations
@@ -69,6 +70,20 @@ class ForbiddenPosture(StrictModel):
     def bounds(self) -> PostureBounds:
         """Return the ranges as numbers."""
         return PostureBounds(*self.x, *self.y, *self.q11, *self.q21)
+
+
+def motor_range(postures: Sequence[ForbiddenPosture], joint: str, home: float) -> tuple[float, float] | None:
+    """Return the range (rad) of a motor, `q11` or `q21`, that forbidden postures of its angle alone leave around home.
+
+    None where there are none.
+    """
+    ends = [getattr(one, joint) for one in postures if one.model_fields_set - {"name"} == {joint}]
+    if not ends:
+        return None
+    turn = 2.0 * math.pi
+    lower = max(last + turn * math.floor((home - last) / turn) for _, last in ends)
+    upper = min(first + turn * math.ceil((home - first) / turn) for first, _ in ends)
+    return lower, upper
 
 
 class NamedBounds(NamedTuple):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Mounting and characteristics of the IMU, for the plant that simulates it and the listener."""
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ class ImuSettings(NamedTuple):
             "Standard deviation of the gyroscope's white noise, per reading; 0.003 to 0.02 for MEMS parts.",
             "rad/s",
             at_least=0.0,
-            at_most=10.0,
+            at_most=0.5,
         ),
     ] = 0.0
     gyro_bias: Annotated[
@@ -86,6 +87,7 @@ class ImuSettings(NamedTuple):
             " 2000 deg/s. Readings at the end of the range are not used.",
             "rad/s",
             above=0.0,
+            at_most=100.0,
             unlimited=True,
         ),
     ] = math.inf

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ROS interface of the robot as constants: topic names, message types, quality of service, joint names, stamps.
 
 Nodes, recorder, launch files, reports and the offline runner share these constants. Nothing in this module imports ROS;
@@ -11,6 +12,9 @@ from typing import NamedTuple
 
 ACTIVE_JOINTS = ("q11", "q21")
 """Motor joints, in the order of every torque message."""
+
+PASSIVE_JOINTS = ("q12", "q22")
+"""Joints between proximal and distal link of leg 1 and of leg 2."""
 
 JOINTS = ("q11", "q12", "q21", "q22")
 """All joints of the two legs: active and passive angle of leg 1, then of leg 2 (thesis, figure 1.7)."""
@@ -101,8 +105,8 @@ class Topic(NamedTuple):
         qos: quality of service.
         from_outside: whether drivers and users publish it, who are heard whatever quality of service they offer.
         one_publisher: whether it belongs to the control chain, where a second publisher is a fault.
-        of_joints: whether a robot of its own may publish it where others publish other joints: then it is told from
-            those by the names of the joints, and may have several publishers.
+        of_joints: the robot's joints on a topic where others may publish other joints: a second publisher is one that
+            names some of these.
         reader_reports: whether neither blender nor plant or bridge reads it, so that who does reports a second
             publisher.
     """
@@ -112,24 +116,30 @@ class Topic(NamedTuple):
     qos: Qos = CONTROL_QOS
     from_outside: bool = False
     one_publisher: bool = False
-    of_joints: bool = False
+    of_joints: tuple[str, ...] = ()
     reader_reports: bool = False
 
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
-def _chain_topic(name: str, kind: str = JOINT_STATE, qos: Qos = CONTROL_QOS, **kept: bool) -> Topic:
+def _chain_topic(
+    name: str,
+    kind: str = JOINT_STATE,
+    qos: Qos = CONTROL_QOS,
+    of_joints: tuple[str, ...] = (),
+    **kept: bool,
+) -> Topic:
     """Return a topic of the control chain."""
-    return Topic(name, kind, qos, one_publisher=True, **kept)
+    return Topic(name, kind, qos, of_joints=of_joints, one_publisher=True, **kept)
 
 
-def _reading(name: str, kind: str = JOINT_STATE, qos: Qos = CONTROL_QOS, **kept: bool) -> Topic:
+def _reading(name: str, kind: str = JOINT_STATE, qos: Qos = CONTROL_QOS, of_joints: tuple[str, ...] = ()) -> Topic:
     """Return a topic of a sensor whose driver may be another's."""
-    return _chain_topic(name, kind, qos, from_outside=True, reader_reports=True, **kept)
+    return _chain_topic(name, kind, qos, of_joints, from_outside=True, reader_reports=True)
 
 
-JOINT_STATES = _chain_topic("joint_states", of_joints=True)
+JOINT_STATES = _chain_topic("joint_states", of_joints=JOINTS)
 REFERENCE = _chain_topic("reference")
 REFERENCE_AHEAD = _chain_topic("reference/ahead", reader_reports=True)
 """The references of the samples that follow, for a law that looks ahead; names and fields from `ahead_names`. A bag
@@ -154,8 +164,8 @@ SUPERVISOR_STATE = _chain_topic("supervisor/state")
 SUPERVISOR_SIGMA = Topic("supervisor/sigma", "std_msgs/msg/Float64")
 TORQUE_REQUESTED = Topic("torque_requested", "sensor_msgs/msg/JointState")
 TORQUE_COMMAND = _chain_topic("torque_command")
-MOTOR_STATES = _chain_topic("motor_states", of_joints=True, reader_reports=True)
-PASSIVE_STATES = _reading("passive_states", of_joints=True)
+MOTOR_STATES = _chain_topic("motor_states", of_joints=ACTIVE_JOINTS, reader_reports=True)
+PASSIVE_STATES = _reading("passive_states", of_joints=PASSIVE_JOINTS)
 """Angle of the passive joint that has an encoder, stamped with the time of the reading. A topic of its own: it comes
 from a driver of its own, at its own rate, and late, while `motor_states` is what the drives answer in one cycle."""
 ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
@@ -318,7 +328,7 @@ CONTROL_CHAIN = tuple(one for one in tuple(globals().values()) if isinstance(one
 """The topics by which the robot moves, each with one publisher; that of a law from elsewhere belongs to them too."""
 
 JOINT_SOURCES = tuple(one for one in CONTROL_CHAIN if one.of_joints)
-"""Topics that a robot of its own may publish where others publish other joints."""
+"""Topics of the robot's joints, on which others may publish other joints."""
 
 READ_BESIDES = tuple(one for one in CONTROL_CHAIN if one.reader_reports)
 """Topics that neither blender nor plant or bridge reads: who reads them reports their faults."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The signals that ask for a stop, as KeyboardInterrupt, which waits until no foreign code is running.
 
 A handler runs between any two steps of Python, also where a library calls Python from C++. An exception that it raises

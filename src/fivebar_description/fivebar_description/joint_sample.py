@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The content of a JointState without ROS: made, checked, read and serialised."""
 
 from __future__ import annotations

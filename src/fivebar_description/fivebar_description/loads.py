@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Actions on a robot from outside: the known `forces` of a robot file, and the `loads` that it has to bear."""
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ class Loads(NamedTuple):
 
     tilt: Annotated[
         float,
-        Setting("Tilt of the base, in any direction.", "rad", at_least=0.0, at_most=math.pi / 2.0),
+        Setting("Tilt of the base, in any direction.", "rad", at_least=0.0, at_most=0.6),
     ] = 0.0
     push: Annotated[
         float,

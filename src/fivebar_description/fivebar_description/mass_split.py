@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Masses of the robot's bodies that add up to the grouped parameters of the reduced model.
 
 A robot file has two inertias zz_i1R, two residual inertias zz_i2R and one mass m, since these are all that a motion

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Modules by name: the command that runs one, and the part of one that is named as MODULE:NAME."""
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_description.errors import InputError, unwrapped
+from fivebar_description.optional import confirm_package
 
 RUN_MODULE = "import sys; del sys.path[0]; import runpy; runpy.run_module({!r}, run_name='__main__', alter_sys=True)"
 """The effect of `python -P -m`, in words that Python 3.10 understands, too."""
@@ -25,14 +27,16 @@ def module_command(module: str) -> list[str]:
 
 
 def load_part(place: str) -> Any:
-    """Return what MODULE:NAME is; its module is imported.
+    """Return what MODULE:NAME is, or the module where only that is given; it is imported.
 
     Raises:
         InputError: it cannot be imported, or its module fails while it is.
     """
     module, _, name = place.partition(":")
+    confirm_package(place, place)
     try:
-        return getattr(import_module(module), name)
+        loaded = import_module(module)
+        return getattr(loaded, name) if name else loaded
     except (ImportError, AttributeError) as error:
         raise InputError(f"{place}: cannot be loaded: {error}") from error
     except Exception as error:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Common keys of the bridge's configuration of two motors and of the file of their emulation.
 
 Each side reads a file of its own, as on a real robot, so that each checks the other; what a key means and which values
@@ -10,11 +11,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fivebar_description.physical_bounds import Positive
+from fivebar_description.physical_bounds import Positive, TorqueConstant
 from fivebar_description.strict_yaml import StrictModel
 
 PeriodUs = Annotated[int, Field(ge=500, le=100_000)]
 WatchdogMs = Annotated[int, Field(ge=1, le=10_000)]
+
+BY_THE_CLOCK = "clock"
+"""The pace of a real robot."""
 
 
 class FileMotor(StrictModel):
@@ -34,4 +38,4 @@ class FileMotor(StrictModel):
     sign: Literal[1, -1] = 1
     counts_per_revolution: Annotated[int, Field(ge=16, le=2**31 - 1)]
     zero_rad: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.0
-    torque_constant: Positive = 1.0
+    torque_constant: TorqueConstant = 1.0

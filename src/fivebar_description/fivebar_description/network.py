@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults of this machine's network, where nodes do not hear each other or a bus cannot be opened."""
 
 from __future__ import annotations

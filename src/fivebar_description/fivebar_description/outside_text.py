@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bounded reader of texts that come from other processes: JSON on String topics, in bags, and from a page.
 
 A text is read within limits of size and nesting, and its fields are checked before anything uses them. Whatever is
@@ -7,11 +8,12 @@ refused raises `MessageError`, never anything else.
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fivebar_description.joint_sample import MessageError
+from fivebar_description.refusals import problems_in
 
 LONGEST_TEXT = 262_144
 """Largest number of characters of a text that is read; the plan of a run with thousands of waypoints fits."""
@@ -25,13 +27,20 @@ LONGEST_LINE = 500
 LARGEST_COUNT = 2**53
 """Largest whole number that every reader of JSON represents exactly."""
 
+Count = Annotated[int, Field(ge=0, le=LARGEST_COUNT)]
+"""A whole number from 0 on."""
 
-class Field(NamedTuple):
-    """A field of a JSON object: what it has to be, in words, and whether it has to be there."""
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+"""Two numbers."""
 
-    fits: Callable[[Any], bool]
-    expected: str
-    needed: bool = False
+
+class OutsideModel(BaseModel):
+    """The fields of a JSON object that are checked; a default means that a field may be missing.
+
+    The model is built when the first text is read, so that a node that reads none does not wait for it.
+    """
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False, defer_build=True)
 
 
 def one_line(text: str, longest: int = LONGEST_LINE) -> str:
@@ -42,7 +51,7 @@ def one_line(text: str, longest: int = LONGEST_LINE) -> str:
     return shown if len(text) <= longest else f"{shown}..."
 
 
-def read_object(text: str | bytes, fields: Mapping[str, Field] | None = None) -> dict[str, Any]:
+def read_object(text: str | bytes, model: type[OutsideModel] | None = None) -> dict[str, Any]:
     """Return the JSON object in a text; fields beyond those that are checked are left as they are.
 
     Raises:
@@ -57,13 +66,21 @@ def read_object(text: str | bytes, fields: Mapping[str, Field] | None = None) ->
     if not isinstance(content, dict):
         raise MessageError(f"expected a JSON object, found {type(content).__name__}")
     _check_depth_and_words(content)
-    for name, (fits, expected, needed) in (fields or {}).items():
-        if name not in content:
-            if needed:
-                raise MessageError(f"expected the field {name}")
-        elif not fits(content[name]):
-            raise MessageError(f"{name}: {one_line(repr(content[name]), 60)}, expected {expected}")
+    if model is not None:
+        check_fields(content, model)
     return content
+
+
+def check_fields(content: dict[str, Any], model: type[OutsideModel]) -> None:
+    """Check the fields of an object that has been read.
+
+    Raises:
+        MessageError: one does not fit.
+    """
+    try:
+        model.model_validate(content)
+    except ValidationError as error:
+        raise MessageError(one_line(problems_in(error, content=content))) from None
 
 
 def _check_depth_and_words(content: Any) -> None:
@@ -92,47 +109,3 @@ def is_unicode(value: str) -> bool:
     except UnicodeEncodeError:
         return False
     return True
-
-
-def is_number(value: Any) -> bool:
-    """Return whether a value is a finite number that fits into a float."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return math.isfinite(value) if isinstance(value, float) else abs(value) <= LARGEST_COUNT
-
-
-def is_whole(value: Any) -> bool:
-    """Return whether a value is a whole number."""
-    return isinstance(value, int) and not isinstance(value, bool)
-
-
-def is_count(value: Any) -> bool:
-    """Return whether a value is a whole number from 0 on."""
-    return is_whole(value) and 0 <= value <= LARGEST_COUNT
-
-
-def is_text(value: Any) -> bool:
-    """Return whether a value is a text."""
-    return isinstance(value, str)
-
-
-def one_of(words: Sequence[str]) -> Callable[[Any], bool]:
-    """Return a check whether a value is one of some words."""
-    return lambda value: isinstance(value, str) and value in words
-
-
-def list_of(check: Callable[[Any], bool], *lengths: int) -> Callable[[Any], bool]:
-    """Return a check whether a value is a list of values that fit, of one of some lengths if there are any."""
-    return lambda value: (
-        isinstance(value, list) and (not lengths or len(value) in lengths) and all(check(one) for one in value)
-    )
-
-
-def either(*checks: Callable[[Any], bool]) -> Callable[[Any], bool]:
-    """Return a check whether a value fits one of several checks."""
-    return lambda value: any(check(value) for check in checks)
-
-
-def is_none(value: Any) -> bool:
-    """Return whether a value is null."""
-    return value is None

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults in the name of a parameter that a node does not have: a slip, or a name of a former release.
 
 Parameters of other nodes are no mistake: a launch file sets some for all nodes of a group.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters of a five-bar robot, the plain numbers that the equations take: lengths, inertias, mass and friction.
 
 Friction (1.32) is that of the model and of the plant alike, with sign() smoothed so that it has a value at rest. What a
@@ -78,12 +79,12 @@ def without_external_force(robot: FiveBar) -> FiveBar:
 
 
 def external_force(robot: FiveBar) -> tuple[float, float]:
-    """Return w_p (N), the force on the platform that no leg exerts: its weight in the plane and the constant force."""
+    """Return w_e (N), the force on the platform that no leg exerts: its weight in the plane and the constant force."""
     return robot.mass * robot.gravity_x + robot.force_x, robot.mass * robot.gravity_y + robot.force_y
 
 
 def external_acceleration(robot: FiveBar) -> tuple[float, float]:
-    """Return w_p / m (m/s^2), how the platform would accelerate without legs."""
+    """Return w_e / m (m/s^2), how the platform would accelerate without legs."""
     return robot.gravity_x + robot.force_x / robot.mass, robot.gravity_y + robot.force_y / robot.mass
 
 

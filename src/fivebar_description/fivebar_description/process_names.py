@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who a process is that does not belong to a run, in words, as far as the system tells every user."""
 
 from __future__ import annotations

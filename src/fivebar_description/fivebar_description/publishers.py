@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who publishes a topic, and whether more than one does, from the identities (GIDs) that DDS gives to publishers."""
 
 from __future__ import annotations
@@ -114,15 +115,31 @@ class Living:
         return now - self._dead_since.setdefault(one.gid, now) < LONGEST_LEASE
 
 
+class OneSender:
+    """Tells a second sender on a topic by the numbers that each publisher gives its own messages, from 1 on."""
+
+    def __init__(self) -> None:
+        """Begin before the first message."""
+        self._last = 0
+
+    def is_contradicted(self, number: int | None) -> bool:
+        """Return whether a message does not follow the last one, as none of its sender does; None is no number."""
+        if number is None:
+            return False
+        before, self._last = self._last, number
+        return number <= before
+
+
 def second_publisher_of(topic: str) -> str:
     """Return the begin of the text of the fault that several publishers of a topic are."""
     return f"{SECOND_PUBLISHER}: {topic} is published by "
 
 
-def second_publisher(topic: str, publishers: Sequence[PublisherOf], machine: bytes) -> str:
-    """Return the text of the fault that several publishers of a topic are."""
+def second_publisher(topic: str, publishers: Sequence[PublisherOf], machine: bytes, joints: Sequence[str] = ()) -> str:
+    """Return the text of the fault that several publishers of a topic, or on it of the same joints, are."""
     *others, last = [one.describe(machine) for one in publishers]
-    return f"{second_publisher_of(topic)}{', '.join(others)} and {last}, expected one publisher"
+    of_joints = f" of {', '.join(joints)}" if joints else ""
+    return f"{second_publisher_of(topic)}{', '.join(others)} and {last}, expected one publisher{of_joints}"
 
 
 def contradiction(topic: str, moment: str, publishers: Sequence[PublisherOf], machine: bytes) -> str:

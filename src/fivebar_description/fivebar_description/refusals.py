@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Refusals of a validation by pydantic, in the words of these messages: KEY: VALUE: expected WHAT."""
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from fivebar_description.errors import printable, quoted
-from fivebar_description.suggestion import did_you_mean, keys_at
+from fivebar_description.other_units import in_other_unit
+from fivebar_description.suggestion import did_you_mean, did_you_mean_elsewhere, keys_at, unit_at
 
 EXPECTED = {
     "bool": "true or false",
@@ -39,6 +41,9 @@ WORDS = {
     "invalid_key": "a word as the key",
     "recursion_loop": "a value that does not contain itself",
 }
+
+TYPES = ("bool", "float", "int", "str")
+"""Names of alternatives that could be keys."""
 
 CHOICE = re.compile(r"'([^']*)'")
 """A word among several that are possible, as pydantic lists them."""
@@ -81,13 +86,16 @@ def _only_lacks_refused(detail: Any) -> bool:
 
 def _steps(detail: Any, content: object) -> tuple[list[str], bool]:
     """Return the keys that lead to what is wrong, and whether pydantic names an alternative among them."""
-    keys, inside, labelled = [], content, False
+    keys, inside, labelled, filled = [], content, False, False
     location = detail["loc"]
     for place, part in enumerate(location):
         if isinstance(inside, Mapping) and part in inside:
             inside = inside[part]
         elif isinstance(inside, Sequence) and not isinstance(inside, str) and isinstance(part, int):
             inside = inside[part] if part < len(inside) else None
+        elif isinstance(part, str) and (filled or (place == 0 and isinstance(inside, Mapping))) and part not in TYPES:
+            # of a section that was filled in while the content was validated
+            inside, filled = None, True
         elif content is not None and not (place == len(location) - 1 and detail["type"] == "missing"):
             labelled = True
             continue
@@ -109,8 +117,10 @@ def _problem(
     key = section + ".".join(one if one.isprintable() else repr(one) for one in keys)
     first = details[0]
     if first["type"] == "extra_forbidden":
-        known = keys_at(schema(), keys[:-1]) if schema is not None else ()
-        return f"{key}: unknown key{did_you_mean(keys[-1], known)}"
+        if schema is None:
+            return f"{key}: unknown key"
+        meant = did_you_mean(keys[-1], keys_at(schema(), keys[:-1])) or did_you_mean_elsewhere(keys[-1], schema())
+        return f"{key}: unknown key{meant}"
     if first["type"] == "missing":
         return f"{key}: is missing"
     # of alternatives, the one whose type it has says more than the others, which want another type
@@ -120,7 +130,19 @@ def _problem(
     value = first["input"]
     if isinstance(value, str) and DECIMAL_COMMA.fullmatch(value) and expectation.startswith("expected a number"):
         expectation += ", with a point in place of the comma"
+    if schema is not None and len(fitting) == 1 and first["type"] in BOUNDS:
+        expectation += _unit(first, unit_at(schema(), keys))
     return f"{key}: {quoted(first['input'])}: {expectation}" if keys else f"{section}{expectation}"
+
+
+def _unit(detail: Any, unit: str) -> str:
+    """Return the unit of a bound, and that of the value where another one explains it."""
+    if not unit:
+        return ""
+    bound = float(detail["ctx"][BOUNDS[detail["type"]][1]])
+    beyond = abs(detail["input"]) > abs(bound)
+    hint = in_other_unit(unit, lambda size: beyond and abs(detail["input"]) * size <= abs(bound))
+    return f" {unit}{hint}"
 
 
 def _expectation(detail: Any) -> str:

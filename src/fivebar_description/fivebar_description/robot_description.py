@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The URDF of a robot for tools of ROS, made from its file: shapes, masses, and the frames of its sensors.
 
 It is the tree of both legs. The loop closes where `left_tip` and `platform` meet, which no URDF can say; joint states
@@ -63,8 +64,40 @@ COLOURS = {
     "sensor": (0.00, 0.62, 0.45, 1.0),
 }
 
-EFFORT, VELOCITY = 10.0, 50.0
-"""Limits of the joints, Nm and rad/s; the run's own limits are in its scenario."""
+UNLIMITED = 1e16
+"""Limit of a joint that has none, where URDF wants a number; that of SDFormat by default."""
+
+NO_RANGE = (-JOINT_RANGE, JOINT_RANGE)
+"""Range (rad) of a joint of which none is known."""
+
+REMARK = (
+    " Limits of q11 and q21 are those of the motors. The passive joints q12 and q22 have no motor, so no effort, and no"
+    f" limit of speed, for which {UNLIMITED:g} stands. A range of -{JOINT_RANGE:g} to {JOINT_RANGE:g} rad means that"
+    " none is known. "
+)
+
+
+class MotorLimits(NamedTuple):
+    """Limits of the motors: torque (Nm) and speed (rad/s) of both, range (rad) of each where it is known."""
+
+    torque: float = UNLIMITED
+    speed: float = UNLIMITED
+    range1: tuple[float, float] | None = None
+    range2: tuple[float, float] | None = None
+
+
+NO_LIMITS = MotorLimits()
+
+
+class JointLimits(NamedTuple):
+    """The element `limit` of a joint: Nm, rad/s and rad."""
+
+    effort: float
+    velocity: float
+    range: tuple[float, float]
+
+
+PASSIVE = JointLimits(0.0, UNLIMITED, NO_RANGE)
 
 
 class Layers(NamedTuple):
@@ -91,10 +124,14 @@ def link_width(robot: FiveBar) -> float:
 
 
 def robot_description(
-    robot: FiveBar, name: str, imu: ImuSettings | None = None, weighed: Links | DistalLinks | None = None
+    robot: FiveBar,
+    name: str,
+    imu: ImuSettings | None = None,
+    weighed: Links | DistalLinks | None = None,
+    limits: MotorLimits = NO_LIMITS,
 ) -> str:
     """Return the URDF of a robot; the arguments are those of `robot_tree`."""
-    return xml_text(robot_tree(robot, name, imu, weighed))
+    return xml_text(robot_tree(robot, name, imu, weighed, limits))
 
 
 def xml_text(root: Element) -> str:
@@ -104,7 +141,11 @@ def xml_text(root: Element) -> str:
 
 
 def robot_tree(
-    robot: FiveBar, name: str, imu: ImuSettings | None = None, weighed: Links | DistalLinks | None = None
+    robot: FiveBar,
+    name: str,
+    imu: ImuSettings | None = None,
+    weighed: Links | DistalLinks | None = None,
+    limits: MotorLimits = NO_LIMITS,
 ) -> Element:
     """Return the root element of a robot's URDF.
 
@@ -113,18 +154,20 @@ def robot_tree(
         name: its name.
         imu: how the IMU is mounted, by default at the platform point.
         weighed: its distal links, or all its bodies, where they are known.
+        limits: of its motors.
 
     Raises:
         InputError: the weighed links do not fit the parameters.
     """
     root = Element("robot", name=name)
+    root.append(ElementTree.Comment(REMARK))
     for material, colour in COLOURS.items():
         _material(root, material, colour)
     width = link_width(robot)
     split = split_masses(robot, width, weighed)
     _base(root, robot)
-    for index, leg in enumerate((robot.leg1, robot.leg2)):
-        _leg(root, index, leg, split, width)
+    for index, (leg, angles) in enumerate(zip((robot.leg1, robot.leg2), (limits.range1, limits.range2), strict=True)):
+        _leg(root, index, leg, split, width, JointLimits(limits.torque, limits.speed, angles or NO_RANGE))
     _platform(root, robot.leg2, split.platform, width)
     _frame(root, IMU_FRAME, PLATFORM_FRAME, *_mounting(imu or ImuSettings()))
     _camera(root, robot)
@@ -157,7 +200,7 @@ def _base(root: Element, robot: FiveBar) -> None:
         _joint(root, f"{side}_motor_mount", "fixed", BASE_FRAME, f"{side}_motor", (at_x, 0.0, 0.0))
 
 
-def _leg(root: Element, index: int, leg: LegParameters, split: MassSplit, width: float) -> None:
+def _leg(root: Element, index: int, leg: LegParameters, split: MassSplit, width: float, motor: JointLimits) -> None:
     side, number = SIDES[index], index + 1
     proximal, distal = f"{side}_proximal", f"{side}_distal"
     rise = LAYERS.distal[index] - LAYERS.proximal[index]
@@ -165,8 +208,8 @@ def _leg(root: Element, index: int, leg: LegParameters, split: MassSplit, width:
     upper = _bar(root, distal, leg.distal, width, f"{side}_link", split.distal[index])
     _pin(lower, width, (leg.proximal, 0.0, 0.5 * rise))
     at_base = (0.0, 0.0, LAYERS.proximal[index])
-    _revolute(root, f"q{number}1", f"{side}_motor", proximal, at_base, leg.coulomb)
-    _revolute(root, f"q{number}2", proximal, distal, (leg.proximal, 0.0, rise), 0.0)
+    _revolute(root, f"q{number}1", f"{side}_motor", proximal, at_base, leg.coulomb, motor)
+    _revolute(root, f"q{number}2", proximal, distal, (leg.proximal, 0.0, rise), 0.0, PASSIVE)
     if index == 0:
         climb = LAYERS.tool - LAYERS.distal[0]
         _pin(upper, width, (leg.distal, 0.0, 0.5 * climb))
@@ -254,10 +297,13 @@ def _joint(
     return joint
 
 
-def _revolute(root: Element, name: str, parent: str, child: str, place: Point, friction: float) -> None:
+def _revolute(
+    root: Element, name: str, parent: str, child: str, place: Point, friction: float, joint_limits: JointLimits
+) -> None:
     joint = _joint(root, name, "revolute", parent, child, place)
     ElementTree.SubElement(joint, "axis", xyz="0 0 1")
-    limits = {"lower": -JOINT_RANGE, "upper": JOINT_RANGE, "effort": EFFORT, "velocity": VELOCITY}
+    effort, velocity, (lower, upper) = joint_limits
+    limits = {"lower": lower, "upper": upper, "effort": effort, "velocity": velocity}
     ElementTree.SubElement(joint, "limit", {key: repr(value) for key, value in limits.items()})
     ElementTree.SubElement(joint, "dynamics", damping="0.0", friction=repr(friction))
 

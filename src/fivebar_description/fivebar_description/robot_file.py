@@ -1,14 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
 """Robot files: sections, and what they say of a robot as the numbers that equations, planner and estimator take."""
 
 from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
+from fivebar_description import physical_bounds
 from fivebar_description.camera import CameraSettings
+from fivebar_description.errors import InputError
 from fivebar_description.files import is_yaml_path, read_text, share_file, yaml_path
 from fivebar_description.forbidden import MOST, ForbiddenPosture
 from fivebar_description.imu import ImuSettings
@@ -19,12 +22,14 @@ from fivebar_description.physical_bounds import (
     Coordinate,
     CoulombFriction,
     FrictionWidth,
+    Inertia,
+    InertiaOrZero,
     Length,
-    MassOrInertia,
-    MassOrInertiaOrZero,
+    MassOrZero,
     ResidualInertia,
     Torque,
 )
+from fivebar_description.plausibility import implausible
 from fivebar_description.sensors import NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.settings import Section
 from fivebar_description.strict_yaml import NEWEST, Format, StrictModel, parse_versioned, validate
@@ -48,7 +53,10 @@ ElbowsPass = Annotated[Literal[True, False, "unknown"], BeforeValidator(_true_fa
 """Whether the elbows may pass each other, as they do where the distal links are folded onto each other."""
 
 HOME = (0.0, 0.15)
-"""Where a robot rests by default (m), elbows outwards."""
+"""Where a robot rests by default (m)."""
+
+HOME_MODE = (1, -1)
+"""Default working mode of a robot that rests where its file says: elbows outwards."""
 
 
 class Grouped(NamedTuple):
@@ -74,8 +82,8 @@ class Lengths(StrictModel):
 class Inertias(StrictModel):
     """Section `inertias_kg_m2`: grouped inertias about the motor axes, residual inertias of the distal links."""
 
-    zz_11R: MassOrInertia
-    zz_21R: MassOrInertia
+    zz_11R: Inertia
+    zz_21R: Inertia
     zz_12R: ResidualInertia = 0.0
     zz_22R: ResidualInertia = 0.0
 
@@ -83,7 +91,7 @@ class Inertias(StrictModel):
 class Mass(StrictModel):
     """Section `mass_kg`: the platform mass."""
 
-    m: MassOrInertia
+    m: physical_bounds.Mass
 
 
 class Friction(StrictModel):
@@ -120,17 +128,17 @@ NO_COGGING = MotorCogging()
 class ProximalLink(StrictModel):
     """A proximal link with all that turns with its motor: mass, centre of mass from the axis, inertia about that."""
 
-    mass_kg: MassOrInertia
+    mass_kg: physical_bounds.Mass
     centre_m: Coordinate
-    inertia_kg_m2: MassOrInertiaOrZero
+    inertia_kg_m2: InertiaOrZero
 
 
 class DistalLink(StrictModel):
     """A distal link as it was weighed: its mass, its centre of mass from the elbow, its inertia about that centre."""
 
-    mass_kg: MassOrInertia
+    mass_kg: physical_bounds.Mass
     centre_m: Annotated[Coordinate, Field(ge=0.0)]
-    inertia_kg_m2: MassOrInertia
+    inertia_kg_m2: Inertia
 
 
 class ProximalLinks(StrictModel):
@@ -150,8 +158,8 @@ class DistalLinks(StrictModel):
 class EndEffector(StrictModel):
     """Section `end_effector` beside the links: mass at the platform point, inertia of what turns with leg 2 there."""
 
-    mass_kg: MassOrInertiaOrZero
-    inertia_kg_m2: MassOrInertiaOrZero = 0.0
+    mass_kg: MassOrZero
+    inertia_kg_m2: InertiaOrZero = 0.0
 
 
 class Links(NamedTuple):
@@ -164,6 +172,18 @@ class Links(NamedTuple):
 
 NO_EFFECTOR = EndEffector(mass_kg=0.0)
 """The end effector of a robot whose distal links end in a pin that belongs to one of them."""
+
+
+def _on_where_given(section: Any) -> Any:
+    return {"on": True, **section} if isinstance(section, dict) else section
+
+
+def _where_on(camera: CameraSettings | None) -> CameraSettings | None:
+    return camera if camera is not None and camera.on else None
+
+
+OwnCamera = Annotated[Section[CameraSettings] | None, BeforeValidator(_on_where_given), AfterValidator(_where_on)]
+"""The camera of a robot: a section means that there is one, where it does not say otherwise."""
 
 
 class RobotFile(StrictModel):
@@ -185,7 +205,7 @@ class RobotFile(StrictModel):
     sensors: Section[KnownSensors] = NOTHING_KNOWN
     imu: Section[ImuSettings] | None = None
     passive_encoder: Section[PassiveEncoder] | None = None
-    camera: Section[CameraSettings] | None = None
+    camera: OwnCamera = None
     transmission: Section[Transmission] = RIGID
     drives: Section[KnownDrives] = NO_DRIVES
     tuning: Section[Tuning] = NO_TUNING
@@ -214,6 +234,16 @@ class RobotFile(StrictModel):
                         f" {length} m"
                     )
         self._check_forces()
+        if self.transmission.backlash > 0.0 and self.transmission.frequency == 0.0:
+            raise ValueError(
+                f"transmission.backlash: {1e3 * self.transmission.backlash:g} mrad: backlash needs a transmission"
+                " frequency: expected transmission.frequency above 0, say 300 (Hz)"
+            )
+        if self.passive_encoder is not None and self.passive_encoder.leg == 0:
+            raise ValueError("passive_encoder.leg: is missing: expected 1 or 2, the leg whose passive joint has it")
+        problem = implausible(self)
+        if problem is not None:
+            raise ValueError(problem)
         tip_masses(self.five_bar())
         return self
 
@@ -226,6 +256,11 @@ class RobotFile(StrictModel):
                 raise ValueError(
                     f"forces.{key}: is missing: expected the leg's first mass moment (kg m), since the robot is tilted"
                 )
+
+    @property
+    def declares_errors(self) -> bool:
+        """Whether it says how far its robots differ from it, or what they have to bear."""
+        return self.tolerances.declared or self.loads.declared or self.transmission != RIGID
 
     def five_bar(self) -> FiveBar:
         """Return the parameters as the plain numbers that the equations take."""
@@ -367,4 +402,9 @@ def _read_shipped(robot: str) -> RobotFile:
 @functools.lru_cache(maxsize=16)
 def _read_text(text: str, source: str) -> RobotFile:
     """Read the text of a file of a user, which may change: each text once."""
-    return validate(parse_versioned(text, source), RobotFile, source)
+    content = parse_versioned(text, source)
+    if isinstance(content, dict) and "waypoints" in content and "lengths_m" not in content:
+        raise InputError(
+            f"{source}: is a scenario: expected a robot file; {content.get('robot', 'dextar')} is the scenario's robot"
+        )
+    return validate(content, RobotFile, source)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The section `<ros2_control>` of a robot's URDF: which joints a hardware component commands and reads."""
 
 from __future__ import annotations

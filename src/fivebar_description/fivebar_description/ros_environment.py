@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The environment that ROS starts in: domain, middleware and folder for logs, checked before ROS loads and complains.
 
 Nothing here imports ROS, whose libraries end the process while they are loaded where the middleware is missing.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors as a person reads them: rounded up, so that what is measured is within what is told."""
 
 from __future__ import annotations

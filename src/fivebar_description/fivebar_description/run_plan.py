@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Facts that all nodes of a run share: the plan, values on which they must agree, and the stamp of sample 0.
 
 Nothing here needs ROS.
@@ -10,10 +11,12 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import Field
 
 from fivebar_description.interface import LATEST_STAMP_NS, NANOSECONDS, START_STAMP_NS
-from fivebar_description.outside_text import Field, is_count, is_whole, one_line, read_object
+from fivebar_description.outside_text import LARGEST_COUNT, Count, OutsideModel, one_line, read_object
 from fivebar_description.robot_file import load_robot
 
 DIGEST_LENGTH = 12
@@ -28,19 +31,18 @@ START = "start"
 """Key of the facts for the plant: the fields of `MotionStart`."""
 
 
-PLAN_FIELDS = {
-    "digest": Field(lambda value: isinstance(value, str) and len(value) <= DIGEST_LENGTH, "a digest", needed=True),
-    "values": Field(lambda value: isinstance(value, dict), "values by name", needed=True),
-    "pid": Field(is_count, "a process id"),
-}
+class PlanText(OutsideModel):
+    """The fields of `run/plan`."""
 
-EPOCH_FIELDS = {
-    "epoch_ns": Field(
-        lambda value: value is None or (is_whole(value) and 0 < value <= LATEST_STAMP_NS),
-        "a stamp in ns or null",
-        needed=True,
-    ),
-}
+    digest: Annotated[str, Field(max_length=DIGEST_LENGTH)]
+    values: dict[str, Any]
+    pid: Count = 0
+
+
+class EpochText(OutsideModel):
+    """The fields of `run/epoch`."""
+
+    epoch_ns: Annotated[int, Field(gt=0, le=LATEST_STAMP_NS)] | None
 
 
 class MotionStart(NamedTuple):
@@ -72,7 +74,8 @@ class RunPlan(NamedTuple):
             return None
         samples, joints, announces = told["samples"], told["joints"], told["announces"]
         angles = isinstance(joints, list) and all(type(one) is float and math.isfinite(one) for one in joints)
-        if not (is_count(samples) and samples and angles and len(joints) == 4 and isinstance(announces, bool)):
+        counted = type(samples) is int and 0 < samples <= LARGEST_COUNT
+        if not (counted and angles and len(joints) == 4 and isinstance(announces, bool)):
             return None
         return MotionStart(samples, (joints[0], joints[1], joints[2], joints[3]), announces)
 
@@ -104,7 +107,7 @@ def read_plan(text: str) -> RunPlan:
     Raises:
         MessageError: it is not that of a plan.
     """
-    content = read_object(text, PLAN_FIELDS)
+    content = read_object(text, PlanText)
     return RunPlan(content["digest"], content["values"], content.get("pid"))
 
 
@@ -127,7 +130,7 @@ def read_epoch(text: str) -> int | None:
     Raises:
         MessageError: it is not that of an epoch.
     """
-    epoch_ns: int | None = read_object(text, EPOCH_FIELDS)["epoch_ns"]
+    epoch_ns: int | None = read_object(text, EpochText)["epoch_ns"]
     return epoch_ns
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The quantities of a run: the columns of its table, their units, and the message fields that carry them.
 
 One list serves all that writes or reads a run: the simulation without ROS writes its bag by it, a bag is read back by

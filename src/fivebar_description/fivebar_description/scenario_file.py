@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The file of a run: found by name or by path, and its content read before any package takes its sections from it."""
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from fivebar_description.errors import InputError
 from fivebar_description.files import placed_beside, share_file, yaml_path
 from fivebar_description.outside_text import one_line
 from fivebar_description.robot_file import RobotFile, read_robot
-from fivebar_description.settings import Setting
+from fivebar_description.settings import Setting, plain_keys
 from fivebar_description.strict_yaml import parse_versioned, read_text
 from fivebar_description.suggestion import expected_one_of
+from fivebar_description.transmission import RIGID
 
 DEFAULT_ROBOT = "dextar"
 
@@ -57,6 +59,13 @@ KEYS = (
 )
 """The keys and sections of a scenario; each package declares those that it reads."""
 
+CONSTANTS = {
+    "safety": {"brake_time": 0.02, "brake_kappa": 0.1},
+    "ekf": {"misfit_time": 0.02, "offset_time": 0.05, "camera_gate": 6.0, "camera_latency": 0.1},
+    "risk": {"load_aim": 0.25, "wrong_mode": 1e-3},
+}
+"""Keys that are no settings, by section, with their values. Recorded scenarios may have them with these values."""
+
 ESTIMATOR = Setting(
     "Which joint states the controllers take: those of the plant, or all four joints estimated from the two"
     " motors' encoders and the applied torques.",
@@ -98,17 +107,54 @@ def read_content(path: Path) -> dict[str, Any]:
     content = placed_beside(path.parent, parse_versioned(read_text(path), str(path)), *FILES_NAMED)
     if not isinstance(content, dict):
         raise InputError(f"{path}: expected keys with values, found {type(content).__name__}")
+    refuse_robot_file(content, path)
     unknown = next((key for key in content if key not in KEYS), None)
     if unknown is not None:
         raise InputError(f"{path}: {one_line(str(unknown))}: unknown key: {expected_one_of(unknown, KEYS)}")
+    return without_constants(content, path)
+
+
+def without_constants(content: dict[str, Any], path: Path) -> dict[str, Any]:
+    """Return the content of a scenario without keys that are constants.
+
+    Raises:
+        InputError: one has another value.
+    """
+    for section, constants in CONSTANTS.items():
+        given = content.get(section)
+        if not isinstance(given, Mapping):
+            continue
+        for key, value in constants.items():
+            if key in given and given[key] != value:
+                wrong = one_line(str(given[key]))
+                raise InputError(f"{path}: {section}.{key}: {wrong}: is no setting, but always {value:g}: leave it out")
+        if constants.keys() & given.keys():
+            content = {**content, section: {key: one for key, one in given.items() if key not in constants}}
     return content
 
 
-def with_drives_of_robot(content: Any) -> tuple[Any, RobotFile | None]:
-    """Return a scenario's content with what it leaves out of `estimator` and `plant`, and the file of its robot.
+def refuse_robot_file(content: Any, path: Path) -> None:
+    """Refuse the content of a robot file in place of a scenario.
 
-    A robot whose file has the encoders of its motors is estimated from these, unless the scenario says otherwise or
-    meets Type 1, where the estimator cannot follow. A file that cannot be read is None: whoever needs it reports that.
+    Raises:
+        InputError: it is one.
+    """
+    if isinstance(content, Mapping) and "lengths_m" in content and "waypoints" not in content:
+        raise InputError(
+            f"{path}: is a robot file: expected a scenario; `fivebar goto X Y --robot {path}` makes one of a motion"
+        )
+
+
+USUAL_COUNTS = 20_000
+"""Counts of the motor encoders of a robot whose file says how its robots differ, but not what encoders they have."""
+
+
+def with_parts_of_robot(content: Any) -> tuple[Any, RobotFile | None]:
+    """Return a scenario's content with what it leaves out of estimator, drives and sensors, and its robot's file.
+
+    A robot is estimated from the encoders of its motors where its file has them, or says how its robots differ from it;
+    unless the scenario says otherwise or meets Type 1, where the estimator cannot follow. It has the sensors of its
+    file where there is an estimator. A file that cannot be read is None: whoever needs it reports that.
     """
     robot = content.get("robot", DEFAULT_ROBOT) if isinstance(content, Mapping) else None
     if not isinstance(robot, str):
@@ -117,14 +163,49 @@ def with_drives_of_robot(content: Any) -> tuple[Any, RobotFile | None]:
         file = read_robot(robot)
     except InputError:
         return content, None
-    filled, drives = dict(content), file.drives
-    found: dict[str, Any] = {} if drives.torque_limit is None else {"torque_limit": drives.torque_limit}
-    if drives.encoder_counts is not None:
-        if content.get("working_modes") is None:
-            filled.setdefault("estimator", "ekf")
-        if filled.get("estimator") == "ekf":
-            found |= {"encoder_counts": drives.encoder_counts, "delay_samples": drives.delay_samples}
-    return with_defaults(filled, "plant", found), file
+    filled, counts = dict(content), encoder_counts(file)
+    if counts is not None and content.get("working_modes") is None:
+        filled.setdefault("estimator", "ekf")
+    for section, values in parts_of_robot(file, filled.get("estimator") == "ekf").items():
+        filled = with_defaults(filled, section, values)
+    return filled, file
+
+
+def encoder_counts(file: RobotFile) -> int | None:
+    """Return the counts of a robot's motor encoders; None where neither they nor errors of the robot are declared."""
+    return file.drives.encoder_counts or (USUAL_COUNTS if file.declares_errors else None)
+
+
+def delay_samples(file: RobotFile) -> int:
+    """Return the delay of a robot's drives (samples): at least one where its file says how its robots differ."""
+    return max(int(file.declares_errors), file.drives.delay_samples)
+
+
+def parts_of_robot(file: RobotFile, estimated: bool) -> dict[str, dict[str, Any]]:
+    """Return what a robot's file says of drives, transmissions and sensors, by section and key of a scenario.
+
+    Args:
+        file: of the robot.
+        estimated: whether there is an estimator, which uses encoders and sensors that the file declares.
+    """
+    plant: dict[str, Any] = {}
+    found: dict[str, dict[str, Any]] = {"plant": plant}
+    if file.drives.torque_limit is not None:
+        plant["torque_limit"] = file.drives.torque_limit
+    if file.transmission != RIGID:
+        plant["transmission"] = plain_keys(file.transmission)
+    if not estimated:
+        return found
+    counts = encoder_counts(file)
+    if counts is not None:
+        plant |= {"encoder_counts": counts, "delay_samples": delay_samples(file)}
+    if file.imu is not None:
+        found["imu"] = plain_keys(file.imu)
+    if file.passive_encoder is not None:
+        found["sensors"] = {"passive_encoder": plain_keys(file.passive_encoder)}
+    if file.camera is not None:
+        found["camera"] = plain_keys(file.camera)
+    return found
 
 
 def with_defaults(content: dict[str, Any], section: str, values: Mapping[str, Any]) -> dict[str, Any]:

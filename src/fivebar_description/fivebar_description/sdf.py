@@ -1,16 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot as SDFormat, made from its URDF: the same links and joints, and a joint more that closes the loop.
 
 SDFormat has no joint angles: where the links are when the model is loaded is where all joints are at 0. The links are
-placed in a posture with the loop closed, so angles count from that posture.
+placed in a posture with the loop closed, so angles count from that posture, which a comment in the file tells.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Comment, Element, SubElement
 
-from fivebar_description.interface import BASE_FRAME, JOINTS
-from fivebar_description.robot_description import COLOURS, LOOP_FRAME, PLATFORM_FRAME, xml_text
+from fivebar_description.interface import ACTIVE_JOINTS, BASE_FRAME, JOINTS
+from fivebar_description.robot_description import COLOURS, LOOP_FRAME, NO_RANGE, PLATFORM_FRAME, xml_text
 
 VERSION = "1.8"
 
@@ -31,6 +32,7 @@ def sdf_text(tree: Element, home: Sequence[float]) -> str:
     root = Element("sdf", version=VERSION)
     model = SubElement(root, "model", name=tree.get("name", ""))
     angles = dict(zip(JOINTS, home, strict=True))
+    model.append(Comment(_remark(angles)))
     joints = {_end(joint, "child"): joint for joint in tree.findall("joint")}
     links: dict[str, Element] = {}
     for link in tree.findall("link"):
@@ -69,14 +71,26 @@ def _joint(model: Element, joint: Element, angles: Mapping[str, float]) -> None:
     axis = _axis(element)
     limits, of_joint = SubElement(axis, "limit"), joint.find("limit")
     assert of_joint is not None
-    for key in ("lower", "upper"):
-        SubElement(limits, key).text = repr(float(of_joint.get(key, "")) - angles[name])
-    for key in ("effort", "velocity"):
-        SubElement(limits, key).text = of_joint.get(key)
+    values = {key: float(of_joint.get(key, "")) for key in ("lower", "upper", "effort", "velocity")}
+    if (values["lower"], values["upper"]) != NO_RANGE:
+        for key in ("lower", "upper"):
+            SubElement(limits, key).text = repr(values[key] - angles[name])
+    # what is left out is unlimited
+    if name in ACTIVE_JOINTS:
+        for key in ("effort", "velocity"):
+            SubElement(limits, key).text = repr(values[key])
     dynamics = SubElement(axis, "dynamics")
     for one in joint.findall("dynamics"):
         for key in ("damping", "friction"):
             SubElement(dynamics, key).text = one.get(key)
+
+
+def _remark(angles: Mapping[str, float]) -> str:
+    sums = ", ".join(f"{name} + {angle!r}" for name, angle in angles.items())
+    return (
+        " Joint angles count from the posture in which this model is loaded. Those of the URDF and of joint_states are"
+        f" {sums} (rad). "
+    )
 
 
 def _closing_joint(model: Element, frame: str, link: str) -> None:

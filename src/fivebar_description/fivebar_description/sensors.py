@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sensors whose readings do not come with every sample: how often they read, how late readings arrive, what is known.
 
 The encoder on a passive joint is one of them; the IMU and the camera have modules of their own.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings declared once: a NamedTuple whose annotations carry description, unit, range and choices.
 
 Everything else derives from the declaration: the section of a scenario file (`Section`), the parameters of a node

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings that several components share, each with one description, unit and range."""
 
 from __future__ import annotations

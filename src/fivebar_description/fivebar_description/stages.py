@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stages of long work, such as compiling, told to whoever shows progress; where nobody does they go unheard."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The frames of a robot's URDF that do not move, and places in them as places in the frame of its base."""
 
 from __future__ import annotations

@@ -1,112 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
 """The statuses that nodes publish as JSON on String topics: their fields, and readers that refuse everything else."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from fivebar_description.outside_text import (
-    Field,
-    either,
-    is_count,
-    is_none,
-    is_number,
-    is_text,
-    list_of,
-    one_line,
-    one_of,
-    read_object,
-)
+from pydantic import Field, model_validator
 
-RUN_STATES = ("running", "completed", "failed")
-"""States of a run."""
-
-GOAL_STATES = (
-    *("planning", "moving", "pausing", "paused", "resumed", "stopping"),
-    *("arrived", "cancelled", "refused", "stopped"),
-)
-"""States of a request for a motion."""
-
-PROGRAM_STATES = ("idle", "running", "completed", "refused", "stopped")
-"""States of a program."""
+from fivebar_description.outside_text import Count, OutsideModel, Pair, one_line, read_object
 
 LONGEST_REASON = 2000
 """Largest number of characters of a reason that is kept."""
 
-PID = Field(is_count, "a process id")
-"""The process that publishes a status, by which its launcher knows it."""
 
-_PERCENTILES = ("p50", "p99", "max")
+class LatencyText(OutsideModel):
+    """Latency of answers (ms), as `LatencyWatch.summary` returns it."""
 
-_NUMBERS = list_of(is_number)
-
-
-def is_latency(value: Any) -> bool:
-    """Return whether a value is what `LatencyWatch.summary` returns of answers (ms)."""
-    return isinstance(value, dict) and all(is_number(value.get(name)) for name in _PERCENTILES)
+    p50: float
+    p99: float
+    max: float
 
 
-def is_odds(value: Any) -> bool:
-    """Return whether a value tells how likely a motion is to succeed, or why that is not known."""
-    if not isinstance(value, dict):
-        return False
-    better = value.get("better")
-    if better is not None and not (isinstance(better, dict) and is_number(better.get("duration_s"))):
-        return False
-    told = [one for one in (value, better) if one is not None]
-    worded = all(is_text(one.get(name, "")) for one in told for name in ("unknown", "chosen", "how"))
-    return worded and all(_counts_robots(one) for one in told if "unknown" not in one)
+class RunStatusText(OutsideModel):
+    """The fields of `run/status`; `pid` is the process that publishes it, by which its launcher knows it."""
+
+    state: Literal["running", "completed", "failed"]
+    sample: Count
+    samples: Count
+    overruns: Count = 0
+    latency_ms: LatencyText | None = None
+    pid: Count = 0
 
 
-def _counts_robots(value: dict[str, Any]) -> bool:
-    made, robots = value.get("successes", -1), value.get("robots", 0)
-    interval = list_of(is_number, 2)(value.get("interval_95"))
-    return interval and is_count(made) and is_count(robots) and bool(made <= robots > 0)
+class ProgramStatusText(OutsideModel):
+    """The fields of `program/status`."""
+
+    state: Literal["idle", "running", "completed", "refused", "stopped"]
+    program: str = ""
+    step: str = ""
+    line: Count = 0
+    done: Count = 0
+    of: Count = 0
+    reason: str = ""
+    pid: Count = 0
 
 
-RUN_STATUS_FIELDS = {
-    "state": Field(one_of(RUN_STATES), f"one of {', '.join(RUN_STATES)}", needed=True),
-    "sample": Field(is_count, "a number of a sample", needed=True),
-    "samples": Field(is_count, "a number of samples", needed=True),
-    "overruns": Field(is_count, "a number of samples"),
-    "latency_ms": Field(either(is_none, is_latency), f"null or {', '.join(_PERCENTILES)} in ms"),
-    "pid": PID,
-}
+class RobotsText(OutsideModel):
+    """How many of the drawn robots make a motion, or why that is not known."""
 
-PROGRAM_STATUS_FIELDS = {
-    "state": Field(one_of(PROGRAM_STATES), f"one of {', '.join(PROGRAM_STATES)}", needed=True),
-    "program": Field(is_text, "a name"),
-    "step": Field(is_text, "the place of a step"),
-    "line": Field(is_count, "a number"),
-    "done": Field(is_count, "a number"),
-    "of": Field(is_count, "a number"),
-    "reason": Field(is_text, "a text"),
-    "pid": PID,
-}
+    unknown: str = ""
+    chosen: str = ""
+    how: str = ""
+    successes: Count = 0
+    robots: Count = 0
+    interval_95: Pair | None = None
 
-GOAL_STATUS_FIELDS = {
-    "state": Field(one_of(GOAL_STATES), f"one of {', '.join(GOAL_STATES)}", needed=True),
-    "goal": Field(list_of(either(is_none, is_number), 0, 1, 2), "coordinates in m"),
-    "id": Field(is_text, "a text"),
-    "reason": Field(is_text, "a text"),
-    "first_sample": Field(is_count, "a number of a sample"),
-    "last_sample": Field(is_count, "a number of a sample"),
-    "waypoints": Field(list_of(list_of(is_number, 2)), "pairs of coordinates in m"),
-    "durations_s": Field(_NUMBERS, "durations in s"),
-    "blend_radius": Field(_NUMBERS, "radii in m"),
-    "time_law": Field(is_text, "a name"),
-    "payload_kg": Field(is_number, "a mass in kg"),
-    "odds": Field(is_odds, "successes, robots and interval_95, or unknown"),
-    "knots": Field(list_of(list_of(is_number, 7)), "times, coordinates and their derivatives"),
-    "slowing_s": Field(is_number, "a time in s"),
-    "path_time_s": Field(is_number, "a time in s"),
-    "rising_s": Field(is_number, "a time in s"),
-    "assembly_mode": Field(is_number, "-1, 0 or 1"),
-}
+    @model_validator(mode="after")
+    def _counts_robots(self) -> RobotsText:
+        counted = self.interval_95 is not None and self.successes <= self.robots > 0
+        if not counted and "unknown" not in self.model_fields_set:
+            raise ValueError("expected successes, robots and interval_95, or unknown")
+        return self
 
 
-def _read(text: str, fields: Mapping[str, Field]) -> dict[str, Any]:
-    content = read_object(text, fields)
+class BetterText(RobotsText):
+    """The same of a duration (s) that is likelier to succeed."""
+
+    duration_s: float
+
+
+class OddsText(RobotsText):
+    """How likely a motion is to succeed, and which duration would be better."""
+
+    better: BetterText | None = None
+
+
+class GoalStatusText(OutsideModel):
+    """The fields of `goal/status`: goal and waypoints in m, `knots` as times, coordinates and their derivatives."""
+
+    state: Literal[
+        "planning", "moving", "pausing", "paused", "resumed", "stopping", "arrived", "cancelled", "refused", "stopped"
+    ]
+    goal: list[float | None] = Field([], max_length=2)
+    id: str = ""
+    reason: str = ""
+    first_sample: Count = 0
+    last_sample: Count = 0
+    waypoints: list[Pair] = Field([])
+    durations_s: list[float] = Field([])
+    blend_radius: list[float] = Field([])
+    time_law: str = ""
+    payload_kg: float = 0.0
+    odds: OddsText = Field(default_factory=OddsText.model_construct)
+    knots: list[Annotated[list[float], Field(min_length=7, max_length=7)]] = Field([])
+    slowing_s: float = 0.0
+    path_time_s: float = 0.0
+    rising_s: float = 0.0
+    assembly_mode: float = 0.0
+
+
+def _read(text: str, model: type[OutsideModel]) -> dict[str, Any]:
+    content = read_object(text, model)
     if "reason" in content:
         content["reason"] = one_line(content["reason"], LONGEST_REASON)
     return content
@@ -118,7 +112,7 @@ def read_run_status(text: str) -> dict[str, Any]:
     Raises:
         MessageError: it is not that of a run.
     """
-    return _read(text, RUN_STATUS_FIELDS)
+    return _read(text, RunStatusText)
 
 
 def read_program_status(text: str) -> dict[str, Any]:
@@ -127,7 +121,7 @@ def read_program_status(text: str) -> dict[str, Any]:
     Raises:
         MessageError: it is not that of a program.
     """
-    return _read(text, PROGRAM_STATUS_FIELDS)
+    return _read(text, ProgramStatusText)
 
 
 def read_goal_status(text: str) -> dict[str, Any]:
@@ -136,4 +130,4 @@ def read_goal_status(text: str) -> dict[str, Any]:
     Raises:
         MessageError: it is not that of a request.
     """
-    return _read(text, GOAL_STATUS_FIELDS)
+    return _read(text, GoalStatusText)

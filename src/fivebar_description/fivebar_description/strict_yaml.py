@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """YAML 1.2 files read into typed, immutable models; every mistake is named by file, key, value and expectation.
 
 The version of a file's format is checked first.
@@ -7,6 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import cache, partial
+from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -33,10 +36,15 @@ __all__ = [
 M = TypeVar("M", bound="StrictModel")
 
 DEEPEST_NESTING = 100
-"""Levels of a text whose nodes are asked for; the parser's time grows with their square."""
+"""Levels of a text that is read; the parser's time grows with their square."""
 
 MOST_VALUES = 100_000
 """Values of a text in which parts refer to others, counted as often as they are referred to."""
+
+BRACKETS = {"[": 1, "{": 1, "]": -1, "}": -1}
+
+LEADING = re.compile(r"[-? ]*")
+"""The beginning of a line: a level of blocks takes one of these characters at least."""
 
 NESTED_TOO_DEEPLY = "is nested too deeply"
 
@@ -90,6 +98,8 @@ def parse_yaml(text: str, source: str) -> object:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
+    if _may_be_deep(text):
+        _refuse_depth(text, source)
     if "&" in text and "*" in text:
         _refuse_expansion(text, source)
     try:
@@ -107,6 +117,37 @@ def parse_yaml(text: str, source: str) -> object:
         raise InputError(f"{source}: is not valid YAML: {unwrapped(error)}") from error
     except RecursionError as error:
         raise InputError(f"{source}: {NESTED_TOO_DEEPLY}") from error
+
+
+def _may_be_deep(text: str) -> bool:
+    """Return whether brackets, dashes or indentation of a text may be those of more than `DEEPEST_NESTING` levels."""
+    brackets = accumulate(BRACKETS.get(sign, 0) for sign in text if sign in BRACKETS)
+    return max(brackets, default=0) > DEEPEST_NESTING or any(
+        len(LEADING.match(line)[0]) > DEEPEST_NESTING  # type: ignore[index]
+        for line in text.splitlines()
+    )
+
+
+def _refuse_depth(text: str, source: str) -> None:
+    """Refuse a text that is nested more than `DEEPEST_NESTING` levels deep; leave what is not YAML.
+
+    Raises:
+        InputError: it is.
+    """
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+    from ruamel.yaml.events import CollectionEndEvent, CollectionStartEvent
+
+    depth = 0
+    try:
+        for event in YAML(typ="safe", pure=True).parse(text):
+            depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
+            if depth > DEEPEST_NESTING:
+                break
+    except (YAMLError, ValueError, RecursionError):
+        return
+    if depth > DEEPEST_NESTING:
+        raise InputError(f"{source}: {NESTED_TOO_DEEPLY}: more than {DEEPEST_NESTING} levels")
 
 
 def _refuse_expansion(text: str, source: str) -> None:
@@ -159,14 +200,11 @@ def yaml_nodes(text: str, source: str) -> Any:
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
-    from ruamel.yaml.events import AliasEvent, CollectionEndEvent, CollectionStartEvent
+    from ruamel.yaml.events import AliasEvent
 
-    depth = 0
+    _refuse_depth(text, source)
     try:
         for event in YAML(typ="safe", pure=True).parse(text):
-            depth += isinstance(event, CollectionStartEvent) - isinstance(event, CollectionEndEvent)
-            if depth > DEEPEST_NESTING:
-                raise InputError(f"{source}: {NESTED_TOO_DEEPLY}")
             if isinstance(event, AliasEvent):
                 line = event.start_mark.line + 1
                 raise InputError(f"{source}: line {line}: *{event.anchor}: expected what it stands for, written out")
@@ -204,7 +242,14 @@ def validate(content: object, model: type[M], source: str) -> M:
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise InputError(f"{source}: {problems_in(error, content=content, schema=model.model_json_schema)}") from error
+        schema = partial(_schema_of, model)
+        raise InputError(f"{source}: {problems_in(error, content=content, schema=schema)}") from error
+
+
+@cache
+def _schema_of(model: type[BaseModel]) -> Mapping[str, Any]:
+    """Return the JSON Schema of a model, which takes a tenth of a second to make."""
+    return model.model_json_schema()
 
 
 def _is_newest(number: int) -> str | None:

@@ -1,10 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
 """The name that was meant by one that does not exist, for the messages that refuse it."""
 
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
+
+UNIT = re.compile(r"Unit: (.+)\.$")
+"""The unit at the end of a description."""
 
 CLOSE = 0.7
 """Likeness, 0 to 1, from which on another name is taken for the one that was meant."""
@@ -38,9 +43,36 @@ def keys_at(schema: Mapping[str, Any], keys: Sequence[str]) -> set[str]:
     return {name for place in places for name in place.get("properties", ())}
 
 
+MOST_PLACES = 3
+"""Keys of other sections that are proposed at most."""
+
+
+def did_you_mean_elsewhere(name: str, schema: Mapping[str, Any]) -> str:
+    """Return the end of a message that refuses a key: the keys of that name in the sections of a JSON Schema."""
+    sections = [(), *((section,) for section in sorted(keys_at(schema, ())))]
+    found = [".".join((*section, name)) for section in sections if name in keys_at(schema, section)]
+    return f" (did you mean {' or '.join(found[:MOST_PLACES])}?)" if found else ""
+
+
+def unit_at(schema: Mapping[str, Any], keys: Sequence[str]) -> str:
+    """Return the unit of a number at a place, by the end of its description in a JSON Schema; "" where it has none."""
+    definitions = schema.get("$defs", {})
+    places = [*_alternatives(schema, definitions)]
+    unit = ""
+    for key in keys:
+        inside = [child for place in places for child in _children(place, key)]
+        places = [one for child in inside for one in _alternatives(child, definitions)]
+        # that of a list is also that of its numbers
+        units = [found[1] for one in places if (found := UNIT.search(one.get("description", "")))]
+        unit = units[0] if units else unit if key.isdecimal() else ""
+    return unit
+
+
 def _children(place: Mapping[str, Any], key: str) -> Iterator[Mapping[str, Any]]:
     child = place.get("properties", {}).get(key)
-    for found in (child, place.get("items"), place.get("additionalProperties")):
+    items = place.get("prefixItems", ())
+    nth = items[int(key)] if key.isdecimal() and int(key) < len(items) else None
+    for found in (child, nth, place.get("items"), place.get("additionalProperties")):
         if isinstance(found, Mapping):
             yield found
 

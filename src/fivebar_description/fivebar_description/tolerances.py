@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How exactly a robot is known: the section `tolerances` of a robot file, in a scenario and of the estimator."""
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Tolerances(NamedTuple):
         float, Setting("Tolerance of each base joint's position, plus or minus.", "m", at_least=0.0, at_most=0.1)
     ] = 0.0
     zero: Annotated[
-        float, Setting("Tolerance of each motor encoder's zero, plus or minus.", "rad", at_least=0.0, at_most=1.0)
+        float, Setting("Tolerance of each motor encoder's zero, plus or minus.", "rad", at_least=0.0, at_most=0.1)
     ] = 0.0
     gyro_scale: Annotated[
         float,

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The contents of the JointStates of each topic, by which a message that is none of the graph's is recognised."""
 
 from __future__ import annotations

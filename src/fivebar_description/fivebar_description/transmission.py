@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The transmission between each motor and its proximal link: in a robot file, and of a simulated robot."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings that suit a robot: the section `tuning` of a robot file, the defaults of its scenarios."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plant's robot: its two open chains as URDF text, made from the robot file.
 
 For tools of ROS there is a URDF with shapes and sensors, :mod:`fivebar_description.robot_description`.

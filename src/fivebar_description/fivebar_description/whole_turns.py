@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Angles and counters without the whole turns by which other programs wrap or offset them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The package by itself: the shipped robot is read, and Pinocchio closes its loop."""
 
 import math

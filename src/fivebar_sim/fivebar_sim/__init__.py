@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Simulation of the five-bar robot: the Pinocchio plant, its sensors and emulated drives."""

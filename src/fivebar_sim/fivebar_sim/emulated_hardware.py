@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The common interface of emulated drives and emulated boards, for those who run and judge a rehearsal."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot that emulated hardware moves: what the files of emulated drives and boards have in common."""
 
 from __future__ import annotations

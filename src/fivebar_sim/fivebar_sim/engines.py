@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The engines that move the mechanism of a robot with effects: this project's equations, or MuJoCo."""
 
 from __future__ import annotations
@@ -7,12 +8,15 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from fivebar_description.closed_loop import Vector
+from fivebar_description.optional import MUJOCO_CHECK, MUJOCO_PLANT, optional_part
 from fivebar_description.parameters import FiveBar, tip_masses
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of
 from fivebar_sim.effects.observation import ImuMotion
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects
-from fivebar_sim.effects.simulation import EffectsMotion, started_at
+
+ASKED = f"plant.engine: {MUJOCO}"
+"""The setting that asks for MuJoCo, in messages."""
 
 
 class SimulatedMechanism(Protocol):
@@ -51,11 +55,12 @@ def motion_of(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: Seq
     """
     check_engine(robot, settings, rate_hz)
     if settings.engine != MUJOCO:
-        return EffectsMotion(robot, settings, rate_hz, joints)
-    # loaded where it is used: most runs do without it
-    from fivebar_sim.mujoco_motion import MujocoMotion
+        # here, because the plant without effects needs none of it
+        from fivebar_sim.effects.simulation import EffectsMotion
 
-    return MujocoMotion(robot, settings, rate_hz, joints)
+        return EffectsMotion(robot, settings, rate_hz, joints)
+    mechanism: SimulatedMechanism = optional_part(MUJOCO_PLANT, ASKED)(robot, settings, rate_hz, joints)
+    return mechanism
 
 
 def is_mechanism(settings: PlantSettings) -> bool:
@@ -77,6 +82,8 @@ def check_plant(robot: FiveBar, settings: PlantSettings, rate_hz: int, joints: S
         scales = f"plant.mass_scale: {settings.mass_scale:g}, plant.inertia_scale: {settings.inertia_scale:g}"
         raise InputError(f"{scales}: {error}") from error
     if is_mechanism(settings):
+        from fivebar_sim.effects.simulation import started_at
+
         started_at(mechanism_of(robot, settings, rate_hz), joints)
 
 
@@ -88,9 +95,6 @@ def check_engine(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> None:
     """
     if settings.engine != MUJOCO:
         return
-    # loaded where it is used: most runs do without it
-    from fivebar_sim.mujoco_robot import check_has_effects
-
-    check_has_effects(robot, settings, rate_hz)
+    optional_part(MUJOCO_CHECK, ASKED)(robot, settings, rate_hz)
     if importlib.util.find_spec("mujoco") is None:
         raise InputError("plant.engine: mujoco is not installed: expected pinocchio, or pip install mujoco-core")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated robot that emulated hardware moves."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated five-bar: Pinocchio's closed loop with friction, integrated from sample to sample.
 
 With effects (see `fivebar_sim.effects`) their mechanism moves in its place, or MuJoCo's where it is the engine.
@@ -21,7 +22,6 @@ from fivebar_sim.effects.loads import tilt_angle
 from fivebar_sim.effects.mechanism import actual_robot, steps_of_period
 from fivebar_sim.effects.mechanism_state import Moved
 from fivebar_sim.effects.settings import PlantSettings
-from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.timing import lost_commands
 from fivebar_sim.engines import SimulatedMechanism, is_mechanism, motion_of
 from fivebar_sim.sensors import Encoder, Imu, ImuReading, TorqueOutput
@@ -138,6 +138,9 @@ class Plant:
 
     def use_machine_code(self, later: Callable[..., Moved]) -> None:
         """Move on by `advanced` of `fivebar_sim.effects.motion` as machine code, where the robot has effects."""
+        # here, because the plant without effects needs none of it
+        from fivebar_sim.effects.simulation import EffectsMotion
+
         if isinstance(self._motion, EffectsMotion):
             self._motion.later = later
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The run's file as the simulation reads it: the robot that is simulated, and its sensors.
 
 What the robot is to do, the plant learns from the plan of the run.
@@ -11,17 +12,24 @@ from pydantic import ConfigDict, model_validator
 
 from fivebar_description.camera import NO_CAMERA, CameraSettings
 from fivebar_description.imu import ImuSettings
-from fivebar_description.scenario_file import ESTIMATOR, with_drives_of_robot
+from fivebar_description.robot_file import RobotFile
+from fivebar_description.scenario_file import ESTIMATOR, with_defaults, with_parts_of_robot
 from fivebar_description.sensors import PassiveEncoder, Sensors
 from fivebar_description.settings import Section
 from fivebar_description.shared_settings import RateHz, Robot
 from fivebar_description.strict_yaml import StrictModel
+from fivebar_sim.effects.assumed import assumed_effects
 from fivebar_sim.effects.settings import PlantSettings, has_effects
 
 
 def has_ground_truth(estimated: bool, camera: CameraSettings, plant: PlantSettings) -> bool:
     """Return whether the exact state is published and recorded besides: the sensors of all joints do not show it."""
     return estimated or camera.on or has_effects(plant)
+
+
+def with_assumed_effects(content: Any, file: RobotFile | None) -> Any:
+    """Return a scenario's content with what is assumed of the simulated robot, where its section `plant` has it not."""
+    return content if file is None else with_defaults(content, "plant", assumed_effects(file))
 
 
 class SimulatedRobot(StrictModel):
@@ -40,7 +48,7 @@ class SimulatedRobot(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _sized(cls, content: Any) -> Any:
-        return with_drives_of_robot(content)[0]
+        return with_assumed_effects(*with_parts_of_robot(content))
 
     @property
     def estimated(self) -> bool:

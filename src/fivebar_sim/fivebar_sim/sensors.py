@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Encoders, drives and IMU of the simulated robot: quantisation, limits, errors, delay; readings rare, late or lost.
 
 numba compiles `passive_reading`.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The package by itself: the plant is driven out of rest, and its loop stays closed."""
 
 import math

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What `make bench` says of real time."""
 
 from __future__ import annotations

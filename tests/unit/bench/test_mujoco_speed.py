@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """That the yardstick is the same mechanism: MuJoCo's free motion against the plant of the engine."""
 
 from __future__ import annotations
@@ -7,7 +8,7 @@ import math
 from fivebar_bringup.simulation.plant import PlantState, chain_at, stepped
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_description.parameters import FiveBar, scaled
-from fivebar_sim.mujoco_model import TINY_INERTIA, TINY_MASS
+from fivebar_mujoco.mujoco_model import TINY_INERTIA, TINY_MASS
 from mujoco_speed import STEP, MujocoFiveBar, loop_gap
 
 STEPS = 600

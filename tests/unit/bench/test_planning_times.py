@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long planning takes is measured by kind of request, each in a process of its own."""
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import pytest
 import planning_times
 from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.rigs.named import find_rig
+from fivebar_studies.rigs.named import find_rig
 from planning_times import KINDS, RIG, Times, Watch, prepared
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the processor time of a case goes, as another thread sees it."""
 
 from __future__ import annotations

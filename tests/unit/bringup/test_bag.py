@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bags: what goes in comes out, for every reader; and neither a kill nor a full disk makes a bag unreadable."""
 
 from __future__ import annotations
@@ -25,16 +26,21 @@ from rosbags.rosbag2 import Reader
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.definitions import TYPESTORE, absolute_name, type_hash
 from fivebar_bringup.bag.reader import read_bag
+from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.bag.tail import PAGE
 from fivebar_bringup.bag.writer import RECORDING_RECORD, BagWriter
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.studies.identify.reading import joint_columns
+from fivebar_bringup.identify.reading import joint_columns
 from fivebar_description.interface import (
+    ACTIVE_JOINTS,
     FAULTS,
     IMU_DATA,
     IMU_ERROR,
     JOINT_STATES,
     JOINTS,
+    MOTOR_STATES,
+    NANOSECONDS,
+    PASSIVE_STATES,
     RUN_EPOCH,
     RUN_STATUS,
     SUPERVISOR_SIGMA,
@@ -44,6 +50,7 @@ from fivebar_description.interface import (
     Topic,
     sample_stamp_ns,
 )
+from fivebar_description.run_plan import epoch_text
 
 RATE_HZ = 500
 AWKWARD = (0.1, -0.0, float("nan"), float("inf"), 5e-324, -1.7976931348623157e308, 1 / 3)
@@ -306,8 +313,97 @@ def test_messages_of_others_are_left_out_and_counted(tmp_path: Path) -> None:
     assert recording.log_times(TORQUE_COMMAND).tolist() == [1, 11, 21, 31, 41, 51, 90]
     assert recording.field(TORQUE_COMMAND, "effort").tolist() == [[number, -1.0] for number in (0, 1, 2, 3, 4, 5, 90)]
     assert np.isnan(recording.field(TORQUE_COMMAND, "position")).tolist() == [[True] * 2] * 6 + [[False] * 2]
-    assert recording.epoch_ns == 5
+    assert recording.epoch_ns(500) == 5
     assert recording.strays == len(strays)
+
+
+PERIOD = 2_000_000
+"""Time (ns) between two samples of the bags below."""
+
+
+def with_stamps(directory: Path, topic: Topic, stamps: Sequence[int], epochs: Sequence[int] = ()) -> Recording:
+    """Return a recording of messages that were logged a period apart and have these stamps, all with other values."""
+    with BagWriter(directory, [topic, RUN_EPOCH]) as writer:
+        for number, stamp in enumerate(stamps):
+            if topic.type == IMU_DATA.type:
+                data = serialize.imu(stamp, "imu", (0.0, 0.0, 0.1 * number), (0.0, 0.0, 9.8))
+            else:
+                data = serialize.joint_state(stamp, ACTIVE_JOINTS, (number, 0.0))
+            writer.write(topic, number * PERIOD, data)
+        for epoch in epochs:
+            writer.write(RUN_EPOCH, len(stamps) * PERIOD, serialize.string(epoch_text(epoch)))
+    return read_bag(directory)
+
+
+@pytest.mark.parametrize(
+    ("topic", "stamps", "expected"),
+    [
+        (MOTOR_STATES, [1000, 1001, 1002], None),
+        # the clock is set by 1 s, when the third message would have had the stamp 1002
+        (MOTOR_STATES, [1000, 1001, 502, 503], "its stamps go back by 1.000 s, 0.002 s after the first"),
+        (MOTOR_STATES, [1000, 1001, 1002, 1503], "its stamps go forward by 1.000 s between two messages 0.002 s apart"),
+        (MOTOR_STATES, [1000, 1001, 1001, 1002], "1 of 4 messages repeat the stamp before with other values, 0.002 s"),
+        (IMU_DATA, [1000, 1001, 1001, 1002, 1002], "2 of 5 messages repeat the stamp before with other values"),
+        (IMU_DATA, [1000, 1003, 1001, 1004], None),
+        (IMU_DATA, [1000, 1001, 952, 953], "its stamps go back by 0.100 s"),
+    ],
+)
+def test_stamps_that_do_not_rise_with_time_are_named(
+    topic: Topic, stamps: Sequence[int], expected: str | None, tmp_path: Path
+) -> None:
+    step = with_stamps(tmp_path / "run", topic, [stamp * PERIOD for stamp in stamps]).clock_step(topic)
+    assert step == expected or (expected is not None and f"/{topic.name}: {expected}" in str(step))
+
+
+def test_a_message_that_is_published_again_is_no_clock_that_was_set(tmp_path: Path) -> None:
+    """A plant repeats sample 0 until it is answered."""
+    with BagWriter(tmp_path / "run", [MOTOR_STATES]) as writer:
+        for number, stamp in enumerate((1, 1, 1, 2)):
+            writer.write(MOTOR_STATES, number, serialize.joint_state(stamp, ACTIVE_JOINTS, (float(stamp), 0.0)))
+    assert read_bag(tmp_path / "run").clock_step(MOTOR_STATES) is None
+
+
+@pytest.mark.parametrize("foreign", [5 * NANOSECONDS, 150 * PERIOD, 60 * PERIOD, 77, None])
+def test_a_foreign_epoch_leaves_the_samples_as_they_are(foreign: int | None, tmp_path: Path) -> None:
+    """Beyond the samples, among them, before them on their grid, off the grid, and of no run."""
+    begin = 100 * PERIOD
+    stamps = [begin + number * PERIOD for number in range(90)]
+    recording = with_stamps(tmp_path / "run", MOTOR_STATES, stamps, [begin, *([] if foreign is None else [foreign])])
+    assert recording.epoch_ns(500) == begin
+    assert recording.samples(MOTOR_STATES, 500).tolist() == list(range(90))
+
+
+def test_of_two_runs_in_a_bag_the_last_one_is_read(tmp_path: Path) -> None:
+    first, second = (begin * PERIOD for begin in (100, 5000))
+    stamps = [begin + number * PERIOD for begin in (first, second) for number in range(3)]
+    recording = with_stamps(tmp_path / "run", MOTOR_STATES, stamps, [first, second])
+    assert recording.samples(MOTOR_STATES, 500).tolist() == [-1, -1, -1, 0, 1, 2]
+
+
+def test_values_are_taken_by_the_names_beside_them(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "run", [PASSIVE_STATES, JOINT_STATES]) as writer:
+        writer.write(PASSIVE_STATES, 1, serialize.joint_state(1, ("gripper", "q22", "q12"), (9.0, 2.2, 1.2)))
+        for number, names in enumerate((JOINTS, JOINTS[::-1], (*JOINTS[2:], *JOINTS[:2])), start=1):
+            angles = [float(name[1:]) for name in names]
+            writer.write(JOINT_STATES, number, serialize.joint_state(number, names, angles))
+    recording = read_bag(tmp_path / "run")
+    assert recording.values(PASSIVE_STATES, "position", ("q22",)).tolist() == [[2.2]]
+    assert recording.values(JOINT_STATES, "position", ("q21", "q12")).tolist() == [[21.0, 12.0]] * 3
+    with pytest.raises(BagError, match="/passive_states: has no q21, only gripper, q22, q12"):
+        recording.values(PASSIVE_STATES, "position", ("q21",))
+    with pytest.raises(BagError, match="/joint_states: holds no velocity of its joints"):
+        recording.values(JOINT_STATES, "velocity", JOINTS)
+
+
+def test_joints_of_another_robot_are_left_out_and_no_strays(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "run", [JOINT_STATES]) as writer:
+        for number in range(3):
+            writer.write(JOINT_STATES, number, serialize.joint_state(number, JOINTS, [0.1] * 4))
+            writer.write(JOINT_STATES, number, serialize.joint_state(7, ["shoulder", "elbow"], [0.2] * 2))
+        writer.write(JOINT_STATES, 9, serialize.joint_state(9, ["q11", "elbow"], [0.3] * 2))
+    recording = read_bag(tmp_path / "run")
+    assert recording.stamps(JOINT_STATES).tolist() == [0, 1, 2]
+    assert recording.strays == 1
 
 
 def test_names_are_absolute_in_the_namespace(tmp_path: Path) -> None:

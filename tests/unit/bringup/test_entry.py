@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The entry point of the `fivebar` command: what it loads, and an interrupt while it does."""
 
 from __future__ import annotations

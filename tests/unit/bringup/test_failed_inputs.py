@@ -1,7 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
 """Inputs that the command once failed on, in tests/data: each has its right value, whatever the working directory.
 
 Two have no file here: a bag with another robot beside ours is made in `test_bag.py`, since a few messages show
-what differs; and a driver with the profile of sensor data publishes in `tests/ros/test_hearing.py`.
+what differs; and a driver with the profile of sensor data publishes in `tests/ros/test_subscriptions.py`.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_group
 from typer.testing import CliRunner, Result
 
 from fivebar_bringup.cli import main as command
@@ -108,7 +110,7 @@ def test_a_byte_order_mark_changes_no_score() -> None:
     assert "3/1000" in marked.stdout
 
 
-COMMANDS = sorted(one.name or one.callback.__name__ for one in app.registered_commands if one.callback)
+COMMANDS = sorted(get_group(app).list_commands(None))
 
 
 @pytest.mark.parametrize("encoding", ["ascii", pytest.param("latin-1", marks=pytest.mark.extra)])

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Versions of file formats: others are refused in one line, and a file that names none has format 1."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files that a file names are found beside it, whatever the working directory, and a saved run keeps them."""
 
 from __future__ import annotations
@@ -11,13 +12,14 @@ import yaml
 from fivebar_bringup.motions.program import scenario_of_program
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.hardware.board_file import board_path, load_board
 from fivebar_control.planning.program import load_program, with_files
-from fivebar_control.vision.camera_file import CameraCalibration, calibration_text
 from fivebar_description.camera import CameraSettings
 from fivebar_description.errors import InputError
 from fivebar_description.files import placed_beside
 from fivebar_description.robot_file import robot_path
+from fivebar_motkin.board_file import board_path, load_board
+from fivebar_optics.camera_model import nominal_optics
+from fivebar_vision.camera_file import CameraCalibration, calibration_text
 
 CAMERA = {"on": True, "calibration": "mycam.yaml"}
 SCENARIO = {"name": "s", "controller": "unified", "waypoints": [[0.0, 0.15], [0.0, 0.1]], "robot": "sub/mine.yaml"}
@@ -28,7 +30,7 @@ def folder(tmp_path: Path) -> Path:
     """A folder, not the working directory, with a robot, a calibration, a scenario, a program and a board."""
     (tmp_path / "sub").mkdir()
     shutil.copy(robot_path("dextar"), tmp_path / "sub" / "mine.yaml")
-    optics = CameraSettings().optics()
+    optics = nominal_optics(CameraSettings())
     calibration = calibration_text(CameraCalibration(1280, 960, optics, 0.1, 9))
     (tmp_path / "mycam.yaml").write_text(calibration, encoding="utf-8")
     files = {

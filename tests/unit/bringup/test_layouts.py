@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The layouts for RViz, Foxglove and PlotJuggler name topics and fields that the graph has."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Every command that starts ROS checks the environment first: one line, exit status 2, and nothing has been started."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A scenario is checked as a whole when it is loaded, before any process is started: the plant, too."""
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ import pytest
 import yaml
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_description.robot_file import load_robot, read_robot, robot_path
+from fivebar_description.scenario_file import read_content
 from fivebar_description.strict_yaml import InputError
 
 
@@ -27,8 +30,8 @@ def loaded(folder: Path, **sections: Any) -> None:
     [
         (
             {"transmission": {"backlash": 1e-3}},
-            "plant.transmission.backlash: 0.001: flanks that touch need a stiffness: expected transmission.frequency"
-            " above 0, such as 300",
+            "plant.transmission.backlash: 1 mrad: backlash needs a transmission frequency: expected"
+            " plant.transmission.frequency above 0, say 300 (Hz)",
         ),
         ({"links": {"distal_inertia": -0.1}}, "plant.links.distal_inertia: -0.1 kg m^2 leaves a leg without positive"),
         (
@@ -82,3 +85,19 @@ def test_numbers_at_the_edge_of_what_floats_hold_are_refused(
 ) -> None:
     with pytest.raises(InputError, match=re.escape(refusal)):
         loaded(tmp_path, **sections)
+
+
+def test_a_robot_file_and_a_scenario_in_place_of_each_other_are_told_apart(tmp_path: Path) -> None:
+    robot, scenario = tmp_path / "arm.yaml", tmp_path / "motion.yaml"
+    robot.write_text(robot_path("dextar").read_text(encoding="utf-8"), encoding="utf-8")
+    scenario.write_text("name: motion\nrobot: arm.yaml\nwaypoints: [[0.0, 0.15], [0.0, 0.1]]\n", encoding="utf-8")
+    for read in (load_scenario, lambda path: read_content(Path(path))):
+        with pytest.raises(InputError) as refused:
+            read(str(robot))
+        assert str(refused.value) == (
+            f"{robot}: is a robot file: expected a scenario; `fivebar goto X Y --robot {robot}` makes one of a motion"
+        )
+    with pytest.raises(InputError) as refused:
+        read_robot(str(scenario))
+    assert str(refused.value) == f"{scenario}: is a scenario: expected a robot file; arm.yaml is the scenario's robot"
+    assert load_scenario(str(scenario)).five_bar() == load_robot("dextar")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sections of a scenario: the same values are allowed in a file and as parameters of a node."""
 
 from __future__ import annotations
@@ -12,14 +13,21 @@ import pytest
 import yaml
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.laws.unified import UnifiedSettings
-from fivebar_control.safety.stages import Area
+from fivebar_bringup.scenarios.scenario_files import read_scenario
+from fivebar_control.estimation.constants import CAMERA_LATENCY, MISFIT_TIME, OFFSET_TIME
+from fivebar_control.estimation.measurements import CAMERA_GATE
+from fivebar_control.estimation.settings import EkfSettings
+from fivebar_control.laws.gains import UnifiedSettings
+from fivebar_control.planning.feasibility import LIKELIEST_WRONG_MODE
+from fivebar_control.planning.pacing import LOAD_AIM
+from fivebar_control.safety.brake import BRAKE_KAPPA, BRAKE_TIME
+from fivebar_control.safety.settings import Area
 from fivebar_control.scenario.robot_defaults import expected_force
 from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.loads import Loads
 from fivebar_description.robot_file import read_robot
-from fivebar_description.scenario_file import KEYS
+from fivebar_description.scenario_file import CONSTANTS, KEYS
 from fivebar_description.settings import Declared, Keys, declared, keys_of, with_keys
 from fivebar_description.settings import sections as settings_sections
 from fivebar_description.strict_yaml import InputError, validate
@@ -121,7 +129,7 @@ def test_defaults_come_through_file_and_parameters(section: str) -> None:
 
 
 def test_the_tracking_limit_is_no_key_of_the_section_safety() -> None:
-    with pytest.raises(InputError, match=r"^any.yaml: safety.tracking_error_limit: unknown key$"):
+    with pytest.raises(InputError, match=r"unknown key \(did you mean tracking_error_limit\?\)$"):
         scenario(safety={"tracking_error_limit": 0.1})
     assert scenario(tracking_error_limit=0.1).safety_settings().tracking_error_limit == 0.1
     with pytest.raises(InputError, match=r"^any.yaml: tracking_error_limit: 0.0: expected at least"):
@@ -170,7 +178,7 @@ def test_a_name_that_is_no_directory_is_refused(name: str) -> None:
 )
 def test_how_long_the_last_torque_is_held(rate_hz: int, safety: dict[str, Any], cycles: int) -> None:
     scenario = validate({**GOOD, "rate_hz": rate_hz, "segment_duration": 0.5, "safety": safety}, Scenario, "any")
-    assert scenario.stop_cycles() == cycles
+    assert stop_cycles(scenario) == cycles
 
 
 BENCH = {"robot": "motkin", "waypoints": [[0.0, 0.12], [0.0, 0.0]], "controller": "unified"}
@@ -201,8 +209,9 @@ def test_the_estimator_expects_the_force_that_the_loads_of_the_robot_come_to(tmp
         content = {**file.model_dump(mode="json", exclude_none=True), "loads": loads, "tuning": tuning}
         heavy = tmp_path / "heavy.yaml"
         heavy.write_text(yaml.safe_dump(content), encoding="utf-8")
-        assert scenario(robot=str(heavy)).ekf == EkfSettings(force_deviation=force)
-        assert scenario(robot=str(heavy), ekf={"force_deviation": 0.0}).ekf == EkfSettings()
+        derived = EkfSettings(force_deviation=force, disturbance_rate=0.3, force_time=0.4)
+        assert scenario(robot=str(heavy)).ekf == derived
+        assert scenario(robot=str(heavy), ekf={"force_deviation": 0.0}).ekf == derived._replace(force_deviation=0.0)
 
 
 @pytest.mark.parametrize("controller", ["mpc", "lqr"])
@@ -249,3 +258,22 @@ def test_tolerances_and_loads_are_those_of_the_robot_unless_others_are_given(tmp
     assert (own.known_within(), own.to_bear()) == (Tolerances(length=2e-4, zero=1e-3), Loads(push=2.0))
     given = scenario(robot=str(path), tolerances={"base": 1e-4}, loads={"push": 1.0})
     assert (given.known_within(), given.to_bear()) == (Tolerances(base=1e-4), Loads(push=1.0))
+
+
+def test_a_recorded_scenario_may_have_the_constants_as_keys_and_no_other_values(tmp_path: Path) -> None:
+    assert CONSTANTS == {
+        "safety": {"brake_time": BRAKE_TIME, "brake_kappa": BRAKE_KAPPA},
+        "ekf": {
+            "misfit_time": MISFIT_TIME,
+            "offset_time": OFFSET_TIME,
+            "camera_gate": CAMERA_GATE,
+            "camera_latency": CAMERA_LATENCY,
+        },
+        "risk": {"load_aim": LOAD_AIM, "wrong_mode": LIKELIEST_WRONG_MODE},
+    }
+    file = tmp_path / "recorded.yaml"
+    file.write_text(yaml.safe_dump({**GOOD, "ekf": CONSTANTS["ekf"]}), encoding="utf-8")
+    assert read_scenario(str(file)) == scenario()
+    file.write_text(yaml.safe_dump({**GOOD, "ekf": {"misfit_time": 0.01}}), encoding="utf-8")
+    with pytest.raises(InputError, match=r"ekf\.misfit_time: 0\.01: is no setting, but always 0\.02: leave it out$"):
+        read_scenario(str(file))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command's version is that of its package; each package has an address and a changelog as ROS' tools want them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cogging that a robot file knows: in the torque of the laws and in the estimator's motion, and nowhere by default."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Zeros and minima, against those of SciPy to the last bit."""
 
 from __future__ import annotations

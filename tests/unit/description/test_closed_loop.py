@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pinocchio's closed loop: its gap, Jacobian, projection and energy against plain geometry and finite differences.
 
 Its accelerations are compared with the reduced model in tests/unit/control/model/test_dynamics.py.

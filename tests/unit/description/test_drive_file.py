@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The keys that the bridge's file and that of the emulated drives share are read alike."""
 
 from __future__ import annotations

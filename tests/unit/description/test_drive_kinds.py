@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Interfaces of drives are found by their registered name or by MODULE:NAME, and all parts of the shipped ones load."""
 
 from __future__ import annotations
@@ -7,19 +8,20 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
+from fivebar_bringup.drives.kinds import CANOPEN_DRIVES
 from fivebar_bringup.drives.run_files import RunFiles
 from fivebar_bringup.graph.node_spec import BRIDGES
 from fivebar_description.drive_kinds import OWN_BRIDGE, DriveKind, drive_kind
 from fivebar_description.modules import load_part
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.emulated_hardware import Emulator
+from fivebar_vendor_drives.kinds import MOTKIN_BOARD
 
 
 def test_registered_and_named_ones_are_found() -> None:
     assert drive_kind("canopen") == drive_kind("none") == CANOPEN_DRIVES
     assert OWN_BRIDGE in BRIDGES
-    assert drive_kind("motkin") == drive_kind("fivebar_bringup.drives.kinds:MOTKIN_BOARD") == MOTKIN_BOARD
+    assert drive_kind("motkin") == drive_kind("fivebar_vendor_drives.kinds:MOTKIN_BOARD") == MOTKIN_BOARD
 
 
 @pytest.mark.parametrize("kind", [CANOPEN_DRIVES, MOTKIN_BOARD], ids=lambda kind: kind.name)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files from outside: regular files of bounded size in UTF-8, and YAML whose content is as large as it looks."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Friction (1.32), smoothed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The stamps of the sample grid, and the list of topics."""
 
 from __future__ import annotations

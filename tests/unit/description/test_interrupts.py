@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Signals that ask for a stop become KeyboardInterrupt, at once or where they cannot do harm."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Samples in place of JointStates: the same content, the same reading, the same refusals."""
 
 from __future__ import annotations

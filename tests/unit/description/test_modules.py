@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Modules of the user in the working directory do not take the place of installed ones."""
 
 from __future__ import annotations

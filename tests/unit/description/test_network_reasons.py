@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is said of a network that does not work; those that take one away need root, or a user's own namespaces."""
 
 from __future__ import annotations

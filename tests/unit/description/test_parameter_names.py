@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A parameter that was set under a name that no node has."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parameters as plain numbers: which masses they leave for bodies, and robots scaled against them."""
 
 from __future__ import annotations

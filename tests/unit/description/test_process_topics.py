@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Topics among the nodes of a process: each listener hears each message once, and the torque goes out first."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who publishes a topic: living publishers and dead predecessors are told apart by name, machine and process."""
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from fivebar_description.publishers import (
     HALF,
     LONGEST_LEASE,
     Living,
+    OneSender,
     PublisherOf,
     contradiction,
     processes_with,
@@ -112,3 +114,11 @@ def test_the_part_of_a_message_about_some_joints() -> None:
     assert part_of(message, ("q11", "q12")) is message
     short = JointSample(7, ("q11", "q21"), (1.0,), (), ())
     assert part_of(short, ("q11", "q21")) is short
+
+
+def test_a_second_sender_shows_in_the_numbers_of_its_messages() -> None:
+    sender = OneSender()
+    # one sender, of which some messages are lost
+    assert not any(sender.is_contradicted(number) for number in (3, 4, 7, None, 8))
+    # another one, in whatever order both come
+    assert [sender.is_contradicted(number) for number in (1, 9, 2, 10, 10)] == [True, False, True, False, True]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What pydantic refuses is said in plain words: key, value, and what was expected."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The URDF for tools of ROS: the frames of the interface, links that never meet, and the motion of the model.
 
 Pinocchio and MuJoCo read it, each with its own parser.
@@ -17,6 +18,7 @@ import pinocchio as pin
 import pytest
 from numpy.typing import NDArray
 
+from fivebar_bringup.runs.description import described_robot
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import State
@@ -251,5 +253,4 @@ def test_mujoco_loads_it_and_finds_the_same_masses(text: str, robot: FiveBar) ->
 def test_the_shipped_file_is_what_the_parameter_file_gives(name: str) -> None:
     """`fivebar urdf NAME > src/fivebar_description/urdf/NAME.urdf` makes it anew."""
     shipped = share_file("fivebar_description", "urdf", f"{name}.urdf").read_text(encoding="utf-8")
-    file = read_robot(name)
-    assert shipped == robot_description(file.five_bar(), name, weighed=file.weighed())
+    assert shipped == described_robot(name)

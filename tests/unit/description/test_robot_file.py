@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot files: the published values, and one clear line for every kind of bad file."""
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fivebar_bringup.scenario import Scenario
+from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot, read_robot, robot_path
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
 
@@ -229,9 +232,9 @@ def test_yaml_cannot_make_python_objects(tmp_path: Path, value: str) -> None:
 
 @pytest.mark.parametrize("text", ["3.0e2", "3e2", "3E+2", "+3_00", "0x12c", "0o454", "300."])
 def test_numbers_of_yaml_1_2_are_numbers(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "heavy.yaml"
-    path.write_text(replaced("m: 0.537", f"m: {text}"), encoding="utf-8")
-    assert load_robot(str(path)).mass == 300.0
+    path = tmp_path / "pushed.yaml"
+    path.write_text(f"{GOOD}forces: {{force_x: {text}}}\n", encoding="utf-8")
+    assert load_robot(str(path)).force_x == 300.0
 
 
 @pytest.mark.parametrize("name", ["on", "yes", "off", "No", "1:30"])
@@ -264,3 +267,30 @@ def test_a_read_file_cannot_be_changed() -> None:
     assert file.model_dump(exclude_unset=True) == yaml.safe_load(GOOD)
     with pytest.raises(ValueError, match="frozen"):
         file.mass_kg.m = 1.0
+
+
+@pytest.mark.parametrize(
+    ("section", "on", "height"),
+    [("{z: 0.7}", True, 0.7), ("{on: true, z: 0.7}", True, 0.7), ("{on: false, z: 0.7}", False, CameraSettings().z)],
+)
+def test_a_robot_has_the_camera_that_its_file_declares_unless_it_is_off(
+    section: str, on: bool, height: float, tmp_path: Path
+) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(f"{GOOD}camera: {section}\n", encoding="utf-8")
+    assert (read_robot(str(path)).camera is not None) == on
+    scenario = Scenario.model_validate(
+        {"name": "seen", "robot": str(path), "waypoints": [[0.0, 0.15], [0.0, 0.02]], "estimator": "ekf"}
+    )
+    assert (scenario.camera.on, scenario.ekf.camera, scenario.camera.z) == (on, on, height)
+
+
+def test_a_declared_passive_encoder_says_its_leg(tmp_path: Path) -> None:
+    """In a scenario leg 0, the default, is none: such a declaration would not count."""
+    path = tmp_path / "robot.yaml"
+    path.write_text(f"{GOOD}passive_encoder: {{counts: 65536}}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"passive_encoder\.leg: is missing: expected 1 or 2, the leg whose passive"):
+        read_robot(str(path))
+    path.write_text(f"{GOOD}passive_encoder: {{leg: 1, counts: 65536}}\n", encoding="utf-8")
+    encoder = read_robot(str(path)).passive_encoder
+    assert encoder is not None and encoder.leg == 1

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The environment of ROS: each wrong variable has one line, and logs need no home directory."""
 
 from __future__ import annotations

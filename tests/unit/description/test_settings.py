@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings declared once: section, node parameters and numbers for compiled code all follow the declaration."""
 
 from __future__ import annotations

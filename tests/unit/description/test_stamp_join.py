@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Joining by sample: what is new, repeated, old, or a leap that one wrong stamp must not cause."""
 
 from __future__ import annotations

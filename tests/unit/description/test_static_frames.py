@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames of a robot that do not move, from its URDF: against the frames that Pinocchio makes of the same file."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Names that may be meant by ones that do not exist, in options, keys, choices and names of files."""
 
 from __future__ import annotations

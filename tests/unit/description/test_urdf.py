@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plant's URDF says what the robot file says, read as XML and by Pinocchio."""
 
 from __future__ import annotations

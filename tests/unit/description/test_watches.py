@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What nodes measure of themselves: intervals between answers, and times from sample to torque."""
 
 from __future__ import annotations

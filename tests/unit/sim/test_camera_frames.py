@@ -1,14 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
 """When pictures are exposed and arrive, and what lockstep waits for."""
 
 from __future__ import annotations
 
 import pytest
 
+from fivebar_camera.camera import Camera
+from fivebar_camera.frames import FrameSchedule
+from fivebar_camera.sights import Sights
 from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot
-from fivebar_sim.vision.camera import Camera
-from fivebar_sim.vision.frames import FrameSchedule
-from fivebar_sim.vision.sights import Sights
 
 RATE_HZ = 500
 LATE = CameraSettings(on=True, latency=0.03, jitter=0.02, dropped=0.2)

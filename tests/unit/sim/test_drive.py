@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One emulated drive by itself: what its encoder says, and when it gives torque."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Bridge bus and emulated drives on one virtual bus in this process, the drives in a thread of their own."""
 
 from __future__ import annotations

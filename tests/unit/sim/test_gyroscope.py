@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults of the simulated gyroscope and of the encoders: when they begin and end, and what they do to a reading."""
 
 from __future__ import annotations

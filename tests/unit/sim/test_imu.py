@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated IMU against a frame that Pinocchio carries on the distal link, and its imperfections one by one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """When the IMU's readings are made and arrive, and the gyroscope's errors: a sample at a time, and all at once."""
 
 from __future__ import annotations

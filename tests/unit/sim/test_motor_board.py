@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bridge's side of the motor board, with the driver from PyPI and the emulated board at the other end."""
 
 from __future__ import annotations
@@ -10,13 +11,13 @@ import pytest
 from bench_robot import board_content, robot_file
 from served_board import DEADLINE, Served, made, wait_for
 
-from fivebar_control.hardware.board_faults import CAUSES
-from fivebar_control.hardware.board_file import BoardFile
 from fivebar_control.hardware.drive_interface import ZERO, Exchange, JointTarget
 from fivebar_control.hardware.fault import DriveError
-from fivebar_control.hardware.motor_board import MotorBoard, open_board
-from fivebar_sim.boards.port import PseudoPort
-from fivebar_sim.boards.protocol import CommandFrame, CommandReader, MotorCommand
+from fivebar_motkin.board_faults import CAUSES
+from fivebar_motkin.board_file import BoardFile
+from fivebar_motkin.motor_board import MotorBoard, open_board
+from fivebar_motkin_emulation.port import PseudoPort
+from fivebar_motkin_emulation.protocol import CommandFrame, CommandReader, MotorCommand
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 """The driver's reading thread dies with its port, and says so."""

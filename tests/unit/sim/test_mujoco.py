@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """MuJoCo as the plant: the same robot by other dynamics, which keep energy, converge and lack some effects."""
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers, sections
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.transmission import Transmission
-from fivebar_sim import mujoco_motion, mujoco_robot
+from fivebar_mujoco import mujoco_motion, mujoco_robot
+from fivebar_mujoco.mujoco_model import links_of
+from fivebar_mujoco.mujoco_motion import MujocoMotion
 from fivebar_sim.effects.cable import Cable
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.friction import FrictionEffects
@@ -30,8 +33,6 @@ from fivebar_sim.effects.simulation import EffectsMotion
 from fivebar_sim.effects.supply import Supply
 from fivebar_sim.effects.timing import BusEffects, Timing
 from fivebar_sim.engines import SimulatedMechanism, check_engine, motion_of
-from fivebar_sim.mujoco_model import links_of
-from fivebar_sim.mujoco_motion import MujocoMotion
 from fivebar_sim.plant import Plant, PlantDiverged
 
 RATE = 500

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A payload on the platform: the plants go on as a robot with that mass does."""
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from emulation_file import load_emulation
 
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar, laden
-from fivebar_sim.boards.board import EmulatedBoard
-from fivebar_sim.boards.configuration import BoardEmulationFile
+from fivebar_motkin_emulation.board import EmulatedBoard
+from fivebar_motkin_emulation.configuration import BoardEmulationFile
 from fivebar_sim.drives.emulation import Emulation
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings

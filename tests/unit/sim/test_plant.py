@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated robot: energy, closure, an independent integration, determinism, and what it refuses."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The emulated drive's power states: what each controlword leads to, and which one resets a fault."""
 
 from __future__ import annotations

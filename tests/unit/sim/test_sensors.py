@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Encoders and drives one by one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands that are late and readings that are old by a part of a sample."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The study of both branches of the locus: what it counts, and a crossing of each."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The intervals of a calibration hold the true values about as often as they say, on robots that are more than it."""
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from calibrate_coverage import (
     gap_text,
     put_together,
 )
-from fivebar_bringup.studies.rigs.named import find_rig
 from fivebar_control.calibration.closure import GEOMETRY
+from fivebar_studies.rigs.named import find_rig
 
 ROBOTS = 8
 

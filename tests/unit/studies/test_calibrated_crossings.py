@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Robots of the rig `printed` before and after a calibration: they stay the same, only their file changes."""
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from calibrated_crossings import (
     robot_of_rig,
 )
 from fivebar_bringup.odds.robot_errors import drawn_gyro_bias
-from fivebar_bringup.studies.rigs.named import find_rig
-from fivebar_bringup.studies.sweep.drawing import draw, plan_of
-from fivebar_bringup.studies.sweep.rows import FEASIBLE
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError
+from fivebar_studies.rigs.named import find_rig
+from fivebar_studies.sweep.drawing import draw, plan_of
+from fivebar_studies.sweep.rows import FEASIBLE
 
 SEED, PRINTED = 71, find_rig("printed")
 

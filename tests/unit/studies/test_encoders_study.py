@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What looking ahead costs and gains where only the motors' encoders are known."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Vertical robots beside level ones: their files, the torque of their references, and the table."""
 
 from __future__ import annotations

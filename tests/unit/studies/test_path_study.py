@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The study of the path law: what it counts, and a crossing of both laws under the same push."""
 
 from __future__ import annotations

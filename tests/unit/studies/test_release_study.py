@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The study of releases from the locus: what it counts, and a rest of each branch."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The study of the three supervisions: what it counts, and that each one acts."""
 
 from __future__ import annotations

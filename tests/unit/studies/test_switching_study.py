@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The dwell time of the switching: what a zone does to errors, and what the time after it does."""
 
 from __future__ import annotations

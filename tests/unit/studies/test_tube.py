@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The tube: the response without a mismatch is that of the run, and runs on other robots stay within."""
 
 from __future__ import annotations
@@ -7,14 +8,15 @@ import pytest
 
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.studies.benchmark.crossings import benchmark
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.predicted_run import predict_run
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
+from fivebar_studies.benchmark.crossings import benchmark
 from tube import Mismatch, tube
 
 RATE_HZ = 500

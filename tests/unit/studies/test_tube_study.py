@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The study of the tube: robots within the mismatch, runs compared with the tube, those at a limit told apart."""
 
 from __future__ import annotations
@@ -6,7 +7,7 @@ from itertools import islice
 
 import pytest
 
-from fivebar_bringup.studies.benchmark.crossings import benchmark
+from fivebar_studies.benchmark.crossings import benchmark
 from tube_study import (
     BELIEVED,
     OFF_MODEL,

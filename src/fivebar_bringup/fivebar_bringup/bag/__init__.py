@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Recordings: rosbag2 directories (`metadata.yaml` + `.mcap`), written, built and read back without ROS."""
 
 RECORDER = "bag_recorder"

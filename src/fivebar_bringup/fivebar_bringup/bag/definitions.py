@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Topic metadata of a bag: absolute names, message definitions, type hashes, and QoS as rosbag2 writes it."""
 
 from __future__ import annotations

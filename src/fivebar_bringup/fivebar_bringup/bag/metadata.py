@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The text of a bag's `metadata.yaml`: rosbag2 metadata version 9, with the keys in Jazzy's order.
 
 It is formatted by hand because it is rewritten at every checkpoint of a running recording, where a YAML library would

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Payloads in a bag: what the platform carried, from when on."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Reads a rosbag2 directory, recorded by `fivebar` or by `ros2 bag record`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings of the bag recorder."""
 
 from __future__ import annotations
@@ -19,3 +20,10 @@ class RecorderSettings(NamedTuple):
     ] = "bag"
     topics: Annotated[tuple[str, ...], Setting("Topics of the graph to record.")] = ALL_TOPICS
     wait_for_nodes: AwaitedNodes = ()
+    simulated_time: Annotated[
+        bool,
+        Setting(
+            "Log messages at the times of the run's samples, for lockstep, where time is simulated; else by the"
+            " system's clock."
+        ),
+    ] = False

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A bag in memory: log times, stamps and values of each topic as numpy arrays."""
 
 from __future__ import annotations
@@ -13,9 +14,14 @@ import numpy as np
 from fivebar_bringup.bag.definitions import TYPESTORE, absolute_name
 from fivebar_bringup.errors import BagError
 from fivebar_description.interface import (
+    IMU_DATA,
+    JOINT_STATES,
+    MOTOR_STATES,
     NANOSECONDS,
+    PASSIVE_STATES,
     RUN_EPOCH,
     START_STAMP_NS,
+    VISION_PLATFORM,
     Topic,
     sample_of_stamp,
     torque_topic,
@@ -28,6 +34,17 @@ T = TypeVar("T")
 
 FloatArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+OWN_CLOCK = frozenset(topic.name for topic in (IMU_DATA, PASSIVE_STATES, VISION_PLATFORM))
+"""Topics of sensors with clocks of their own, whose jitter makes neighbouring stamps change places."""
+
+OWN_CLOCK_JITTER_NS = 50_000_000
+"""Time (ns) by which such stamps may go back."""
+
+WAS_SET = "was a clock set while it was recorded?"
+
+LARGEST_LEAP_NS = 500_000_000
+"""Time (ns) by which stamps may advance more than what passes meanwhile; in lockstep they are faster than the clock."""
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _IMU = "sensor_msgs/msg/Imu"
@@ -60,7 +77,8 @@ class Recording:
     without messages gives empty arrays.
 
     Whoever can publish on a topic is recorded too. Messages that cannot be decoded, or have other names, lengths or
-    stamps than the topic's, are left out as strays, as long as others belong to it.
+    stamps than the topic's, are left out as strays, as long as others belong to it. Those of other joints than the
+    robot's are left out and are none.
     """
 
     def __init__(
@@ -116,17 +134,68 @@ class Recording:
             raise self._error(topic, "its messages have no stamp") from None
         return np.array([stamp.sec * NANOSECONDS + stamp.nanosec for stamp in stamps], dtype=np.int64)
 
-    @property
-    def epoch_ns(self) -> int:
-        """Stamp (ns) of sample 0: that of the last run in the bag, which others began before it have not."""
+    def clock_step(self, topic: Topic) -> str | None:
+        """Return in words where the stamps of measurements do not rise with time, None where they do.
+
+        A message that is published again is no further measurement, nor is the first sample until it is answered.
+        """
+        stamps, times = self.stamps(topic), self.log_times(topic)
+        forward, passed = np.diff(stamps), np.diff(times)
+        usual = float(np.median(forward[forward > 0])) if np.any(forward > 0) else 0.0
+        back = np.flatnonzero(forward < -(OWN_CLOCK_JITTER_NS if topic.name in OWN_CLOCK else 0))
+        leaps = np.flatnonzero(forward - passed > LARGEST_LEAP_NS)
+        same = np.flatnonzero((forward == 0) & (stamps[1:] != stamps[:1]))
+        repeated = [row for row in same.tolist() if self._message(topic, row) != self._message(topic, row + 1)]
+        steps = []
+        for row in back[:1].tolist():
+            by = (usual - forward[row]) / NANOSECONDS
+            steps.append((row, f"its stamps go back by {by:.3f} s", WAS_SET))
+        for row in leaps[:1].tolist():
+            by, apart = (forward[row] - usual) / NANOSECONDS, passed[row] / NANOSECONDS
+            steps.append(
+                (row, f"its stamps go forward by {by:.3f} s between two messages {apart:.3f} s apart", WAS_SET)
+            )
+        for row in repeated[:1]:
+            words = f"{len(repeated)} of {len(stamps)} messages repeat the stamp before with other values"
+            steps.append((row, words, "expected a stamp for each reading"))
+        if not steps:
+            return None
+        row, words, advice = min(steps)
+        return f"/{topic.name}: {words}, {(stamps[row] - stamps[0]) / NANOSECONDS:.3f} s after the first: {advice}"
+
+    def refuse_clock_steps(self, *topics: Topic) -> None:
+        """Raise where the stamps of one of some topics, as far as the bag has them, do not rise with time.
+
+        Raises:
+            BagError: they do not.
+        """
+        for topic in topics:
+            if self.count(topic) and (step := self.clock_step(topic)) is not None:
+                raise BagError(self.path, step)
+
+    def epoch_ns(self, rate_hz: int) -> int:
+        """Return the stamp (ns) of sample 0: that of the last run in the bag.
+
+        Any program can announce an epoch. That of a run is one at which its samples, `rate_hz` of them in a second,
+        begin: no sample was recorded one period before. Where the first one is missing, some others must be there.
+        """
         if not self.count(RUN_EPOCH):
             return START_STAMP_NS
-        epochs = self.read_texts(RUN_EPOCH, read_epoch)
-        return next((epoch for epoch in reversed(epochs) if epoch is not None), START_STAMP_NS)
+        announced = [one for one in self.read_texts(RUN_EPOCH, read_epoch) if one is not None][::-1]
+        sources = [one for one in (MOTOR_STATES, JOINT_STATES) if self.count(one)]
+        stamps = set(self.stamps(sources[0]).tolist()) if sources else set()
+        period = NANOSECONDS // rate_hz
+        begun = [one for one in announced if one - period not in stamps]
+        numbered = (
+            *(one for one in begun if one in stamps),
+            *(one for one in begun if any(sample_of_stamp(stamp, rate_hz, one) is not None for stamp in stamps)),
+            *announced,
+        )
+        return next(iter(numbered), START_STAMP_NS)
 
     def samples(self, topic: Topic, rate_hz: int) -> IntArray:
         """Return the number of the sample that each stamp names, int64[n]; -1 off the grid and before the epoch."""
-        epoch = self.epoch_ns
+        epoch = self.epoch_ns(rate_hz)
         found = (sample_of_stamp(stamp, rate_hz, epoch) for stamp in self.stamps(topic).tolist())
         return np.array([-1 if number is None else number for number in found], dtype=np.int64)
 
@@ -167,6 +236,21 @@ class Recording:
             return np.array(values, dtype=np.float64)
         raise self._error(topic, f"its messages have no numbers called {name}")
 
+    def values(self, topic: Topic, name: str, names: Sequence[str]) -> FloatArray:
+        """Return [n, names]: one field of a JointState topic, each value by the name that stands beside it.
+
+        Raises:
+            BagError: a name or the field is not there.
+        """
+        recorded, values = self.joint_names(topic), self.field(topic, name)
+        if missing := [one for one in names if one not in recorded]:
+            raise self._error(topic, f"has no {', '.join(missing)}, only {', '.join(recorded) or 'no names'}")
+        if not values.shape[1] and len(values):
+            raise self._error(topic, f"holds no {name} of its joints")
+        if values.shape[1] != len(recorded):
+            raise self._error(topic, f"holds {values.shape[1]} values of {name} for {len(recorded)} names")
+        return values[:, [recorded.index(one) for one in names]]
+
     def texts(self, topic: Topic) -> list[str]:
         """Return the texts of a String topic."""
         if topic.type != _STRING:
@@ -202,6 +286,10 @@ class Recording:
             raise self._error(topic, f"recorded as {raw.type} instead of {topic.type}")
         return raw
 
+    def _message(self, topic: Topic, row: int) -> bytes:
+        """Return a message as it was recorded."""
+        return self._raw(topic).messages[self._decode(topic).places[row]]
+
     def _messages(self, topic: Topic) -> list[Any]:
         return self._decode(topic).messages
 
@@ -228,7 +316,11 @@ class Recording:
             decoded = [(place, _restricted(message, content.names)) for place, message in decoded]
         fitting = decoded if content is None else [one for one in decoded if belongs(one[1], content)]
         kept = fitting or decoded
-        return Decoded([one for _, one in kept], [place for place, _ in kept], len(raw.messages) - len(kept))
+        # of another robot, which may publish its joints there
+        own = set(topic.of_joints)
+        others = sum(own.isdisjoint(one.name) for _, one in decoded) if fitting and own else 0
+        strays = len(raw.messages) - len(kept) - others
+        return Decoded([one for _, one in kept], [place for place, _ in kept], strays)
 
     def _error(self, topic: Topic, what: str) -> BagError:
         return BagError(self.path, " ".join(f"{absolute_name(topic, self._namespace)}: {what}".split()))

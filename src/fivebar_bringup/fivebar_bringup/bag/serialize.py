@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Serializes the graph's messages to CDR from plain values, so that a simulation without ROS writes the same bags.
 
 Floats are stored bit for bit. Stamps are integer nanoseconds, split into the message's seconds and nanoseconds.

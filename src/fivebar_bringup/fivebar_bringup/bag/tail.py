@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A growing MCAP file that is complete and readable at every instant, also between two system calls.
 
 An MCAP file ends with its index (the summary) and a footer that says where the index starts; readers begin at the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes a rosbag2 directory from serialized messages such that the recording survives a killed writer.
 
 Why not rosbag2's own recorder, or the writer of rosbags: both leave an MCAP file without summary and footer, and no

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The `fivebar` command: `app` is what all subcommands share, every other module adds some of them."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shared by the subcommands: the application, common options, exit statuses, errors and progress.
 
 Modules of this package declare commands and load what these work with in their bodies, so that help, version and a
@@ -12,12 +13,16 @@ import signal
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from enum import StrEnum
+from functools import cache
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_group
+from typer.models import CommandInfo
 
 from fivebar_bringup.cli.printing import Printer, complain
 from fivebar_bringup.cli.words import filled
@@ -25,6 +30,8 @@ from fivebar_bringup.errors import BagError
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import ResumableInterrupt
+from fivebar_description.modules import load_part
+from fivebar_description.optional import COMMANDS, PACKAGE_OF, confirm_package, registered
 from fivebar_description.ros_environment import HIGHEST_DOMAIN
 from fivebar_description.suggestion import meant
 
@@ -44,8 +51,62 @@ class Group(StrEnum):
     FILES = "Files"
 
 
+MODULES = {
+    "running": ("run", "simulate", "report", "nodes"),
+    "status": ("status",),
+    "goto": ("goto", "stand"),
+    "program": ("program",),
+    "map": ("map",),
+    "robot": ("robot",),
+    "calibrate": ("calibrate",),
+    "identify": ("identify",),
+    "odds": ("odds",),
+    "posture": ("posture",),
+    "guide": ("guide",),
+    "settings": ("settings",),
+    "urdf": ("urdf", "model"),
+}
+"""Modules of this folder and the subcommands that each declares when it is imported, in the order of the help."""
+
+
 class Commands(TyperGroup):
-    """All subcommands."""
+    """All subcommands, those of the core and of optional packages; each is imported where it is asked for."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a subcommand, None where there is none; one that is not installed is refused."""
+        module = next((module for module, names in MODULES.items() if cmd_name in names), None)
+        if module is None:
+            self._load_all()
+        else:
+            import_module(f"{__package__}.{module}")
+            self.commands = get_group(app).commands
+        if cmd_name not in self.commands and cmd_name in PACKAGE_OF:
+            with input_errors():
+                confirm_package(PACKAGE_OF[cmd_name], cmd_name)
+        return super().get_command(ctx, cmd_name)
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all subcommands, as the help lists them."""
+        self._load_all()
+        return [*self.commands]
+
+    def _load_all(self) -> None:
+        """Import all of them; the help has them in the order of their groups, and within these in that of modules."""
+        for module in MODULES:
+            import_module(f"{__package__}.{module}")
+        for entry in registered(COMMANDS):
+            _load_further(entry.module)
+        order = [name for names in MODULES.values() for name in names]
+        places = {name: place for place, name in enumerate(order)}
+        groups = [*Group]
+
+        def place_of(declared: CommandInfo) -> tuple[int, int]:
+            name = declared.name or getattr(declared.callback, "__name__", "")
+            group = declared.rich_help_panel
+            return groups.index(group) if group in groups else len(groups), places.get(str(name), len(places))
+
+        app.registered_commands.sort(key=place_of)
+        self.commands = get_group(app).commands
 
     def get_help_option(self, ctx: Any) -> Any:
         """Return the option `--help`, off where it is not given: to convert None typer would load pydantic."""
@@ -53,6 +114,15 @@ class Commands(TyperGroup):
         if option is not None:
             option.default = False
         return option
+
+
+@cache
+def _load_further(module: str) -> None:
+    """Import a module of an optional package; one that fails is named, and takes no other command along."""
+    try:
+        load_part(module)
+    except InputError as error:
+        complain(error)
 
 
 app = typer.Typer(
@@ -74,14 +144,20 @@ def _question(name: str, known: Collection[str]) -> str:
     return f" Did you mean {found}?" if found is not None else ""
 
 
+IDLE = {"--scheduler": ("--jobs",), "--scheduler-file": ("--jobs",)}
+"""Options of several commands without effect where another one is given, by that one."""
+
+
 class Subcommand(TyperCommand):
     """A subcommand whose options' help has its words filled in where it is shown.
 
     Attributes:
         former: former names of its options, and the present ones.
+        idle: options that have no effect where an option is given, by that option.
     """
 
     former: Mapping[str, str] = {}
+    idle: Mapping[str, Collection[str]] = {}
 
     def help_filled(self) -> Subcommand:
         """Fill in the words, and return the command."""
@@ -96,7 +172,9 @@ class Subcommand(TyperCommand):
         args = [self._present(word) for word in args]
         self._refuse_unknown(ctx, args)
         try:
-            return super().parse_args(ctx, args)
+            rest: list[str] = super().parse_args(ctx, args)
+            self._refuse_idle(ctx)
+            return rest
         except typer.BadParameter as error:
             found = NO_CHOICE.search(error.message)
             if found:
@@ -110,6 +188,20 @@ class Subcommand(TyperCommand):
             return word
         complain(f"{name} is deprecated: use {self.former[name]}")
         return f"{self.former[name]}{sign}{value}"
+
+    def _refuse_idle(self, ctx: Any) -> None:
+        """Refuse an option without effect beside another one that is given."""
+        given = {
+            name
+            for parameter in self.params
+            if ctx.get_parameter_source(parameter.name).name == "COMMANDLINE"
+            for name in ((ctx.params.get(parameter.name) is False and parameter.secondary_opts) or parameter.opts)
+        }
+        for option, others in self.idle.items():
+            for other in others:
+                if option in given and other in given:
+                    complain(f"{other}: has no effect with {option}: give one of them")
+                    raise typer.Exit(BAD_INPUT)
 
     def _refuse_unknown(self, ctx: Any, args: list[str]) -> None:
         """Refuse an option that is none, which where negative numbers are arguments would be taken for another one."""
@@ -128,7 +220,11 @@ class Subcommand(TyperCommand):
 
 
 def command(
-    group: Group, name: str | None = None, former: Mapping[str, str] | None = None, **settings: Any
+    group: Group,
+    name: str | None = None,
+    former: Mapping[str, str] | None = None,
+    idle: Mapping[str, Collection[str]] | None = None,
+    **settings: Any,
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Return the decorator of a subcommand's function.
 
@@ -136,9 +232,10 @@ def command(
         group: in the help.
         name: where it is not that of the function.
         former: former names of its options, and the present ones.
+        idle: options that have no effect where an option is given, by that option.
         settings: as typer has them.
     """
-    kind = type("Subcommand", (Subcommand,), {"former": former or {}})
+    kind = type("Subcommand", (Subcommand,), {"former": former or {}, "idle": {**IDLE, **(idle or {})}})
     return app.command(name, cls=kind, rich_help_panel=group, **settings)
 
 
@@ -150,6 +247,15 @@ RobotOption = Annotated[str, typer.Option("--robot", metavar="ROBOT", help="The 
 OutOption = Annotated[
     Path | None,
     typer.Option("--out", help="New or empty directory for the results [default: runs/SCENARIO-DATE-TIME]"),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Another value of a key of the scenario, such as unified.kp=900 or plant.friction.stribeck=1.3; may be"
+        " repeated.",
+    ),
 ]
 NamespaceOption = Annotated[
     str, typer.Option(metavar="NAME", help="Namespace of all nodes, for several robots in one domain [default: none]")

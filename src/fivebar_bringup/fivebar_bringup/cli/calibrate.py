@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommand that finds a robot's geometry from a recording: calibrate."""
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from fivebar_bringup.runs.namespace import read_namespace
 from fivebar_description.interrupts import keyboard_interrupts
 
 if TYPE_CHECKING:
-    from fivebar_bringup.studies.calibrate.result import CalibrationResult
+    from fivebar_bringup.calibrate.result import CalibrationResult
 
 
 @command(Group.ROBOT)
@@ -62,8 +63,8 @@ def calibrate(
 
     Example: `fivebar calibrate runs/moved`, of a run made by `fivebar simulate calibration --out runs/moved`
     """
-    from fivebar_bringup.studies.calibrate.calibrate import DRIVES_FILE, ROBOT_FILE, calibrate_bag, write_calibration
-    from fivebar_bringup.studies.calibrate.page import quality_rows
+    from fivebar_bringup.calibrate.calibrate import DRIVES_FILE, ROBOT_FILE, calibrate_bag, write_calibration
+    from fivebar_bringup.calibrate.page import quality_rows
 
     with input_errors(), keyboard_interrupts():
         within = None if namespace is None else read_namespace(namespace)
@@ -88,7 +89,7 @@ def calibrate(
 
 
 def _table(result: CalibrationResult) -> Table:
-    from fivebar_bringup.studies.calibrate.result import INTERVALS
+    from fivebar_bringup.calibrate.result import INTERVALS
 
     table = Table("parameter", "before", f"calibrated, {INTERVALS}", "unit", box=None)
     for one in result.parameters():

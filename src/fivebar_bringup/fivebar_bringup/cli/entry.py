@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The entry point of the `fivebar` command: nothing large is loaded before an interrupt has a defined outcome."""
 
 from __future__ import annotations

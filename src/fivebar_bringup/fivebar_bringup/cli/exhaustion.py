@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors by which libraries say that the system gives this process no more memory, threads or files."""
 
 from __future__ import annotations

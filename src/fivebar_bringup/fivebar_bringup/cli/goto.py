@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommands for motions on request: goto, stand."""
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from fivebar_bringup.cli.app import (
     PageOption,
     RealtimeOption,
     ScenarioArgument,
+    SetOption,
     command,
     input_errors,
     print_outcome,
@@ -54,7 +56,11 @@ OF_ITS_OWN = (
 
 
 # a negative coordinate must not be taken for an option
-@command(Group.RUN, context_settings={"ignore_unknown_options": True})
+@command(
+    Group.RUN,
+    idle={"--plan-only": ("--out", "--no-page", "--offline", "--ros")},
+    context_settings={"ignore_unknown_options": True},
+)
 def goto(
     x: Annotated[float, typer.Argument(help="Goal, m.")],
     y: Annotated[float, typer.Argument(help="Goal, m.")],
@@ -123,6 +129,7 @@ def goto(
             " [default: 0, a rest]",
         ),
     ] = None,
+    changes: SetOption = None,
     fastest: Annotated[bool, typer.Option("--fastest", help="As fast as the limits allow.")] = False,
     plan_only: Annotated[
         bool, typer.Option("--plan-only", help="Plan and check the motion without running it.")
@@ -165,6 +172,9 @@ def goto(
     first: where to cross the locus, how fast, and whether torque, speeds, margins and dwell near the locus keep their
     limits. Where no motion is feasible, the command gives the reason (exit status 2).
 
+    `--set` changes keys of the scenario that the motion is run by, as `fivebar simulate --set` does; what an option of
+    its own decides, or the planner, is refused with the name of that.
+
     It is simulated in this process, without ROS. With `--ros` all nodes run it, in lockstep: the same bag and report,
     somewhat later.
 
@@ -177,7 +187,7 @@ def goto(
     from fivebar_bringup.motions.transfer_report import as_json as transfer_as_json
     from fivebar_bringup.motions.transfer_report import as_text
     from fivebar_bringup.runs.offline import run_offline
-    from fivebar_bringup.runs.run import run_with_ros
+    from fivebar_bringup.scenarios.changes import read_changes
     from fivebar_control.planning.timing import Speed
     from fivebar_control.trajectory.rounded import RESTS
     from fivebar_description.scenario_file import DEFAULT_ROBOT
@@ -198,6 +208,7 @@ def goto(
                 "--robot": robot,
                 "--torque-limit": torque_limit,
                 "--speed-limit": speed_limit,
+                "--set": changes or None,
                 "--fastest": fastest or None,
                 "--plan-only": plan_only or None,
                 "--offline": offline or None,
@@ -244,6 +255,7 @@ def goto(
             via=tuple(points),
             blend_radius=radii or RESTS,
             judge=judge,
+            changes=read_changes(changes),
         )
         began = time.monotonic()
         with progress_bar("planning", as_json):
@@ -259,6 +271,9 @@ def goto(
         scenario = likely.scenario
         with progress_bar("goto", as_json) as progress:
             if with_nodes:
+                # here, because a simulation needs no node
+                from fivebar_bringup.runs.run import run_with_ros
+
                 directory, summary = run_with_ros(
                     scenario, Mode.LOCKSTEP, out, None, progress, with_page=page, odds=likely.known_odds
                 )
@@ -303,8 +318,10 @@ def stand(
         mode = Mode.REALTIME if realtime else Mode.LOCKSTEP
         how_long = "until Ctrl-C" if seconds is None else f"for {seconds:g} s of simulated time"
         Printer(stderr=True, soft_wrap=True).print(f"after its motion the robot rests {how_long} and accepts goals")
-        with live_page(view, domain, within) as live, progress_bar(loaded.name, as_json) as progress:
-            directory, summary = rest(loaded, seconds, mode, out, live.domain, progress, within, admitted.kept)
+        with live_page(view, domain, within) as live, progress_bar(loaded.name, as_json, until_begun=True) as progress:
+            # until Ctrl-C there is no end to count to
+            shown = progress if seconds is not None else lambda done, total: progress(done, 0)
+            directory, summary = rest(loaded, seconds, mode, out, live.domain, shown, within, admitted.kept)
             live.tell(directory, summary)
     if as_json:
         print(json.dumps(summary.as_dict(), indent=2, allow_nan=False))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommand that simulates leading a robot by hand: guide."""
 
 from __future__ import annotations

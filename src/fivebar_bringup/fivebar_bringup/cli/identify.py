@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommand that finds a robot's parameters from a recording: identify."""
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 
 if TYPE_CHECKING:
-    from fivebar_bringup.studies.identify.result import IdentificationResult
+    from fivebar_bringup.identify.result import IdentificationResult
     from fivebar_control.identification.motor_map import MotorMap, MotorValue
 
 MOST_PERIODS = 1000
@@ -68,7 +69,7 @@ def identify(
 
     Example: `fivebar identify runs/moved`, of a run made by `fivebar simulate excitation --out runs/moved`
     """
-    from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
+    from fivebar_bringup.identify.identify import ROBOT_FILE, identify_bag, write_identification
 
     with input_errors(), keyboard_interrupts():
         within = None if namespace is None else read_namespace(namespace)
@@ -103,8 +104,8 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
     Raises:
         InputError: the bag, the robot or the motion is unsuitable, no resonance is visible, or the directory is taken.
     """
-    from fivebar_bringup.studies.identify.resonance import resonance_of_bag, write_resonance
-    from fivebar_bringup.studies.identify.result import INTERVALS
+    from fivebar_bringup.identify.resonance import resonance_of_bag, write_resonance
+    from fivebar_bringup.identify.result import INTERVALS
 
     with progress_bar("identification", as_json):
         result = resonance_of_bag(bag, robot, namespace)
@@ -137,7 +138,7 @@ def _map(bag: Path, robot: str | None, cogging: str, out: Path | None, as_json: 
     Raises:
         InputError: there is something to write, or the bag, the robot, the periods or the motion are unsuitable.
     """
-    from fivebar_bringup.studies.identify.identify import map_bag
+    from fivebar_bringup.identify.identify import map_bag
 
     if out is not None:
         raise InputError("--out: expected without --cogging, whose map is printed")
@@ -164,7 +165,7 @@ def _periods(text: str) -> tuple[int, ...]:
 
 
 def _motors(motors: tuple[MotorMap, MotorMap]) -> Table:
-    from fivebar_bringup.studies.identify.result import INTERVALS
+    from fivebar_bringup.identify.result import INTERVALS
 
     table = Table(f"motor, {INTERVALS}", "1 (left)", "2 (right)", "unit", box=None)
 
@@ -181,7 +182,7 @@ def _motors(motors: tuple[MotorMap, MotorMap]) -> Table:
 
 
 def _table(findings: IdentificationResult) -> Table:
-    from fivebar_bringup.studies.identify.result import INTERVALS
+    from fivebar_bringup.identify.result import INTERVALS
 
     table = Table("parameter", "before", f"identified, {INTERVALS}", "unit", "change", box=None)
     for line in findings.rows():

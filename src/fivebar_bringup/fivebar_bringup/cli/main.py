@@ -1,38 +1,15 @@
-"""The `fivebar` command: every module of this package adds its subcommands when it is imported."""
+# SPDX-License-Identifier: Apache-2.0
+"""The `fivebar` command, and how it ends where the operating system refuses something."""
 
 from __future__ import annotations
 
 import os
 import sys
 from contextlib import suppress
-from importlib import import_module
 
-from typer.models import CommandInfo
-
-from fivebar_bringup.cli.app import BAD_INPUT, FAILED, Group, app
+from fivebar_bringup.cli.app import BAD_INPUT, FAILED, app
 from fivebar_bringup.cli.exhaustion import exhaustion
 from fivebar_bringup.cli.printing import accept_any_character, complain, flush, open_closed_streams
-
-MODULES = (
-    *("running", "goto", "program", "viewing", "status", "play"),
-    *("studies", "robot", "assess", "calibrate", "identify", "estimate"),
-    *("odds", "commission", "posture", "guide", "camera"),
-    *("compare", "sweep", "robustness", "benchmark", "results", "lecture"),
-    *("settings", "urdf"),
-)
-"""Modules that declare commands, in the order in which the help lists these within their groups."""
-
-
-def _place(declared: CommandInfo) -> tuple[int, int]:
-    """Return where the help lists a command: its group, and its module."""
-    assert declared.callback is not None
-    module = declared.callback.__module__.rpartition(".")[2]
-    return [*Group].index(Group(str(declared.rich_help_panel))), MODULES.index(module)
-
-
-for module in MODULES:
-    import_module(f"{__package__}.{module}")
-app.registered_commands.sort(key=_place)
 
 
 def main() -> None:

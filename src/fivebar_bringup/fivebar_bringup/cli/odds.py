@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommand: odds."""
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fivebar_bringup.cli.app import COMPLETED, Group, JsonOption, ScenarioArgument, command, input_errors
+from fivebar_bringup.cli.app import COMPLETED, Group, JsonOption, ScenarioArgument, SetOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer
 from fivebar_bringup.cli.progress import progress_bar
 from fivebar_description.errors import InputError
@@ -29,6 +30,7 @@ class Distribution(StrEnum):
 @command(Group.ROBOT)
 def odds(
     scenario: ScenarioArgument,
+    changes: SetOption = None,
     robots: Annotated[int, typer.Option(min=1, max=10_000, help="How many robots are drawn.")] = 100,
     limits: Annotated[
         bool,
@@ -59,30 +61,31 @@ def odds(
     Example: `fivebar odds my_scenario.yaml --robots 200`
     """
     from fivebar_bringup.odds.relief import reliefs
-    from fivebar_bringup.odds.robot_errors import declared_errors, has_odds
-    from fivebar_bringup.odds.trials import SEED, declared_odds
+    from fivebar_bringup.odds.robot_errors import assumed_words, declared_errors, not_drawn
+    from fivebar_bringup.odds.trials import SEED, declared_odds, stated
+    from fivebar_bringup.scenarios.changes import read_changes
     from fivebar_bringup.scenarios.scenario_files import load_scenario
 
     with input_errors(), keyboard_interrupts():
-        loaded = load_scenario(scenario)
-        if not has_odds(loaded):
-            raise InputError(
-                f"{scenario}: expected tolerances or loads, of the scenario or of its robot's file, without"
-                " working_modes, stands and plant.engine: mujoco: there is nothing to draw robots from"
-            )
+        loaded = load_scenario(scenario, changes=read_changes(changes))
+        reason = not_drawn(loaded)
+        if reason:
+            raise InputError(f"{scenario}: {reason}")
         errors = declared_errors(loaded)._replace(distribution=distribution.value)
         if limits:
             _show_limits(loaded, errors, robots, as_json)
             raise typer.Exit(COMPLETED)
         with progress_bar("odds", as_json):
             found = declared_odds(loaded, robots, distribution.value)
-            better = reliefs(loaded, errors, SEED, range(robots))
+            better = reliefs(loaded, errors, SEED, stated(robots))
     if as_json:
         with_less = [{"with": one.words, **one.odds.as_dict()} for one in better]
         drawn = {name: bound for name, bound in errors._asdict().items() if bound}
         print(json.dumps({"odds": found.as_dict(), "bounds": drawn, "reliefs": with_less}, indent=2))
     else:
         lines = [str(found), *(f"with {one.words}: {one.odds.successes} of {one.odds.robots}" for one in better)]
+        if not loaded.declares_errors:
+            lines.insert(0, f"{loaded.robot} declares no errors; assumed: {assumed_words()}")
         Printer(soft_wrap=True).print("\n".join(lines), highlight=False)
     raise typer.Exit(COMPLETED)
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommand about a robot at rest: posture."""
 
 from __future__ import annotations
@@ -11,11 +12,16 @@ import typer
 
 from fivebar_bringup.cli.app import COMPLETED, Group, JsonOption, command, input_errors
 from fivebar_description.errors import InputError
+from fivebar_description.other_units import in_other_unit
 
 if TYPE_CHECKING:
     from fivebar_control.planning.release import ReleasePlan
     from fivebar_control.planning.standstill import Standstill
-    from fivebar_control.safety.stages import SafetySettings
+    from fivebar_control.safety.settings import SafetySettings
+
+
+LARGEST = {"Q11": 4.0 * math.pi, "Q21": 4.0 * math.pi, "--rate": 100.0}
+"""Largest magnitude of each option: rad, of a counter that began a turn or two away, and rad/s."""
 
 
 # a negative angle must not be taken for an option
@@ -57,7 +63,7 @@ def posture(
     Example: `fivebar posture --after runs/stopped --release`
     """
     from fivebar_bringup.motions.start import standing_after
-    from fivebar_control.estimation.ekf import EkfSettings
+    from fivebar_control.estimation.settings import EkfSettings
     from fivebar_control.planning.release import plan_release
     from fivebar_control.planning.standstill import DEVIATIONS, mode_by_turn, standstill_at, way_out
     from fivebar_control.safety.stages import guard_limits_of
@@ -69,6 +75,10 @@ def posture(
         for name, value in (("Q11", q11), ("Q21", q21), ("--rate", rate)):
             if value is not None and not math.isfinite(value):
                 raise InputError(f"{name}: {value}: expected a finite number")
+            if value is not None and abs(value) > LARGEST[name]:
+                unit, turns = ("rad/s", "") if name == "--rate" else ("rad", ", two turns")
+                hint = in_other_unit(unit, lambda size: True)
+                raise InputError(f"{name}: {value:g}: expected at most {LARGEST[name]:.4g} {unit}{turns}{hint}")
         if after is not None and robot is not None:
             raise InputError("--robot: expected without --after: the robot is that of the run")
         if after is not None and q11 is None:
@@ -107,7 +117,7 @@ def posture(
 
 def _safety_of(file: str) -> SafetySettings:
     """Return the limits that a robot's file has."""
-    from fivebar_control.safety.stages import SafetySettings
+    from fivebar_control.safety.settings import SafetySettings
     from fivebar_description.forbidden import numbers_of
     from fivebar_description.robot_file import read_robot
 

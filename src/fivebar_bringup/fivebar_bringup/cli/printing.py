@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Prints what a command says: words of the user as they are, never as markup, on a stream of any encoding."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommand for work that a program file describes: program."""
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from fivebar_bringup.motions.program import PlannedProgram
 
 
-@command(Group.RUN)
+@command(Group.RUN, idle={"--dry-run": ("--domain", "--view", "--namespace", "--out", "--no-page")})
 def program(
     file: Annotated[str, typer.Argument(metavar="FILE", help="A program: a YAML file, or a shipped one by its name.")],
     dry_run: Annotated[
@@ -46,7 +47,7 @@ def program(
     hardware: Annotated[
         Hardware,
         typer.Option(
-            help="The simulated robot, or the rehearsal of an experiment, as for `fivebar run`; usb is refused."
+            help="The simulated robot, or the rehearsal of an experiment, as for `fivebar run`; others are refused."
         ),
     ] = Hardware.SIMULATED,
     domain: OwnDomainOption = None,
@@ -79,8 +80,8 @@ def program(
         if not dry_run:
             check_ros_environment()
         within = read_namespace(namespace)
-        if hardware is Hardware.USB:
-            raise InputError("--hardware usb: a program does not run on a real motor board: expected emulated")
+        if hardware not in (Hardware.SIMULATED, Hardware.EMULATED):
+            raise InputError(f"--hardware {hardware}: a program does not run on real drives: expected emulated")
         path = program_path(file)
         loaded = load_program(path)
         scenario = scenario_of_program(loaded, str(path))

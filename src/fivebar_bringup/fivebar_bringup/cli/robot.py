@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommand that makes and checks robot files: robot."""
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ import sys
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, TextIO
 
 import typer
@@ -35,8 +37,9 @@ def robot(
     """Make a robot file from answers, or check one.
 
     `new` asks for lengths, masses, drives, encoders, transmissions, sensors and tolerances. An empty line is the usual
-    answer, which is shown in brackets; what cannot be is refused and asked again. Answers may also come from a file, a
-    line each. Nothing is written before the last answer.
+    answer, which is shown in brackets, and `<` goes back a question; what cannot be is refused and asked again. Answers
+    may also come from a file, a line each. Nothing is written before the last answer, and what is written passes
+    `check`.
 
     Example: `fivebar robot new my_robot.yaml`
 
@@ -46,7 +49,7 @@ def robot(
         if action is RobotAction.CHECK:
             if overwrite:
                 raise InputError("--overwrite: expected with `new` only")
-            name = _check(file)
+            name = check_file(file)
             words = f"{file}: robot {name}: a valid robot file"
         else:
             name = _new(file, overwrite, sys.stderr if as_json else sys.stdout)
@@ -58,20 +61,19 @@ def robot(
     raise typer.Exit(COMPLETED)
 
 
-def _check(file: Path) -> str:
-    """Return the name of the robot of a file, which a study can be made of."""
-    from fivebar_bringup.studies.map.map import read_mappable_robot
-    from fivebar_bringup.studies.rigs.named import find_rig
-    from fivebar_bringup.studies.rigs.rig import OF_ROBOT
+def check_file(file: Path) -> str:
+    """Return the name of the robot of a file, which can be mapped, and simulated by a scenario."""
+    from fivebar_bringup.map.map import read_mappable_robot
+    from fivebar_bringup.robots.check import check_simulated
 
     found = read_mappable_robot(str(file))
-    find_rig(f"{OF_ROBOT}{file}")
+    check_simulated(str(file))
     return found.name
 
 
 def _new(file: Path, overwrite: bool, shown: TextIO) -> str:
     """Ask, write the file, and return the name of its robot."""
-    from fivebar_bringup.robots.new_robot import asked, default_name, robot_text
+    from fivebar_bringup.robots.new_robot import default_name, new_robot
     from fivebar_description.files import is_yaml_path, write_file
 
     if not is_yaml_path(str(file)):
@@ -81,9 +83,24 @@ def _new(file: Path, overwrite: bool, shown: TextIO) -> str:
     if not file.resolve().parent.is_dir():
         raise InputError(f"{file}: there is no such directory")
     name = default_name(file)
-    text = robot_text(name, asked(partial(_ask, shown), complain))
-    write_file(file, text)
+    print("an empty line is the answer in brackets, < goes back a question", file=shown)
+    write_file(file, new_robot(name, partial(_ask, shown), complain, partial(check_text, file.name)))
     return name
+
+
+def check_text(name: str, text: str) -> None:
+    """Check the text of a robot file that is to have a name, before it is written.
+
+    Raises:
+        InputError: `robot check` would refuse it.
+    """
+    with TemporaryDirectory() as directory:
+        path = Path(directory, name)
+        path.write_text(text, encoding="utf-8")
+        try:
+            check_file(path)
+        except InputError as error:
+            raise InputError(str(error).removeprefix(f"{path}: ")) from error
 
 
 def _ask(shown: TextIO, question: str) -> str:

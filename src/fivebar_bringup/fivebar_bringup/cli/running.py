@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommands about one run: run, simulate, report, nodes."""
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from fivebar_bringup.cli.app import (
     RealtimeOption,
     RecordedNamespaceOption,
     ScenarioArgument,
+    SetOption,
     command,
     input_errors,
     print_outcome,
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
 @command(Group.RUN)
 def run(
     scenario: ScenarioArgument,
+    changes: SetOption = None,
     realtime: RealtimeOption = False,
     domain: OwnDomainOption = None,
     separate: Annotated[
@@ -62,14 +65,14 @@ def run(
         ),
     ] = False,
     priority: Annotated[
-        int,
+        int | None,
         typer.Option(
             min=0,
             max=HIGHEST_PRIORITY,
             help="With --realtime: priority of the control chain under SCHED_FIFO, 0 for ordinary scheduling. Where the"
-            " system does not grant it, the nodes warn in their logs and go on.",
+            f" system does not grant it, the nodes warn in their logs and go on. [default: {DEFAULT_PRIORITY}]",
         ),
-    ] = DEFAULT_PRIORITY,
+    ] = None,
     processors: Annotated[
         str, typer.Option(help='With --realtime: processors for the control chain, such as "0,2".')
     ] = "",
@@ -97,16 +100,16 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="'SECONDS FAULT'",
-            help="With --hardware emulated, again and again: a fault after so many seconds: {drive_faults}, kill NODE;"
-            " of a motor board: {board_faults}.",
+            help="With --hardware emulated, again and again: a fault after so many seconds: {drive_faults}, kill NODE."
+            " Drives of another interface have others, which the refusal of a wrong one lists.",
         ),
     ] = None,
     drives: Annotated[
         str | None,
         typer.Option(
             metavar="FILE",
-            help="Configuration of the bridge to a motor board or to real drives, by name or path."
-            " [default: {drive_files}]",
+            help="Configuration of the bridge to the drives, by name or path. [default: the scenario's, else that of"
+            " the robot's interface, such as {drive_files}]",
         ),
     ] = None,
     scene: Annotated[
@@ -138,6 +141,7 @@ def run(
     from fivebar_bringup.runs.admission import load_with_odds
     from fivebar_bringup.runs.injection import read_injection, refuse_late
     from fivebar_bringup.runs.run import run_with_ros
+    from fivebar_bringup.scenarios.changes import read_changes
     from fivebar_description.ros.scheduling import Scheduling
 
     with input_errors(), keyboard_interrupts():
@@ -145,7 +149,7 @@ def run(
             interrupt_with(parent)
         check_ros_environment()
         within = read_namespace(namespace)
-        admitted = load_with_odds(scenario)
+        admitted = load_with_odds(scenario, read_changes(changes))
         loaded = admitted.scenario
         emulated, simulated = hardware is Hardware.EMULATED, hardware is Hardware.SIMULATED
         if inject and not emulated:
@@ -165,7 +169,7 @@ def run(
             # a board behind a port is enabled at once
             real = real._replace(activate=activate or real.port is not None)
         mode = Mode.LOCKSTEP if simulated and not realtime else Mode.REALTIME
-        _refuse_scheduling(mode, separate, processors)
+        _refuse_scheduling(mode, separate, processors, priority)
         sharing = _sharing(separate, together, simulated)
         injections = None if kind is None or not emulated else [read_injection(text, kind) for text in inject or ()]
         refuse_late(injections or (), loaded.plan().path.duration)
@@ -180,7 +184,7 @@ def run(
                 out,
                 live.domain,
                 progress,
-                Scheduling(priority, processors),
+                Scheduling(DEFAULT_PRIORITY if priority is None else priority, processors),
                 sharing,
                 injections,
                 page,
@@ -221,12 +225,14 @@ def _sharing(separate: bool, together: bool, simulated: bool) -> Sharing | None:
     return Sharing.ROBOT
 
 
-def _refuse_scheduling(mode: Mode, separate: bool, processors: str) -> None:
+def _refuse_scheduling(mode: Mode, separate: bool, processors: str, priority: int | None) -> None:
     """Refuse processors that this machine does not have, and what is for runs in real time elsewhere."""
     from fivebar_description.ros.scheduling import processor_set, processors_problem
 
-    if mode is not Mode.REALTIME and (separate or processors):
-        raise InputError(f"{'--separate' if separate else '--processors'}: expected with --realtime or --hardware")
+    given = {"--separate": separate, "--processors": processors, "--priority": priority is not None}
+    for option, is_given in given.items():
+        if mode is not Mode.REALTIME and is_given:
+            raise InputError(f"{option}: expected with --realtime or --hardware")
     there = os.sched_getaffinity(0)
     problem = processors_problem(processors)
     if problem is None and not processor_set(processors) <= there:
@@ -237,19 +243,26 @@ def _refuse_scheduling(mode: Mode, separate: bool, processors: str) -> None:
 
 @command(Group.RUN)
 def simulate(
-    scenario: ScenarioArgument, out: OutOption = None, page: PageOption = True, as_json: JsonOption = False
+    scenario: ScenarioArgument,
+    changes: SetOption = None,
+    out: OutOption = None,
+    page: PageOption = True,
+    as_json: JsonOption = False,
 ) -> None:
     """Run a motion without ROS; leave the same bag and report.
 
     The controllers and the plant are those of `fivebar run`, in one process; the results are equal bit for bit.
 
     Example: `fivebar simulate middle --json`
+
+    Example: `fivebar simulate middle --set gains.kp=900 --set plant.friction.stribeck=1.3`
     """
     from fivebar_bringup.runs.admission import load_with_odds
     from fivebar_bringup.runs.offline import run_offline
+    from fivebar_bringup.scenarios.changes import read_changes
 
     with input_errors(), keyboard_interrupts():
-        admitted = load_with_odds(scenario)
+        admitted = load_with_odds(scenario, read_changes(changes))
         loaded = admitted.scenario
         with progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_offline(loaded, out, progress, page, admitted.kept)
@@ -280,7 +293,7 @@ def report(
     run_directory, *others = (RunDirectory(directory) for directory in directories)
     with input_errors():
         if others:
-            _overlay(run_directory, others, gif or mp4, as_json)
+            _overlay(run_directory, others, gif or mp4, namespace, as_json)
         within = None if namespace is None else read_namespace(namespace)
         with progress_bar(str(run_directory.path), as_json):
             summary = write_report(run_directory, namespace=within)
@@ -292,12 +305,14 @@ def report(
     _finish(run_directory, summary, as_json)
 
 
-def _overlay(first: RunDirectory, others: list[RunDirectory], animated: bool, as_json: bool) -> NoReturn:
+def _overlay(
+    first: RunDirectory, others: list[RunDirectory], animated: bool, within: str | None, as_json: bool
+) -> NoReturn:
     """Write the page of two runs, print where it is or both summaries, and exit."""
     from fivebar_bringup.report.report import write_overlay
 
-    if len(others) > 1 or animated:
-        raise InputError("report: expected one run, or two without --gif and --mp4")
+    if len(others) > 1 or animated or within is not None:
+        raise InputError("report: expected one run, or two without --gif, --mp4 and --namespace")
     with progress_bar("both runs", as_json):
         page, summaries = write_overlay(first, others[0])
     if as_json:

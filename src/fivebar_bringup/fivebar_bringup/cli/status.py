@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommand about a running graph: status."""
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros_environment import HIGHEST_DOMAIN, check_ros_environment, domain_of_environment
 
 if TYPE_CHECKING:
-    from fivebar_bringup.live.ros.diagnostics_listener import DiagnosticsListener, NodeReport
+    from fivebar_bringup.ros.diagnostics_listener import DiagnosticsListener, NodeReport
 
 COLOURS = {"ok": "green", "warning": "yellow", "error": "red", "stale": "magenta"}
 
@@ -32,8 +33,8 @@ LISTENING_TIME = 2.5
 OLDEST = 3.0
 """A node that has been silent for longer (s) is stale."""
 
-COLUMNS = ("answered", "rate_hz", "jitter_ms", "interval_max_ms", "late", "dropped")
-"""Diagnostics that every node publishes; the others follow in a last column."""
+COLUMNS = ("answered", "rate_hz", "jitter_ms", "late", "dropped")
+"""Diagnostics that every node publishes and a narrow terminal has room for; the others follow below the table."""
 
 
 DomainOption = Annotated[
@@ -65,7 +66,7 @@ def status(
         check_ros_environment()
         number = graph_domain(domain)
     # here, because it loads ROS
-    from fivebar_bringup.live.ros.diagnostics_listener import DiagnosticsListener
+    from fivebar_bringup.ros.diagnostics_listener import DiagnosticsListener
 
     with input_errors(), keyboard_interrupts(), DiagnosticsListener(number) as listener:
         if listener.wait_for_report(DISCOVERY_TIME):
@@ -76,7 +77,7 @@ def status(
     if as_json:
         print(json.dumps([report._asdict() for report in reports], indent=2))
     elif not watch:
-        Printer().print(_table(reports) if reports else f"no node of the graph answers in domain {number}")
+        Printer().print(_shown(reports) if reports else f"no node of the graph answers in domain {number}")
     sound = bool(reports) and all(report.level in ("ok", "warning") for report in reports)
     raise typer.Exit(COMPLETED if sound else FAILED)
 
@@ -108,22 +109,23 @@ def _watch(listener: DiagnosticsListener) -> None:
     try:
         with Live(console=Printer(), auto_refresh=False) as live:
             while True:
-                live.update(Lines(_table(listener.reports(OLDEST))), refresh=True)
+                live.update(_shown(listener.reports(OLDEST)), refresh=True)
                 listener.take_for(0.5)
     except KeyboardInterrupt:
         pass
 
 
-def _table(reports: list[NodeReport]) -> Table:
-    table = Table("node", "level", *COLUMNS, "other", "message", box=None)
+def _shown(reports: list[NodeReport]) -> Lines:
+    """Return a table of the nodes, and below it what else each of them says."""
+    table = Table("node", "level", *COLUMNS, box=None)
     for report in reports:
-        others = ", ".join(f"{name} {value}" for name, value in report.figures.items() if name not in COLUMNS)
         colour = COLOURS[report.level]
-        table.add_row(
-            report.node,
-            Text(report.level, colour),
-            *(report.figures.get(name, "") for name in COLUMNS),
-            others,
-            report.message,
-        )
-    return table
+        figures = (report.figures.get(name, "") for name in COLUMNS)
+        table.add_row(report.node, Text(report.level, colour), *figures)
+    others = []
+    for report in reports:
+        parts = [f"{name} {value}" for name, value in report.figures.items() if name not in COLUMNS]
+        words = ", ".join(filter(None, (report.message, *parts)))
+        if words:
+            others.append(Text.assemble((report.node, "bold"), f": {words}"))
+    return Lines(table, *others)

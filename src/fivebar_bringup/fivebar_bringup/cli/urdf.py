@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Subcommands that describe a robot to ROS and to simulators: urdf, model."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Words in the help of options that take libraries to know: `{controllers}` stands for the names of the controllers.
 
 They are loaded where help is shown, and not for a run or a mistyped option.
@@ -32,15 +33,9 @@ def _controllers() -> str:
 
 
 def _crossing_controllers() -> str:
-    from fivebar_bringup.motions.request import CONTROLLERS
+    from fivebar_control.laws.registry import crossing_controllers
 
-    return ", ".join(CONTROLLERS)
-
-
-def _rigs() -> str:
-    from fivebar_bringup.studies.rigs.named import shipped_rigs
-
-    return ", ".join(shipped_rigs())
+    return ", ".join(crossing_controllers())
 
 
 def _home_mode() -> str:
@@ -67,17 +62,10 @@ def _drive_faults() -> str:
     return USAGE
 
 
-def _board_faults() -> str:
-    from fivebar_sim.boards.commands import USAGE
-
-    return USAGE
-
-
 def _drive_files() -> str:
-    from fivebar_bringup.drives.board_files import SHIPPED
     from fivebar_bringup.drives.can_files import TEMPLATE
 
-    return f"{SHIPPED}; {TEMPLATE}"
+    return TEMPLATE
 
 
 def _mock_component() -> str:
@@ -90,13 +78,11 @@ WORDS = {
     "scenarios": _scenarios,
     "controllers": _controllers,
     "crossing_controllers": _crossing_controllers,
-    "rigs": _rigs,
     "home_mode": _home_mode,
     "torque_limit": _torque_limit,
     "speed_limit": _speed_limit,
     "drive_faults": _drive_faults,
-    "board_faults": _board_faults,
     "drive_files": _drive_files,
     "mock_component": _mock_component,
 }
-"""Words by the place that they stand for."""
+"""Words by the place that they stand for; modules of further commands add theirs."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of a run on two drives on a CAN bus: the shipped ones with the scenario's rate, encoders and limits."""
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from fivebar_bringup.drives.run_files import (
 )
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, load_drives
+from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.files import share_file, write_file
 from fivebar_description.interface import ACTIVE_JOINTS
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
@@ -95,7 +97,7 @@ def drive_file(scenario: Scenario, configuration: str) -> DriveFile:
 def _contents(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the contents of the files of emulated drives and of their bridge, on a bus of their own."""
     emulation, drives = _shipped("fivebar_sim"), _shipped("fivebar_control")
-    plant, cycles, start = scenario.plant, scenario.stop_cycles(), scenario.initial_joints()
+    plant, cycles, start = scenario.plant, stop_cycles(scenario), scenario.initial_joints()
     period_us = MICROSECONDS // scenario.rate_hz
     period_ms = max(1, -(-period_us // 1000))
     # half a period, so that every cycle sends one even if it starts slightly early

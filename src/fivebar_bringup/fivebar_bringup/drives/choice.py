@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Choice of the drives that a run is on, emulated or real, and the files that it needs."""
 
 from __future__ import annotations
@@ -11,12 +12,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.connection import interface_of
 from fivebar_description.drive_kinds import DriveKind, confirm_installed, drive_kind
 from fivebar_description.errors import InputError
-from fivebar_description.known_drives import CANOPEN, MOTKIN, ROS2_CONTROL
 from fivebar_description.modules import load_part
+from fivebar_description.optional import confirm_package
 from fivebar_description.robot_file import read_robot
-
-OF_HARDWARE = {Hardware.SOCKETCAN: CANOPEN, Hardware.USB: MOTKIN, Hardware.EXTERNAL: ROS2_CONTROL}
-"""The interface that a kind of hardware stands for."""
 
 
 class RealDrives(NamedTuple):
@@ -77,7 +75,9 @@ def write_drive_files(scenario: Scenario, folder: Path, configuration: str | Non
         InputError: the scenario cannot be rehearsed on emulated drives; the text says what to change.
     """
     configuration = configuration_of_run(scenario, configuration)
-    return run_files_of(kind_of(scenario, configuration)).write_rehearsal(scenario, folder, configuration)
+    kind = kind_of(scenario, configuration)
+    confirm_package(kind.emulation, f"--hardware emulated: {kind.name}")
+    return run_files_of(kind).write_rehearsal(scenario, folder, configuration)
 
 
 def write_real_drives(scenario: Scenario, drives: RealDrives, path: Path) -> None:
@@ -98,11 +98,9 @@ def real_drives(
     Raises:
         InputError: the scenario cannot be run on them, or an option is missing or too many.
     """
-    expected = OF_HARDWARE.get(hardware, kind.name)
-    if kind.name != expected:
-        raise InputError(
-            f"--hardware {hardware}: expected a robot whose drives are {expected}, found {kind.name}: {scenario.robot}"
-        )
+    if hardware not in (Hardware.REAL, kind.hardware):
+        expected = " or ".join(filter(None, (kind.hardware, Hardware.REAL)))
+        raise InputError(f"--hardware {hardware}: the drives are {kind.name}: expected {expected}: {scenario.robot}")
     files = run_files_of(kind)
     if (port is not None) is not files.has_port:
         raise InputError("--port: expected together with --hardware usb, and only there")

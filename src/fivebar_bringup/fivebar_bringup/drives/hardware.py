@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The hardware that a run controls: the simulated robot, or drives."""
 
 from __future__ import annotations

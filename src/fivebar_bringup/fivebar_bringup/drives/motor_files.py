@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of a run on two motors whose configuration is a `MotorsFile`, whatever their interface."""
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from fivebar_bringup.drives.run_files import (
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS
 from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.errors import unwrapped
 from fivebar_description.files import write_file
 from fivebar_description.strict_yaml import InputError, yaml_text
@@ -67,7 +69,7 @@ class MotorRunFiles:
             raise InputError("--drives: expected the configuration of the drives, which the rehearsal begins from")
         files = DriveFiles.of(folder)
         content = load_motors(begun).model_dump(mode="json")
-        start, cycles = scenario.initial_joints(), scenario.stop_cycles()
+        start, cycles = scenario.initial_joints(), stop_cycles(scenario)
         period_us = MICROSECONDS // scenario.rate_hz
         common = {
             "name": scenario.name,

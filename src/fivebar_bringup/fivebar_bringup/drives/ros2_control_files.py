@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Files of a run on joints under a controller manager of ros2_control."""
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """The files of a run on drives, which bridge and emulated hardware read apart, as on a real robot."""
 
 from __future__ import annotations
 
 import secrets
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -105,6 +107,15 @@ def emulated_robot(scenario: Scenario) -> dict[str, Any]:
         dumped = scenario.model_dump(mode="json")["plant"]
         content["effects"] = {name: dumped[name] for name in ("engine", "seed", *sections(PlantSettings))}
     return content
+
+
+BUS_KEYS = ("interface", "channel", "port", "bitrate")
+"""Keys of a section `link` that say which CAN bus."""
+
+
+def private_bus_link(link: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Return a section `link` on a CAN bus that a run has for itself, with what else the section says of the drives."""
+    return private_bus() | {key: value for key, value in link.items() if key not in BUS_KEYS}
 
 
 def private_bus() -> dict[str, Any]:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The control chain after the state estimator: motion, supervisor, laws and blender."""
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from fivebar_bringup.graph.sensor_nodes import estimate_state
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.ros.node_settings import CONTINUE, HOLD, BlenderSettings, TrajectorySettings
+from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.interface import (
     DRIVES_STATE,
     ESTIMATE_DISTURBANCE,
@@ -117,4 +119,4 @@ def blender(scenario: Scenario, mode: Mode, endless: bool) -> NodeSpec:
 
 def held_for(scenario: Scenario, mode: Mode) -> dict[str, Any]:
     """Return for how many cycles a torque is held in real time, which no node then has to find out from the motion."""
-    return {"safety.stop_cycles": scenario.stop_cycles()} if mode is Mode.REALTIME else {}
+    return {"safety.stop_cycles": stop_cycles(scenario)} if mode is Mode.REALTIME else {}

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node graph of a run: its nodes, their parameters, and the topics that connect them.
 
 The `fivebar` command, the launch files and `fivebar nodes` all use this one description.
@@ -19,7 +20,7 @@ from fivebar_bringup.graph.control_nodes import (
 )
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, SCENE_NODE, Mode, NodeSpec
 from fivebar_bringup.graph.robot_nodes import beside_bridge, bridge, emulated_hardware, plant
-from fivebar_bringup.graph.sensor_nodes import absent_of_vision, estimator, imu_listener, vision_nodes
+from fivebar_bringup.graph.sensor_nodes import absent_of_vision, estimator, imu_listener
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_control.ros.node_settings import ProgramSettings
@@ -50,6 +51,7 @@ from fivebar_description.interface import (
     WORK_TOPICS,
     output_topic,
 )
+from fivebar_description.optional import CAMERA_NODES, CAMERA_ON, optional_part
 from fivebar_description.scenario_file import FILE_OF_RUN
 from fivebar_description.settings import to_parameters
 
@@ -97,7 +99,9 @@ def crossing_graph(
     nodes += [] if bridged and not alone else [imu_listener(scenario)]
     nodes += [] if work is None else [_program_runner(scenario, work)]
     keeper = PLANT if rehearsal is None else EMULATED_ROBOT
-    nodes += vision_nodes(scenario, mode, None if drives is not None or alone else keeper)
+    if scenario.camera.on:
+        camera_nodes = optional_part(CAMERA_NODES, CAMERA_ON)
+        nodes += camera_nodes(scenario, mode, None if drives is not None or alone else keeper)
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
@@ -133,6 +137,7 @@ def crossing_graph(
                 str(bag.absolute()),
                 tuple(topic.name for topic in recorded),
                 tuple(node.executable for node in (*nodes, *beside)),
+                simulated_time=mode is Mode.LOCKSTEP,
             )
         ),
         recorded,

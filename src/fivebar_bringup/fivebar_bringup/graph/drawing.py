@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The graph of a run as an SVG: a row for each node, a column for each topic, from its publishers to who hears it."""
 
 from __future__ import annotations

@@ -1,10 +1,14 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node of the graph: what runs it, its parameters and its topics."""
 
 from __future__ import annotations
 
 from enum import StrEnum
+from importlib import import_module
 from typing import Any, NamedTuple
 
+from fivebar_control import executables
+from fivebar_description.executable import Executable
 from fivebar_description.interface import Topic
 
 
@@ -28,7 +32,9 @@ class Sharing(StrEnum):
 
 PLANT = "plant"
 EMULATED_ROBOT = "emulated_robot"
-BRIDGES = ("dextar_bridge", "motkin_bridge", "drive_bridge")
+BRIDGES = tuple(name for name in vars(executables) if name.endswith("_bridge"))
+"""The nodes of `fivebar_control` that connect drives to the graph."""
+
 WATCHDOGS = ("command_watchdog",)
 SCENE_NODE = "scene"
 
@@ -37,7 +43,7 @@ class NodeSpec(NamedTuple):
     """One node of the graph; its name is that of its executable.
 
     Attributes:
-        package, executable: package and executable that run it.
+        package, executable: ROS package and executable that run it.
         parameters: values of its parameters.
         subscribes, publishes: its topics.
         in_chain: whether it belongs to the control chain, between a measurement and its torque.
@@ -52,8 +58,9 @@ class NodeSpec(NamedTuple):
 
     @property
     def module(self) -> str:
-        """The Python module that runs the node."""
-        return f"{self.package}.nodes.{self.executable}"
+        """The Python module that runs the node, as the executables of its package have it."""
+        program: Executable = getattr(import_module(f"{self.package}.executables"), self.executable)
+        return program.module
 
     def parameter_file(self) -> str:
         """Return the node's parameters in the format of `--params-file`, for any namespace."""

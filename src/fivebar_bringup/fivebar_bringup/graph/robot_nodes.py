@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The nodes that the commanded torque reaches: the simulated plant, emulated drives, or the bridge to real ones."""
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from fivebar_bringup.graph.sensor_nodes import announced, awaited_sights, passiv
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.ros.node_settings import BridgeSettings
+from fivebar_control.scenario.stopping import brake_limit, stop_cycles
 from fivebar_description.interface import (
     CLOCK,
     DRIVES_STATE,
@@ -38,9 +40,9 @@ from fivebar_sim.ros.node_settings import EmulatedRobotSettings, PlantNodeSettin
 
 def plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
     """Return the simulated robot; it starts once the awaited nodes are ready."""
-    settings = PlantNodeSettings(mode.value, wait_for_nodes=tuple(awaited), brake_limit_s=scenario.brake_limit())
+    settings = PlantNodeSettings(mode.value, wait_for_nodes=tuple(awaited), brake_limit_s=brake_limit(scenario))
     if mode is Mode.REALTIME:
-        settings = settings._replace(freshness_samples=scenario.stop_cycles() - 1)
+        settings = settings._replace(freshness_samples=stop_cycles(scenario) - 1)
     return NodeSpec(
         "fivebar_sim",
         PLANT,

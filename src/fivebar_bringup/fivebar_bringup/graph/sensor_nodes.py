@@ -1,4 +1,5 @@
-"""The nodes that measure and estimate: state estimator, IMU listener, camera and vision listener."""
+# SPDX-License-Identifier: Apache-2.0
+"""The nodes that measure and estimate: state estimator and IMU listener."""
 
 from __future__ import annotations
 
@@ -7,18 +8,13 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.ros.node_settings import (
     EstimatorNodeSettings,
     ImuListenerSettings,
-    VisionListenerSettings,
     runs_compiled,
 )
 from fivebar_description.interface import (
-    CAMERA_IMAGE,
-    CAMERA_INFO,
-    CAMERA_TOPICS,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
     ESTIMATE_STATE,
     FAULTS,
-    GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
     JOINT_STATES,
@@ -37,7 +33,6 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.settings import to_parameters
-from fivebar_sim.ros.node_settings import CameraNodeSettings
 
 
 def has_compiled_estimator(scenario: Scenario, mode: Mode) -> bool:
@@ -93,32 +88,6 @@ def imu_listener(scenario: Scenario) -> NodeSpec:
         (IMU_DATA, REFERENCE, RUN_READY, RUN_PLAN, RUN_EPOCH),
         (IMU_ERROR,),
     )
-
-
-def vision_nodes(scenario: Scenario, mode: Mode, keeper: str | None) -> list[NodeSpec]:
-    """Return the camera, where it is simulated, and who reads its pictures.
-
-    `keeper` is the node that publishes the robot's exact state, None for a real robot.
-    """
-    camera = scenario.camera
-    if not camera.on:
-        return []
-    waits = () if keeper is None else ("camera", "state_estimator" if scenario.estimated else keeper)
-    simulation = NodeSpec(
-        "fivebar_sim",
-        "camera",
-        to_parameters(CameraNodeSettings(mode.value, () if keeper is None else (keeper,))),
-        (GROUND_TRUTH, RUN_READY, RUN_PLAN, RUN_EPOCH),
-        CAMERA_TOPICS if camera.pictures else (VISION_PLATFORM,),
-    )
-    listener = NodeSpec(
-        "fivebar_control",
-        "vision_listener",
-        to_parameters(VisionListenerSettings(mode.value, waits)),
-        (CAMERA_IMAGE, CAMERA_INFO, JOINT_STATES, FAULTS, RUN_READY, RUN_PLAN, RUN_EPOCH),
-        (*VISION_TOPICS, FAULTS),
-    )
-    return [*([] if keeper is None else [simulation]), *([listener] if camera.pictures else [])]
 
 
 def awaited_sights(scenario: Scenario, mode: Mode) -> tuple[Topic, ...]:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The node graph of a robot that rests after its motion and takes requests."""
 
 from __future__ import annotations
@@ -5,13 +6,13 @@ from __future__ import annotations
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, NodeSpec
 from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.laws.registry import GOAL_CONTROLLERS
+from fivebar_control.laws.registry import goal_controllers
 from fivebar_control.ros.node_settings import HOLD
 from fivebar_description.strict_yaml import InputError
 
 GENERATOR = "trajectory_generator"
 
-PLANNER = "fivebar_bringup.motions.likely_orders:planner_of"
+PLANNER = "fivebar_bringup.motions.planner_with_odds:planner_of"
 """Planner of requests where robots can be drawn to find out how likely they are to succeed."""
 
 LONGEST = 100_000_000
@@ -26,7 +27,7 @@ def check_takes_goals(scenario: Scenario) -> None:
     """
     if not scenario.scheme().takes_goals:
         raise InputError(
-            f"controller: {scenario.controller}: accepts no goals: expected {' or '.join(GOAL_CONTROLLERS)}"
+            f"controller: {scenario.controller}: accepts no goals: expected {' or '.join(goal_controllers())}"
         )
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A requested motion that is likely to succeed on a robot which is only known within its tolerances."""
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from fivebar_bringup.motions.request import (
 from fivebar_bringup.odds.odds import Odds, kept_odds
 from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.planning.places import TimedCourse, courses_elsewhere
+from fivebar_control.planning.alternative_courses import TimedCourse, courses_elsewhere
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, transfer_along
 from fivebar_description.strict_yaml import InputError

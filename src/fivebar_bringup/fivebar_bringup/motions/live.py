@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sends a goal to a running graph and follows it."""
 
 from __future__ import annotations
@@ -8,8 +9,8 @@ from typing import Any
 
 from fivebar_bringup.motions.request import ASSEMBLY_MODES
 from fivebar_bringup.nodes.goal_client import GoalClient
+from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import via_fields
-from fivebar_control.planning.sight import Point
 from fivebar_description.strict_yaml import InputError
 
 ENDS = ("arrived", "cancelled", "refused", "stopped")

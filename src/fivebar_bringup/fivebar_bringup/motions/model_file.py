@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot as a model for tools of others: MJCF or SDF with the closed loop, or URDF with ros2_control."""
 
 from __future__ import annotations
@@ -5,14 +6,15 @@ from __future__ import annotations
 import math
 
 from fivebar_bringup.motions.model_format import ModelFormat
-from fivebar_bringup.motions.request import within_drives
 from fivebar_bringup.motions.start import HOME_MODE
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.registry import laws_unopened
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import JointAngles
+from fivebar_control.planning.motor_limits import motor_limits
 from fivebar_description.errors import InputError
 from fivebar_description.imu import ImuSettings
+from fivebar_description.optional import MUJOCO_MODEL, optional_part
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_description import robot_tree, xml_text
 from fivebar_description.robot_file import read_robot
@@ -44,17 +46,16 @@ def model_text(kind: ModelFormat, robot: str = "", scenario: str = "", plugin: s
         joints = _posture(five_bar, loaded.working_mode, loaded.waypoints[0], f"{scenario}: waypoints[0]")
     else:
         joints = _posture(five_bar, HOME_MODE, file.home_m, f"{chosen}: home_m")
-    tree = robot_tree(five_bar, file.name, imu, file.weighed())
-    torque_limit = within_drives(chosen, None, None)[0]
+    limits = motor_limits(file)
+    torque_limit = limits.torque
+    tree = robot_tree(five_bar, file.name, imu, file.weighed(), limits)
     if kind is ModelFormat.SDF:
         return sdf_text(tree, joints)
     if kind is ModelFormat.URDF:
         add_ros2_control(tree, plugin or MOCK, joints, torque_limit)
         return xml_text(tree)
-    # loaded where it is used: MuJoCo's model needs the settings of the simulated robot
-    from fivebar_sim.mujoco_file import mjcf_file
-
-    return mjcf_file(five_bar, tree, joints, imu, torque_limit)
+    text: str = optional_part(MUJOCO_MODEL, f"--format {kind}")(five_bar, tree, joints, imu, torque_limit)
+    return text
 
 
 def _posture(robot: FiveBar, mode: tuple[int, int], place: tuple[float, float], name: str) -> JointAngles:

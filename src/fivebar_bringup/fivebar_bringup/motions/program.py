@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A program: planned step by step before anything moves, and carried out by the node graph."""
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import Work
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals
-from fivebar_bringup.motions.likely_orders import LikelyOrders
+from fivebar_bringup.motions.planner_with_odds import PlannerWithOdds
 from fivebar_bringup.motions.request import within_drives
 from fivebar_bringup.motions.stand import standing_graph
 from fivebar_bringup.odds.odds import Odds, kept_odds
@@ -23,8 +24,8 @@ from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.run import report_on, run_prepared
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import Planned, plan_once
+from fivebar_control.planning.order_planning import plan_once
+from fivebar_control.planning.orders import Planned, PlanningRequest
 from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, Move, SetOutput, Wait, with_files
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
 from fivebar_control.scenario.goal_conditions import conditions_of
@@ -126,7 +127,7 @@ def plan_program(loaded: LoadedProgram, scenario: Scenario, source: str, mode: M
         InputError: a move is refused; the message says which step, in which line, and why.
     """
     conditions = conditions_of(scenario, mode is Mode.REALTIME)
-    likely = LikelyOrders(scenario, conditions) if has_odds(scenario) else None
+    likely = PlannerWithOdds(scenario, conditions) if has_odds(scenario) else None
     x, y = scenario.waypoints[0]
     at, payload = (x, y), 0.0
     steps, orders = [], []

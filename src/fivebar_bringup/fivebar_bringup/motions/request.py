@@ -1,32 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
 """A requested motion: from the command's options to a planned transfer and the scenario that runs it."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from fivebar_bringup.motions.start import Start
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenarios.changes import changed_scenario, refuse_decided
 from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.postures import mode_name
-from fivebar_control.planning.sight import Point
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, plan_transfer
 from fivebar_control.scenario.motion_limits import scenario_limits
+from fivebar_control.scenario.sensors import sensing_of
 from fivebar_control.trajectory.path_distance import KEPT_TO
 from fivebar_control.trajectory.rounded import RESTS
+from fivebar_description.known_drives import LARGEST_SPEED
+from fivebar_description.other_units import in_other_unit
+from fivebar_description.plausibility import too_strong
 from fivebar_description.robot_file import load_robot, read_robot
+from fivebar_description.settings import plain_keys
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_description.suggestion import expected_one_of
 
 ASSEMBLY_MODES = {"+": 1, "-": -1}
 """The assembly modes by name: the sign of det A."""
-
-CONTROLLERS = tuple(name for name, controller in registry.CONTROLLERS.items() if controller.crosses)
-"""Controllers that can cross the Type 2 locus."""
 
 
 class Request(NamedTuple):
@@ -37,7 +43,7 @@ class Request(NamedTuple):
         assembly: "+" or "-", None for the assembly mode that the goal has.
         working_mode: in which the goal is to be reached, None for that of the start.
         start: where the robot rests.
-        controller: one of `CONTROLLERS`.
+        controller: one that is meant to cross the Type 2 locus.
         robot: a shipped robot's name, or the path of a robot file.
         torque_limit: of both motors (Nm).
         motor_speed: allowed for both motors (rad/s).
@@ -46,6 +52,7 @@ class Request(NamedTuple):
         via: points (m) on the way.
         blend_radius: within which each corner there is rounded (m), 0 for a rest; one for all, or one for each.
         judge: "timed" or "path", by which distance the motion is judged; None for that of the run before.
+        changes: values of further keys of the scenario, by their names with dots.
     """
 
     x: float
@@ -62,15 +69,44 @@ class Request(NamedTuple):
     via: tuple[Point, ...] = ()
     blend_radius: tuple[float, ...] = RESTS
     judge: str | None = None
+    changes: Mapping[str, Any] = MappingProxyType({})
+
+
+DECIDED = {
+    "name": "--out",
+    "controller": "--controller",
+    "robot": "--robot",
+    "judge": "--judge",
+    "waypoints": "the goal X Y, --from and --via",
+    "working_mode": "--working-mode and --from-mode",
+    "working_modes": "a scenario, since `goto` stays in one working mode",
+    "start": "--seen",
+    "stands": "--from",
+    "segment_duration": "--duration or --fastest",
+    "time_law": "--fastest, since the planner chooses it",
+    "blend_radius": "--blend-radius",
+    "plant.torque_limit": "--torque-limit",
+    "rate_hz": "a scenario with `fivebar simulate`",
+    "force": "a scenario with `fivebar simulate`, since `goto` runs no motion that is refused",
+    "drives_file": "`fivebar run --hardware`",
+}
+"""Keys of the scenario that a request decides itself, and what to use in their place."""
 
 
 def within_drives(robot: str, torque_limit: float | None, speed_limit: float | None) -> tuple[float, float]:
     """Return limits of torque (Nm) and motor speed (rad/s): as given, else of the robot's file, else the usual ones.
 
     Raises:
-        InputError: the robot's file is missing or does not describe a five-bar.
+        InputError: the robot's file is missing or does not describe a five-bar, or a limit is not one of such a robot.
     """
-    drives, usual = read_robot(robot).drives, MotionLimits()
+    file = read_robot(robot)
+    beyond = None if torque_limit is None else too_strong(file, torque_limit)
+    if beyond is not None:
+        raise InputError(f"--torque-limit: {beyond}")
+    if speed_limit is not None and speed_limit > LARGEST_SPEED:
+        unit = in_other_unit("rad/s", lambda size: size * speed_limit <= LARGEST_SPEED)
+        raise InputError(f"--speed-limit: {speed_limit:g}: expected at most {LARGEST_SPEED:g} rad/s{unit}")
+    drives, usual = file.drives, MotionLimits()
     torques = torque_limit, drives.torque_limit, usual.torque
     speeds = speed_limit, drives.joint_speed_limit, usual.motor_speed
     torque, speed = (next(one for one in limits if one is not None) for limits in (torques, speeds))
@@ -120,7 +156,10 @@ def task_of_request(request: Request, judge_loads: bool = True) -> Task:
     """Return the task of a request; arguments as for `plan_request`."""
     asked = asked_scenario(request)
     # settings are the defaults, those of torques in the robot's size
-    follower = registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
+    if request.changes:
+        follower = asked.tuned()
+    else:
+        follower = registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
     limits = scenario_limits(asked, None, follower, request.torque_limit, request.motor_speed)
     return Task(
         load_robot(request.robot),
@@ -128,7 +167,7 @@ def task_of_request(request: Request, judge_loads: bool = True) -> Task:
         request.rate_hz,
         follower,
         limits if judge_loads else limits.without_loads(),
-        asked.sensing(),
+        sensing_of(asked),
     )
 
 
@@ -151,9 +190,9 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
         "blend_radius": list(transfer.course.blend_radius) if transfer.course.rounded else 0.0,
         "rate_hz": request.rate_hz,
         "judge": asked.judge,
-        "plant": asked.plant._asdict(),
+        "plant": plain_keys(asked.plant),
     }
-    return validate(content, Scenario, "goto")
+    return changed_scenario(content, request.changes) if request.changes else validate(content, Scenario, "goto")
 
 
 def asked_scenario(request: Request) -> Scenario:
@@ -171,6 +210,11 @@ def asked_scenario(request: Request) -> Scenario:
             "waypoints": [[start.x, start.y], [request.x, request.y]],
         }
         before = validate(content, Scenario, "goto")
+    else:
+        content = before.model_dump(mode="json") | {"controller": request.controller, "robot": request.robot}
+    if request.changes:
+        refuse_decided(request.changes, DECIDED)
+        before = changed_scenario(content, request.changes)
     update: dict[str, object] = {
         "robot": request.robot,
         "rate_hz": request.rate_hz,
@@ -191,8 +235,9 @@ def refuse_malformed(request: Request) -> None:
     for option, mode in (("--working-mode", request.working_mode), ("--from-mode", request.start.working_mode)):
         if mode is not None and any(sign not in (-1, 1) for sign in mode):
             raise InputError(f"{option}: {list(mode)}: expected two signs, each 1 or -1")
-    if request.controller not in CONTROLLERS:
-        raise InputError(f"--controller: {request.controller!r}: {expected_one_of(request.controller, CONTROLLERS)}")
+    if request.controller not in registry.CONTROLLERS or not registry.CONTROLLERS[request.controller].crosses:
+        able = registry.crossing_controllers()
+        raise InputError(f"--controller: {request.controller!r}: {expected_one_of(request.controller, able)}")
     if request.judge is not None and request.judge not in KEPT_TO:
         raise InputError(f"--judge: {request.judge!r}: {expected_one_of(request.judge, tuple(KEPT_TO))}")
     figures = {"--torque-limit": request.torque_limit, "--speed-limit": request.motor_speed}

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A graph that keeps running after its planned motion: the robot rests and accepts goals."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Start of a requested motion: a given position, or the end of an earlier run."""
 
 from __future__ import annotations
@@ -12,11 +13,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import read_scenario
 from fivebar_control.laws.registry import laws_unopened
 from fivebar_control.model.kinematics import state_from_joints, working_mode
-from fivebar_description.interface import GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
+from fivebar_description.interface import ACTIVE_JOINTS, GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
+from fivebar_description.robot_file import HOME_MODE as HOME_MODE
 from fivebar_description.strict_yaml import InputError
-
-HOME_MODE = (1, -1)
-"""Default working mode of a robot that rests where its file says."""
 
 AT_REST = 0.2
 """Motor speed (rad/s) up to which a run counts as ended at rest."""
@@ -49,11 +48,7 @@ def start_after(directory: Path) -> Start:
             " that ended without one: place it in the program, or go on within it"
         )
     topic = GROUND_TRUTH if recording.count(GROUND_TRUTH) else JOINT_STATES
-    last = [
-        float(recording.field(topic, field)[-1, recording.joint_names(topic).index(joint)])
-        for field in ("position", "velocity")
-        for joint in JOINTS
-    ]
+    last = [one for field in ("position", "velocity") for one in recording.values(topic, field, JOINTS)[-1].tolist()]
     state = state_from_joints(scenario.five_bar(), *last)
     if not max(abs(state.leg1.dq1), abs(state.leg2.dq1)) <= AT_REST:
         raise InputError(
@@ -94,6 +89,5 @@ def standing_after(directory: Path) -> Standing:
     run = RunDirectory(directory)
     recording = read_bag(run.bag)
     topic = MOTOR_STATES if recording.count(MOTOR_STATES) else JOINT_STATES
-    names, last = recording.joint_names(topic), recording.field(topic, "position")[-1]
-    q11, q21 = (float(last[names.index(joint)]) for joint in ("q11", "q21"))
+    q11, q21 = recording.values(topic, "position", ACTIVE_JOINTS)[-1].tolist()
     return Standing(q11, q21, run.read_scenario())

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A planned transfer as text for a person and as JSON for a script."""
 
 from __future__ import annotations

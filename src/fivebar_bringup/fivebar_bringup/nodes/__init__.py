@@ -1,4 +1,5 @@
-"""ROS nodes around a run: recorder, process of composed nodes, run monitor, goal client, scene and viewer."""
+# SPDX-License-Identifier: Apache-2.0
+"""ROS nodes around a run: recorder, process of composed nodes, run monitor, goal client and scene."""
 
 from fivebar_description.ros_environment import require_middleware
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Records the graph's topics into an MCAP bag, as raw serialized messages."""
 
 from __future__ import annotations
@@ -11,17 +12,23 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from std_msgs.msg import String
 
 from fivebar_bringup.bag.recorder_settings import ALL_TOPICS, RecorderSettings
+from fivebar_bringup.bag.run_time import RunTime, stamp_in
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_description.interface import (
     DIAGNOSTICS,
     DRIVES_STATE,
     FAULTS,
+    GOAL,
+    JOINT_STATE,
+    JOINT_STATES,
+    MOTOR_STATES,
     PICTURES,
     RECORDED_BESIDES,
     RUN_READY,
     STATE_QOS,
     TOPICS,
     TORQUE_COMMAND,
+    VISION_ERROR,
     WORK_TOPICS,
     Topic,
     of_robot,
@@ -66,6 +73,7 @@ class BagRecorder(GraphNode):
             raise InputError(f"bag_recorder: directory: {directory}: exists already, expected a new one") from error
         except OSError as error:
             raise InputError(f"bag_recorder: directory: {directory}: cannot be made: {error.strerror}") from error
+        self._run_time = RunTime() if settings.simulated_time else None
         self._lost: dict[str, int] = {}
         self._failed = False
         faults = [topic.name for topic in topics if topic.name.endswith(FAULTS.name)]
@@ -121,8 +129,16 @@ class BagRecorder(GraphNode):
         )
 
     def _receiver(self, topic: Topic) -> Callable[[bytes], None]:
+        run_time = self._run_time
+        sampled = topic.type == JOINT_STATE and not topic.from_outside and not _is_of(topic, (GOAL, VISION_ERROR))
+        measured = _is_of(topic, (JOINT_STATES, MOTOR_STATES))
+
         def receive(data: bytes) -> None:
-            self._bag.write(topic, time.time_ns(), data)
+            if run_time is None:
+                log_time = time.time_ns()
+            else:
+                log_time = run_time.of(topic.name, stamp_in(data) if sampled else None, measured)
+            self._bag.write(topic, log_time, data)
             self.answered += 1
 
         return receive

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Requests a motion from a running graph and follows its status."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs several nodes of the graph in one process, each under its own name with its own parameters.
 
 Example: ros2 run fivebar_bringup node_group fivebar_control.nodes.ctc_controller fivebar_control.nodes.blender

@@ -1,8 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
 """The launcher's node: receives the progress of run and program and publishes faults that the launcher detects."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from typing import Any
@@ -19,10 +19,11 @@ from fivebar_description.interface import (
     TORQUE_LATENCY,
     node_of_status,
 )
-from fivebar_description.outside_text import one_line
+from fivebar_description.joint_sample import MessageError
+from fivebar_description.outside_text import one_line, read_object
 from fivebar_description.process_names import describe_process
 from fivebar_description.ros.domain_member import DomainMember
-from fivebar_description.status_texts import is_latency, read_program_status, read_run_status
+from fivebar_description.status_texts import LatencyText, read_program_status, read_run_status
 
 REPORTS = 100
 """Reports on /diagnostics that are kept until they are read: nodes of one process publish theirs together."""
@@ -85,9 +86,9 @@ class RunMonitor(DomainMember):
                 continue
             for told in status.values:
                 if told.key == TORQUE_LATENCY:
-                    with suppress(ValueError):
-                        latency = json.loads(told.value)
-                        self.bridge_latency = latency if is_latency(latency) else None
+                    self.bridge_latency = None
+                    with suppress(MessageError):
+                        self.bridge_latency = read_object(told.value, LatencyText)
 
     def _take_program(self, status: dict[str, Any]) -> None:
         self.program = status

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes pictures of a run as markers, for RViz and Foxglove: no transform and no URDF is needed to see them.
 
 The node only looks on: it takes what arrives without asking for what is lost, and no other node waits for it.
@@ -21,7 +22,7 @@ from fivebar_bringup.scene.shapes import Colour, Kind, Shape
 from fivebar_control.model.kinematics import state_from_joints, working_mode
 from fivebar_control.ros.run_file import declared_motion
 from fivebar_control.scenario.keys import MOTION
-from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_control.scenario.motion_file import MotionFile
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     BASE_FRAME,
@@ -35,6 +36,7 @@ from fivebar_description.interface import (
     Topic,
 )
 from fivebar_description.joint_sample import MessageError
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import (
     best_effort,
     checked_stamp,
@@ -44,7 +46,6 @@ from fivebar_description.ros.messages import (
     to_stamp,
 )
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 
 BACKLOG = 256
@@ -92,7 +93,7 @@ class Scene(GraphNode):
     def __init__(self) -> None:
         """Make the node and publish the map."""
         super().__init__("scene")
-        scenario = FileParameters(self, ControlScenario, MOTION).file
+        scenario = FileParameters(self, MotionFile, MOTION).file
         self._motion = declared_motion(self, scenario)
         self._settings = self.declare_settings(SceneSettings)
         self._frame = self._settings.frame_id or self.frame(BASE_FRAME)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Alternatives of a motion: another duration, another time law, or another place of crossing."""
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from fivebar_bringup.odds.choice import Choice, likeliest
 from fivebar_bringup.odds.robot_errors import RobotErrors
 from fivebar_bringup.odds.trials import LAST_ROBOTS
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.alternative_courses import TimedCourse
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.places import TimedCourse
 from fivebar_control.trajectory.refusal import place
 
 M = TypeVar("M")

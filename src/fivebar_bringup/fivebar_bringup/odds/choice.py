@@ -1,9 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """The likeliest of several motions to the same end, found with few robots where few can tell."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
 from fivebar_bringup.odds.odds import Odds
@@ -24,13 +25,13 @@ class Choice(NamedTuple, Generic[M]):
         motion: that was chosen.
         odds: how many of the robots make it.
         robots: their numbers.
-        failed: numbers of those that do not make it.
+        failed: those that do not make it, and how each falls short.
     """
 
     motion: M
     odds: Odds
     robots: range = OTHER_ROBOTS
-    failed: frozenset[int] = frozenset()
+    failed: Mapping[int, str] = {}
 
 
 def likeliest(

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A motion that is likely to succeed on a robot which is only known within its tolerances, found within a time."""
 
 from __future__ import annotations
@@ -5,13 +6,15 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from shlex import quote
 from typing import Generic, NamedTuple
 
 from fivebar_bringup.odds.alternatives import Alternatives, Candidate, M, best_of_all
-from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.choice import Choice
+from fivebar_bringup.odds.odds import Odds, failures_in_words
 from fivebar_bringup.odds.relief import most_relieved
-from fivebar_bringup.odds.robot_errors import declared_errors
-from fivebar_bringup.odds.trials import ROBOTS, SEED, trials_of
+from fivebar_bringup.odds.robot_errors import RobotErrors, declared_errors
+from fivebar_bringup.odds.trials import ROBOTS, SEED, STATED_ROBOTS, failures_allowed, trials_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.compiling import expect_many_motions
 from fivebar_description.stages import stage
@@ -40,7 +43,8 @@ class LikelyMotion(NamedTuple, Generic[M]):
 
     Attributes:
         motion, scenario: as in `Candidate`.
-        odds: how many of the drawn robots make it; fewer robots than `ROBOTS` where the time was short.
+        odds: how many of the drawn robots make it, none of which had a part in accepting it; fewer robots than
+            `ROBOTS` where the time was short.
         better: what is likelier, where the duration was given.
         chosen: in what it differs from the planner's first choice, in words; "" for nothing.
     """
@@ -72,21 +76,24 @@ def likely_motion(
         InputError: none is likely enough.
     """
     errors, required = declared_errors(first.scenario), first.scenario.risk.success
+
+    def stated(motion: Candidate[M]) -> LikelyMotion[M]:
+        return LikelyMotion(*motion, trials_of(motion.scenario, errors, SEED, STATED_ROBOTS, until).odds)
+
     with stage("trying drawn robots"):
-        # the odds of a given duration are stated; of another one they only have to tell whether others are tried
-        failures = math.inf if given else (1.0 - required) * ROBOTS
-        odds = trials_of(first.scenario, errors, SEED, range(ROBOTS), until, failures).odds
-    found = LikelyMotion(*first, odds)
-    if odds.successes + ROBOTS - odds.robots >= required * ROBOTS:
+        odds = trials_of(first.scenario, errors, SEED, range(ROBOTS), until, failures_allowed(required)).odds
         # likely enough, or not known to be unlikely when the time was over
-        return found
+        likely = odds.successes + ROBOTS - odds.robots >= required * ROBOTS
+        if likely:
+            return stated(first)
     expect_many_motions()
     with stage("trying other durations, time laws and ways"):
         motions = [first, *_in_other_durations(first, alternatives, until)]
         choice = best_of_all(motions, alternatives, errors, SEED, required, until)
     cut_short = time.monotonic() >= until
     if given:
-        better = choice is not None and choice.odds.share > odds.share and choice.motion is not first
+        found = stated(first)
+        better = choice is not None and choice.odds.share > found.odds.share and choice.motion is not first
         if not (choice and better):
             return found
         other = choice.motion
@@ -101,14 +108,21 @@ def likely_motion(
     if choice.odds.share < required:
         more = ", and no time was left to try more (risk.odds_time)" if cut_short else ""
         if until == math.inf:
-            robots = sorted(choice.robots, key=lambda robot: robot not in choice.failed)
-            relief = most_relieved(chosen.scenario, errors, SEED, choice.odds, robots)
-            more = f"; {relief}" if relief else ""
+            more = f"; {_what_helps(choice, errors)}"
+        causes = failures_in_words(choice.failed.values(), chosen.scenario.error_tolerance)
         raise InputError(
             f"the motion is not likely enough to succeed: at best, in {chosen.duration:.3g} s{how}, {choice.odds};"
-            f" expected at least {required:.0%} (risk.success){more}"
+            f" expected at least {required:.0%} (risk.success); failed: {causes}{more}"
         )
-    return LikelyMotion(*chosen, choice.odds, chosen="" if chosen is first else _in_place_of(first, chosen))
+    return stated(chosen)._replace(chosen="" if chosen is first else _in_place_of(first, chosen))
+
+
+def _what_helps(choice: Choice[Candidate[M]], errors: RobotErrors) -> str:
+    """Return what would make a refused motion likelier, and the command that says more."""
+    scenario = choice.motion.scenario
+    robots = sorted(choice.robots, key=lambda robot: robot not in choice.failed)
+    relief = most_relieved(scenario, errors, SEED, choice.odds, robots)
+    return f"{relief or 'nothing alone raises that'}; more: fivebar assess {quote(scenario.robot)}"
 
 
 def _in_place_of(first: Candidate[M], chosen: Candidate[M]) -> str:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits of the estimator's watch that follow from what is declared of a robot: what sound robots reach, and beyond.
 
 Robots are drawn within the declared tolerances and loads, and make the motion without any limit of the watch. Their

@@ -1,22 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
 """The odds of a motion: when a run is a success, and how many of the robots that may have to make it do."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_control.scenario.robot_defaults import ERROR_TOLERANCE
 from fivebar_control.trajectory.path_distance import KEPT_TO, PATH, TIMED, judged_distance
 from fivebar_description.rounding import in_millimetres
 
 CONFIDENCE = 0.95
 
-PEAK_LIMIT = 2e-3
+PEAK_LIMIT = ERROR_TOLERANCE
 """A success stays within this distance (m) of its reference throughout."""
 
 FINAL_LIMIT = 1e-3
 """A success ends within this distance (m) of its reference."""
+
+
+ERROR_LIMITS = {"peak error": 1.0, "path error": 1.0, "final error": FINAL_LIMIT / PEAK_LIMIT}
+"""Errors by which a run falls short, and their limits as shares of that of the peak."""
+
+_ERROR = re.compile(rf"(?P<kind>{'|'.join(ERROR_LIMITS)}) (?P<mm>[\d.]+) mm")
 
 
 class Interval(NamedTuple):
@@ -106,9 +115,32 @@ def success_rule(scale: float = 1.0, judge: str = TIMED) -> str:
     """Return the definition of a success in words, fixed before any run; distances go with the size of a robot."""
     end = "the goal" if judge == PATH else "it"
     return (
-        f"all samples without a fault, the planned change of assembly mode, never {1e3 * scale * PEAK_LIMIT:.3g} mm"
-        f" from the {KEPT_TO[judge]}, less than {1e3 * scale * FINAL_LIMIT:.3g} mm from {end} at the end"
+        "all samples without a fault, the planned change of assembly mode, and a distance from the"
+        f" {KEPT_TO[judge]} that is always below {1e3 * scale * PEAK_LIMIT:.3g} mm, and below"
+        f" {1e3 * scale * FINAL_LIMIT:.3g} mm from {end} at the end"
     )
+
+
+def failures_in_words(missed: Iterable[str], peak_limit: float) -> str:
+    """Return in words how runs fall short, the most frequent way first.
+
+    Args:
+        missed: the first shortcoming of each.
+        peak_limit: as for `shortcomings`.
+    """
+    ways: dict[str, list[float]] = {}
+    for shortcoming in missed:
+        found = _ERROR.fullmatch(shortcoming)
+        ways.setdefault(found["kind"] if found else shortcoming, []).append(float(found["mm"]) if found else 0.0)
+    words = []
+    for way, errors in sorted(ways.items(), key=lambda item: -len(item[1])):
+        count = len(errors)
+        if way not in ERROR_LIMITS:
+            words.append(f"{count} with {way}")
+            continue
+        limit = peak_limit * ERROR_LIMITS[way]
+        words.append(f"{count} with a {way} of up to {max(errors):.3g} mm (limit {in_millimetres(limit)})")
+    return ", ".join(words)
 
 
 def shortcomings(
@@ -137,6 +169,6 @@ def shortcomings(
     peak = judged_distance(judge, outcome.error_peak, outcome.path_error)
     if not peak < peak_limit:
         missed.append(f"{'peak' if judge == TIMED else 'path'} error {in_millimetres(peak)}")
-    if not outcome.error_final < peak_limit * (FINAL_LIMIT / PEAK_LIMIT):
+    if not outcome.error_final < peak_limit * ERROR_LIMITS["final error"]:
         missed.append(f"final error {in_millimetres(outcome.error_final)}")
     return missed

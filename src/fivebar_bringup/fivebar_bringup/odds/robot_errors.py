@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors of the robots of a rig, from their file and from each other, and the robot that random numbers make.
 
 Every error is uniform between minus and plus its bound, or between 0 and its bound, and independent of the others. What
@@ -14,9 +15,11 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 import numpy as np
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_description.imu import ImuSettings
 from fivebar_description.loads import Loads
 from fivebar_description.settings import Setting, sections
 from fivebar_description.tolerances import Tolerances
+from fivebar_description.transmission import RIGID, Transmission
 from fivebar_sim.effects.links import with_modelled_geometry
 from fivebar_sim.effects.loads import LOCUS, Push, Tilt
 from fivebar_sim.effects.settings import PINOCCHIO, PlantSettings
@@ -195,27 +198,60 @@ def drawn_effects(errors: RobotErrors, seed: int, number: int, crossing: float) 
     return effects
 
 
-ASSUMED = RobotErrors(mass_and_inertia=0.05, coulomb_friction=0.15, torque_constant=0.05, gyro_bias=0.02)
-"""Bounds of what a robot file declares no tolerance of."""
+ASSUMED = RobotErrors(mass_and_inertia=0.05, coulomb_friction=0.15, torque_constant=0.05, lost_commands=3)
+"""Bounds of what no robot file declares a tolerance of."""
+
+
+def assumed_words() -> str:
+    """Return `ASSUMED` in words."""
+    masses, friction, constants = ASSUMED.mass_and_inertia, ASSUMED.coulomb_friction, ASSUMED.torque_constant
+    return (
+        f"masses and inertias ±{100 * masses:g} %, friction ±{100 * friction:g} %, torque constants"
+        f" ±{100 * constants:g} %, {ASSUMED.lost_commands} lost commands"
+    )
+
+
+ASSUMED_GYRO_BIAS = 0.02
+"""Bound of a gyroscope's bias (rad/s) where its section `imu` has none."""
+
+ROTOR_SHARE = 0.15
+"""Bound of the rotor's share in the inertia at the motors, plus or minus."""
+
+
+def not_drawn(scenario: Scenario) -> str:
+    """Return why robots cannot be drawn for a scenario, in words; "" where they can."""
+    if scenario.plant.engine != PINOCCHIO:
+        return f"plant.engine: {scenario.plant.engine}: drawn robots are simulated by the engine {PINOCCHIO} alone"
+    if scenario.stands is not None:
+        return "stands: drawn robots start where the motion begins: expected none"
+    if scenario.working_modes:
+        return "working_modes: drawn robots keep one working mode: expected none"
+    return ""
 
 
 def has_odds(scenario: Scenario) -> bool:
     """Return whether a scenario's robot declares anything to draw from, and its run can be simulated by the engine."""
-    return (
-        scenario.declares_errors
-        and scenario.plant.engine == PINOCCHIO
-        and scenario.stands is None
-        and not scenario.working_modes
-    )
+    return scenario.declares_errors and not not_drawn(scenario)
 
 
 def declared_errors(scenario: Scenario) -> RobotErrors:
     """Return the bounds within which the robot of a scenario is drawn."""
-    return errors_within(scenario.known_within(), scenario.to_bear())
+    imu = scenario.imu if scenario.gyro else None
+    return errors_within(scenario.known_within(), scenario.to_bear(), imu, scenario.plant.transmission)
 
 
-def errors_within(known: Tolerances, loads: Loads) -> RobotErrors:
-    """Return the bounds of robots that are known within tolerances and have loads to bear; the rest is `ASSUMED`."""
+def errors_within(
+    known: Tolerances, loads: Loads, imu: ImuSettings | None = None, transmission: Transmission = RIGID
+) -> RobotErrors:
+    """Return the bounds of robots that are known within tolerances and have loads to bear; the rest is assumed.
+
+    Args:
+        known: how exactly lengths, bases and zeros are known.
+        loads: that the robots have to bear.
+        imu: whose gyroscope the estimator uses, None for none.
+        transmission: of their motors.
+    """
+    share = transmission.rotor_share
     return ASSUMED._replace(
         length=known.length,
         base=known.base,
@@ -223,6 +259,8 @@ def errors_within(known: Tolerances, loads: Loads) -> RobotErrors:
         tilt=loads.tilt,
         push=loads.push,
         push_length=loads.push_length,
+        gyro_bias=0.0 if imu is None else abs(imu.gyro_bias) or ASSUMED_GYRO_BIAS,
+        rotor_share=None if transmission == RIGID else (max(0.02, share - ROTOR_SHARE), min(0.98, share + ROTOR_SHARE)),
     )
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tries a motion on drawn robots, on the compiled engine."""
 
 from __future__ import annotations
@@ -5,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
 from multiprocessing import parent_process
@@ -29,7 +30,11 @@ OTHER_ROBOTS = range(ROBOTS, 2 * ROBOTS)
 LAST_ROBOTS = range(2 * ROBOTS, 3 * ROBOTS)
 """Robots that have no part in a choice by all others."""
 
-FRESH_ROBOTS = LAST_ROBOTS.stop
+STATED_ROBOTS = range(3 * ROBOTS, 4 * ROBOTS)
+"""Robots that have no part in accepting a motion, so that the odds that are stated of an accepted one are not those by
+which it was accepted: these are too good on average, as motions that happened to do worse were not accepted."""
+
+FRESH_ROBOTS = STATED_ROBOTS.stop
 """Number of the first robot that has no part in a motion's odds."""
 
 SOFTNESS = 0.15
@@ -46,18 +51,18 @@ class Trials(NamedTuple):
         odds: how many make it.
         promise: the same with a gradual transition from success to failure by the largest error: of two motions that
             equally many robots make, the one that keeps nearer to its reference has more. A run with a fault has none.
-        failed: numbers of the robots that do not make it.
+        failed: the robots that do not make it, by their numbers: how each falls short in the first place.
     """
 
     odds: Odds = Odds()
     promise: float = 0.0
-    failed: frozenset[int] = frozenset()
+    failed: Mapping[int, str] = {}
 
     def __add__(self, other: object) -> Trials:
         """Return the trials on the robots of both."""
         if not isinstance(other, Trials):
             return NotImplemented
-        return Trials(self.odds + other.odds, self.promise + other.promise, self.failed | other.failed)
+        return Trials(self.odds + other.odds, self.promise + other.promise, {**self.failed, **other.failed})
 
 
 def trials_of(
@@ -82,12 +87,12 @@ def trials_of(
         PlanRefused: the motion cannot be made.
     """
     tried, promise = 0, 0.0
-    failed = set()
+    failed: dict[int, str] = {}
     crossings = len(scenario.plan().crossings)
     for one in tries_of(scenario, errors, seed, robots, until):
         tried += 1
         if one.missed:
-            failed.add(one.robot)
+            failed[one.robot] = one.missed[0]
         if one.outcome.fault == NO_FAULT and one.outcome.mode_changes == crossings:
             distance = judged_distance(scenario.judge, one.outcome.error_peak, one.outcome.path_error)
             beyond = distance / scenario.error_tolerance - 1.0
@@ -95,7 +100,7 @@ def trials_of(
             promise += 1.0 / (1.0 + math.exp(min(beyond / SOFTNESS, 100.0)))
         if len(failed) > failures:
             break
-    return Trials(Odds(tried - len(failed), tried), promise, frozenset(failed))
+    return Trials(Odds(tried - len(failed), tried), promise, failed)
 
 
 class Try(NamedTuple):
@@ -153,8 +158,25 @@ def _side_by_side(run: Callable[[int], Try | None], robots: Iterable[int], threa
 def declared_odds(scenario: Scenario, robots: int = ROBOTS, distribution: str = UNIFORM) -> Odds:
     """Return the odds of a scenario's motion on so many robots, whose errors are distributed in some way.
 
+    They are the first ones of those by which no motion is accepted: see `STATED_ROBOTS`.
+
     Raises:
         PlanRefused: the motion cannot be made.
     """
     errors = declared_errors(scenario)._replace(distribution=distribution)
-    return trials_of(scenario, errors, SEED, range(robots)).odds
+    return trials_of(scenario, errors, SEED, stated(robots)).odds
+
+
+def deciding_trials(scenario: Scenario) -> Trials:
+    """Return the trials by which a scenario's motion is accepted; raises as `declared_odds`."""
+    return trials_of(scenario, declared_errors(scenario), SEED, range(ROBOTS))
+
+
+def stated(robots: int = ROBOTS) -> range:
+    """Return the numbers of so many robots on which odds are stated."""
+    return range(STATED_ROBOTS.start, STATED_ROBOTS.start + robots)
+
+
+def failures_allowed(required: float, robots: int = ROBOTS) -> float:
+    """Return how many of some robots may fail for a motion that a share of them has to make."""
+    return (1.0 - required) * robots

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Renders pages from their templates: each is a single self-contained file that loads nothing from the network."""
 
 from __future__ import annotations
@@ -12,15 +13,20 @@ if TYPE_CHECKING:
     from fivebar_bringup.pages.content import Picture, Table
 
 
-def render(template: str, **content: Any) -> str:
+CORE = "fivebar_bringup.pages"
+"""The package with the templates and scripts that all pages share."""
+
+
+def render(template: str, *, package: str = CORE, **content: Any) -> str:
     """Return a page.
 
     Args:
         template: name of a file in `templates`; it extends base.html.
+        package: by full name, in whose folder `templates` it is.
         content: what the template names, at least `title` (of the window, and of the page where the template has no
             other heading) and `setting` (a line below the heading: what the page is about). Every text is escaped.
     """
-    return _environment().get_template(template).render(content)
+    return _environment(package).get_template(template).render(content)
 
 
 def study_page(
@@ -57,12 +63,12 @@ def study_page(
 
 
 @cache
-def _environment() -> Environment:
+def _environment(package: str) -> Environment:
     # here, because only a command that writes a page needs it
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
     return Environment(
-        loader=PackageLoader("fivebar_bringup.pages"),
+        loader=ChoiceLoader([PackageLoader(place) for place in dict.fromkeys((package, CORE))]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

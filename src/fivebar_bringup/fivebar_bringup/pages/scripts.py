@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Scripts and data that a page carries within itself, and the policy under which a browser runs these and no others."""
 
 from __future__ import annotations
@@ -8,6 +9,9 @@ import json
 from functools import cache
 from importlib.resources import files
 from typing import Any, NamedTuple
+
+CORE = "fivebar_bringup.pages"
+"""The package whose folder `scripts` has what several pages run."""
 
 CHARTS = ("bokeh.min.js", "bokeh-api.min.js")
 """Bokeh's bundled scripts, which draw the charts."""
@@ -31,23 +35,26 @@ def page_scripts(
     allowed: tuple[str, ...] = (),
     libraries: tuple[str, ...] = CHARTS,
     generated: tuple[str, ...] = (),
+    package: str = CORE,
 ) -> Scripts:
-    """Return Bokeh's scripts and this package's of these names, after the data that they read.
+    """Return Bokeh's scripts and those of a package of these names, after the data that they read.
 
     Args:
-        names: files in `scripts`, in the order in which they run.
+        names: files in `scripts` of the package or of this one, in the order in which they run.
         data: plain values; infinities and NaN are not among them.
         identifier: id of the element that holds the data as JSON.
         allowed: further files in `scripts` that pages may run which this one opens.
         libraries: of Bokeh's scripts, those that run before.
         generated: scripts that are no files, which run before the named ones.
+        package: by full name.
     """
-    texts = [*(_library(name) for name in libraries), *map(_without_end, generated), *(_own(name) for name in names)]
+    own, opened = ([_own(name, package) for name in given] for given in (names, allowed))
+    texts = [*(_library(name) for name in libraries), *map(_without_end, generated), *own]
     # a text can then neither end its element nor begin another one
     safe = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
     elements = [f'<script type="application/json" id="{identifier}">{safe}</script>']
     elements += [f"<script>{text}</script>" for text in texts]
-    return Scripts("\n".join(elements), " ".join(["script-src", *map(_digest, [*texts, *map(_own, allowed)])]))
+    return Scripts("\n".join(elements), " ".join(["script-src", *map(_digest, [*texts, *opened])]))
 
 
 @cache
@@ -57,8 +64,9 @@ def _library(name: str) -> str:
 
 
 @cache
-def _own(name: str) -> str:
-    return _without_end((files("fivebar_bringup.pages") / "scripts" / name).read_text(encoding="utf-8"))
+def _own(name: str, package: str) -> str:
+    places = (files(place) / "scripts" / name for place in (package, CORE))
+    return _without_end(next(place for place in places if place.is_file()).read_text(encoding="utf-8"))
 
 
 def _without_end(text: str) -> str:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Style of the figures: colours that colour-blind readers can tell apart, axes, zones, and rendering as PNG."""
 
 from __future__ import annotations
@@ -201,6 +202,7 @@ def log_axis(axes: Axes, low: float, high: float) -> None:
     """Scale the vertical axis logarithmically over whole decades, with few ticks."""
     axes.set_yscale("log")
     bottom, top = int(np.floor(np.log10(low))), int(np.ceil(np.log10(high)))
-    axes.set_ylim(10.0**bottom, 10.0**top)
+    # a single value may be a power of ten
+    axes.set_ylim(10.0**bottom, 10.0 ** max(top, bottom + 1))
     axes.yaxis.set_major_locator(LogLocator(base=10.0, numticks=8))
     axes.yaxis.set_minor_locator(NullLocator())

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The outcome of a run, as one word, and the exit status of a command that made it."""
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ class RunOutcome(StrEnum):
     """A fault stopped the robot, or the run ended before its last sample."""
     REFUSED = "refused"
     """Nothing has moved."""
+    COULD_NOT_RUN = "could_not_run"
+    """Nothing was judged: a setting, a law or the robot does not go with the rest."""
     INTERRUPTED = "interrupted"
     """A signal ended the run, such as that of Ctrl-C."""
 
@@ -39,6 +42,7 @@ EXIT_STATUS = {
     RunOutcome.STOPPED: 1,
     RunOutcome.INTERRUPTED: 1,
     RunOutcome.REFUSED: 2,
+    RunOutcome.COULD_NOT_RUN: 2,
 }
 """Exit status of a command that made a run; 2 is also that of one that refuses its input."""
 
@@ -52,11 +56,11 @@ def outcome_of(
         samples: recorded.
         ended: whether the last planned sample was reached.
         followed: whether the platform stayed on its reference, as planned and within the tolerance.
-        faults: texts of the recorded faults.
-        launcher_faults: texts of those that the launcher detected, in the order in which they came. A signal after
-            another fault, which had stopped the robot before, does not make the run an interrupted one.
+        faults: texts of the recorded faults. Nodes that are stopped in order publish none, so these came before any
+            signal, whenever the launcher has heard of them: such a run is not an interrupted one.
+        launcher_faults: texts of those that the launcher detected, in the order in which they came.
     """
-    if launcher_faults and fault_name(launcher_faults[0]) == INTERRUPTED_FAULT:
+    if fault_name(next(iter((*faults, *launcher_faults)), "")) == INTERRUPTED_FAULT:
         return RunOutcome.INTERRUPTED
     if not samples and not any(_of_recording(fault) for fault in (*faults, *launcher_faults)):
         return RunOutcome.REFUSED

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Result directories, and atomic writing of their files, with one-line errors."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The directory of a run and the files in it."""
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.files import is_yaml_path
+from fivebar_description.optional import CAMERA_ON, CAMERA_OPTICS, optional_part
 from fivebar_description.scenario_file import FILE_OF_RUN
 from fivebar_description.strict_yaml import InputError, read_text
 
@@ -108,10 +110,7 @@ def new_run_directory(out: Path | None, scenario: Scenario, odds: Mapping[str, A
     files = {}
     camera = scenario.camera
     if camera.on and camera.calibration:
-        # here, because numpy takes time to load
-        from fivebar_control.vision.camera_file import optics_of
-
-        optics_of(camera)
+        optional_part(CAMERA_OPTICS, CAMERA_ON)(camera)
         files[CAMERA_FILE] = read_text(Path(camera.calibration))
         scenario = scenario.model_copy(update={"camera": camera._replace(calibration=CAMERA_FILE)})
     run = RunDirectory(new_directory(out, scenario.name))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The odds of a run's motions, as their planner has found them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run as time series: the topics of its bag joined by stamp, and quantities computed from them."""
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ import numpy as np
 
 from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.recorded.table import RunTable
-from fivebar_bringup.recorded.vision import NOTHING_SEEN, NOWHERE, PlatformTrack, VisionSeries, vision_series
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.vhc_cartesian import line_constraint
@@ -28,6 +28,7 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
+from fivebar_description.optional import CAMERA_ON, CAMERA_SERIES, optional_part
 from fivebar_description.parameters import FiveBar
 from fivebar_description.run_quantities import (
     ACCELERATION,
@@ -46,6 +47,25 @@ from fivebar_description.run_quantities import (
     TRUE_POSITION,
     TRUE_VELOCITY,
 )
+
+
+class VisionSeries(NamedTuple):
+    """Observations of the camera, in order of the exposures.
+
+    Attributes:
+        time: [n], of the exposures (s).
+        position: [n, 2], x and y by the camera (m), NaN where it saw nothing.
+        error: [n, 2], that minus the platform by the joints at the same time (m).
+        true_error: [n, 2], that minus the exact platform (m).
+    """
+
+    time: FloatArray
+    position: FloatArray
+    error: FloatArray
+    true_error: FloatArray
+
+
+NOTHING_SEEN = VisionSeries(np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 2)))
 
 
 @dataclass(frozen=True)
@@ -110,6 +130,12 @@ class RunSeries:
     acceleration_error: FloatArray
     estimate_error: FloatArray
     vision: VisionSeries
+
+    def __repr__(self) -> str:
+        """Return how much there is in a line; `columns()` has the names."""
+        columns = self.columns()
+        samples = columns["t"].size
+        return f"<RunSeries: {samples} samples of {len(columns)} quantities: {', '.join(list(columns)[:6])}, ...>"
 
     def columns(self) -> dict[str, FloatArray]:
         """Return the whole run as columns by name, [n] each: what follows from the run first, then what was recorded.
@@ -218,7 +244,11 @@ def read_series(recording: Recording, scenario: Scenario, planned: Plan | None =
     robot, plan = scenario.five_bar(), scenario.plan() if planned is None else planned
     truth = scenario.has_ground_truth and recording.count(GROUND_TRUTH) > 0
     table = RunTable(
-        recording, scenario.rate_hz, nominal_topic(recording, scenario), GROUND_TRUTH if truth else JOINT_STATES
+        recording,
+        scenario.rate_hz,
+        nominal_topic(recording, scenario),
+        GROUND_TRUTH if truth else JOINT_STATES,
+        scenario.passive.joint if scenario.passive.leg else "",
     )
     # a bag of a graph whose last node has no limits of its own has the command alone
     requested = REQUESTED_TORQUE if recording.count(TORQUE_REQUESTED) > 0 else COMMANDED_TORQUE
@@ -309,12 +339,14 @@ def _vision(
         return NOTHING_SEEN
     by_joints = _platform_by_joints(robot, table)
     known = np.isfinite(by_joints[:, 0])
-    return vision_series(
+    vision_series = optional_part(CAMERA_SERIES, CAMERA_ON)
+    seen: VisionSeries = vision_series(
         recording,
         scenario.rate_hz,
-        PlatformTrack(table.sample[known] + scenario.lead_samples, by_joints[known]),
-        NOWHERE if platform is None else PlatformTrack(table.sample, platform[:, :2]),
+        (table.sample[known] + scenario.lead_samples, by_joints[known]),
+        None if platform is None else (table.sample, platform[:, :2]),
     )
+    return seen
 
 
 def _platform_by_joints(robot: FiveBar, table: RunTable) -> FloatArray:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The metrics of a run, and what became of it."""
 
 from __future__ import annotations
@@ -17,11 +18,13 @@ from fivebar_bringup.recorded.run_odds import requested_odds
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.column_metrics import sign_changes
 from fivebar_control.model.singularity import FOLDED, DistalLinks
+from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_control.trajectory.path_distance import KEPT_TO, judged_distance, path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
-from fivebar_description.interface import FAULTS
+from fivebar_description.interface import FAULTS, JOINT_STATES, MOTOR_STATES
 from fivebar_description.robot_file import UNKNOWN, ElbowsPass
 from fivebar_description.rounding import in_millimetres
 
@@ -173,6 +176,11 @@ class Summary:
         warnings.warn("Summary.completed is deprecated: use Summary.outcome", DeprecationWarning, stacklevel=2)
         return not self.not_completed_because
 
+    def __repr__(self) -> str:
+        """Return the outcome in a line; `as_dict()` has every figure."""
+        error = "unknown" if self.tracking_error_peak_m is None else f"{1e3 * self.tracking_error_peak_m:.3g} mm"
+        return f"<Summary: {self.outcome}, largest distance from the reference {error}; as_dict() has all figures>"
+
     def as_dict(self) -> dict[str, Any]:
         """Return the summary as plain lists, numbers and texts, with no NaN or infinity in it."""
         values = asdict(self)
@@ -212,6 +220,7 @@ def summarize(
     unrecorded = _unrecorded_samples(series, planned_samples, clocked)
     bridged = _bridged_samples(scenario, timing) if clocked else 0
     deviations = [
+        *([] if details else _clock_steps(recording)),
         *_lost_tracking(distance, bridged, counted, KEPT_TO[scenario.judge]),
         *(_beyond_tolerance(counted, scenario.error_tolerance, KEPT_TO[scenario.judge]) if clocked else ()),
         *_wrong_changes("assembly", changes, planned_changes),
@@ -269,6 +278,12 @@ def summarize(
     )
 
 
+def _clock_steps(recording: Recording) -> list[str]:
+    """Return where a clock was set, of a run in which no other program has published on its topics."""
+    steps = (recording.clock_step(topic) for topic in (MOTOR_STATES, JOINT_STATES) if recording.count(topic))
+    return [step for step in steps if step is not None]
+
+
 def planned_crossings(plan: Plan, elbows_pass: ElbowsPass) -> list[PlannedCrossing]:
     """Return the crossings of a plan of a robot whose elbows may pass each other, or may not."""
     return [
@@ -291,12 +306,6 @@ def rms(values: FloatArray) -> float | None:
         return largest
     # scaled, so that the squares of a diverged run's errors do not overflow
     return _finite(largest * math.sqrt(float(np.mean((known / largest) ** 2))))
-
-
-def sign_changes(values: FloatArray) -> int:
-    """Return how often a series changes its sign; zeros and NaN count for neither sign."""
-    signs = np.sign(values[~np.isnan(values) & (values != 0.0)])
-    return int(np.count_nonzero(np.diff(signs)))
 
 
 def cycle_time(series: RunSeries) -> CycleTime | None:
@@ -359,7 +368,7 @@ def _bridged_samples(scenario: Scenario, timing: RunTiming) -> int | None:
     """Return how many samples in a row may lack their reference in real time; None where the law would have to say."""
     if timing.stop_cycles is not None:
         return timing.stop_cycles
-    return None if scenario.law_unopened and scenario.stops_by_its_law else scenario.stop_cycles()
+    return None if scenario.law_unopened and scenario.stops_by_its_law else stop_cycles(scenario)
 
 
 def _not_judged(recording: Recording, scenario: Scenario, bridged: int | None) -> list[str]:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run as one table: a row per sample, a column per quantity, read from a bag or from a run in memory."""
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import numpy as np
 from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.errors import BagError
 from fivebar_description.interface import JOINT_STATES, Topic
-from fivebar_description.run_quantities import Quantity, quantities
+from fivebar_description.run_quantities import PASSIVE_ANGLE, Quantity, quantities
 
 
 class RunTable:
@@ -27,7 +28,9 @@ class RunTable:
         rate_hz: sampling rate (Hz).
     """
 
-    def __init__(self, recording: Recording, rate_hz: int, nominal: Topic, rows: Topic = JOINT_STATES) -> None:
+    def __init__(
+        self, recording: Recording, rate_hz: int, nominal: Topic, rows: Topic = JOINT_STATES, passive: str = ""
+    ) -> None:
         """Find the samples of a recording.
 
         Args:
@@ -35,6 +38,7 @@ class RunTable:
             rate_hz: its sampling rate (Hz).
             nominal: topic of the controller's nominal law.
             rows: the topic whose messages are the samples.
+            passive: the passive joint that has an encoder, "" for the first one that its topic names.
 
         Raises:
             BagError: there is no such topic, or none of its stamps is on the grid.
@@ -42,6 +46,7 @@ class RunTable:
         self.recording = recording
         self.rate_hz = rate_hz
         self._nominal = nominal
+        self._passive = passive
         self._known: dict[str, FloatArray] = {}
         numbers = recording.samples(rows, rate_hz)
         if numbers.size and np.all(numbers < 0):
@@ -83,14 +88,9 @@ class RunTable:
         values = recording.field(one.topic, one.field)
         if values.shape[1] == 0:
             return self._unknown(width)
-        if one.names:
-            recorded = recording.joint_names(one.topic)
-            path, topic = recording.path, f"/{one.topic.name}"
-            if missing := [name for name in one.names if name not in recorded]:
-                raise BagError(path, f"{topic}: has no {', '.join(missing)}, only {', '.join(recorded)}")
-            if values.shape[1] != len(recorded):
-                raise BagError(path, f"{topic}: {one.field} holds {values.shape[1]} values for {len(recorded)} names")
-            values = values[:, [recorded.index(name) for name in one.names]]
+        names = (self._passive,) if one.name == PASSIVE_ANGLE.name and self._passive else one.names
+        if names:
+            values = recording.values(one.topic, one.field, names)
         numbers, first = np.unique(recording.samples(one.topic, self.rate_hz), return_index=True)
         joined = self._unknown(width)
         _, here, there = np.intersect1d(self.sample, numbers, assume_unique=True, return_indices=True)

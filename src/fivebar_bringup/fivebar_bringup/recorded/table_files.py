@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run's table as a file for other programs: CSV, MATLAB and Parquet."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Timing of a run, written by the process that made it."""
 
 from __future__ import annotations

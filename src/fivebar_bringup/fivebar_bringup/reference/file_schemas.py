@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """JSON Schemas of scenarios, robot files and programs, from the models that read them; for editors and others.
 
 They hold types, ranges and keys. What one key demands of another is checked by the model only.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """docs/settings.md: every setting of a scenario, from the declarations that also check it."""
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_description.scenario_file import KEYS
 from fivebar_description.settings import REQUIRED, Declared, Keys, declared, declared_as, sections
 
 INTRODUCTION = """\
@@ -30,9 +32,10 @@ WORDS = {float: "number", int: "integer", bool: "`true` or `false`", str: "text"
 def settings_page() -> str:
     """Return the page as Markdown."""
     hints = get_type_hints(Scenario, include_extras=True)
-    top = (declared_as(name, hints[name], _default(name)) for name in Scenario.model_fields)
+    top = (declared_as(name, hints[name], _default(name)) for name in KEYS)
     parts = [INTRODUCTION, "## Top level\n", _table([one for one in top if one is not None])]
-    for name, field in Scenario.model_fields.items():
+    for name in KEYS:
+        field = Scenario.model_fields[name]
         keys = next((one for one in field.metadata if isinstance(one, Keys)), None)
         if keys is None or field.annotation is None:
             continue

@@ -1,13 +1,14 @@
+# SPDX-License-Identifier: Apache-2.0
 """JSON Schema of summary.json, from the declaration of its content."""
 
 from __future__ import annotations
 
 import json
-import re
 from typing import Any
 
 from pydantic import TypeAdapter
 
+from fivebar_bringup.attributes import attribute_words
 from fivebar_bringup.recorded.summary import COMPLETED, Summary
 
 
@@ -15,8 +16,7 @@ def summary_schema() -> str:
     """Return the schema as text, with the descriptions of the fields."""
     schema = TypeAdapter(Summary).json_schema()
     _add_deprecated(schema)
-    described = _descriptions(Summary.__doc__ or "")
-    for name, words in described.items():
+    for name, words in attribute_words(Summary).items():
         schema["properties"][name]["description"] = words
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "summary.json of a run"}
     schema["description"] = (Summary.__doc__ or "").partition("\n")[0]
@@ -34,15 +34,6 @@ def _add_deprecated(schema: dict[str, Any]) -> None:
     }
     schema["properties"] = dict([first, (COMPLETED, completed), *others])
     schema["required"].insert(1, COMPLETED)
-
-
-def _descriptions(text: str) -> dict[str, str]:
-    """Return the text of each attribute in a docstring, and of names that share one, to each."""
-    described: dict[str, str] = {}
-    part = text.partition("Attributes:\n")[2]
-    for names, words in re.findall(r"^ {8}(\w+(?:, \w+)*): (.*(?:\n {12}.*)*)", part, re.MULTILINE):
-        described |= dict.fromkeys(names.split(", "), " ".join(words.split()))
-    return described
 
 
 if __name__ == "__main__":

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page of the reference that lists the columns of a run's table.
 
 `python -m fivebar_bringup.reference.table_page` writes it.

@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """From a recorded run to figures, a page and a summary."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run with everything that its figures and its page show."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run as a moving picture: the robot on its way, beside torques and weight with a cursor."""
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 from PIL import Image
 
-from fivebar_bringup.pages.style import GREEN, GREY, INK, house_style
+from fivebar_bringup.pages.style import BLUE, GREY, INK, VERMILION, house_style
 from fivebar_bringup.report import plane
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.workspace import draw_robot
@@ -68,15 +69,21 @@ def _frames(run: RunAnalysis) -> Iterator[Pixels]:
     canvas.draw()
     still = canvas.copy_from_bbox(figure.bbox)
     x, y = 1e3 * series.platform[:, 0], 1e3 * series.platform[:, 1]
-    trail = Line2D([], [], color=GREEN, linewidth=2.4, zorder=2.5)
-    robot_axes.add_line(trail)
+    # in the colours of the assembly modes, as on the page
+    trails = [
+        (Line2D([], [], color=colour, linewidth=2.4, zorder=2.5), np.where(sign * series.det_a >= 0.0, y, np.nan))
+        for sign, colour in ((1.0, BLUE), (-1.0, VERMILION))
+    ]
+    for trail, _ in trails:
+        robot_axes.add_line(trail)
     cursors = [axes.axvline(0.0, color=INK, linewidth=1.4) for axes in time_axes]
     clock = robot_axes.text(0.02, 0.97, "", transform=robot_axes.transAxes, va="top", color=GREY)
     for row in [*rows.tolist(), *[int(rows[-1])] * LINGER]:
         canvas.restore_region(still)
-        trail.set_data(x[: row + 1], y[: row + 1])
+        for trail, within in trails:
+            trail.set_data(x[: row + 1], within[: row + 1])
         clock.set_text(f"{series.time[row]:.2f} s")
-        for artist in (trail, clock):
+        for artist in (*(trail for trail, _ in trails), clock):
             robot_axes.draw_artist(artist)
         _draw_posture(robot_axes, run, row)
         for axes, cursor in zip(time_axes, cursors, strict=True):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Charts over time as a page's scripts draw them."""
 
 from __future__ import annotations

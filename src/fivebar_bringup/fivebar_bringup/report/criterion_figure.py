@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The dynamic criterion along a run (1.19, 2.4, 4.21): what the reference demands along t_s.
 
 On the locus the free dynamics are m t_s^T xddot = 0, so a reference that demands more cannot be followed at that

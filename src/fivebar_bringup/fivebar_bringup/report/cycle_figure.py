@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How evenly a run in real time kept its time: the times from one recorded sample to the next."""
 
 from __future__ import annotations

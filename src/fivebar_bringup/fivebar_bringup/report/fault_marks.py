@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """When the faults of a run came."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The figures of a run over time: torques, constraint error, supervisor, tracking, acceleration."""
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def torques(run: RunAnalysis) -> Figure:
         axes.set_title(title)
         axes.set_ylabel("torque in Nm")
         axes.axhline(0.0, color=GREY, linewidth=0.7, zorder=1.0)
-    _finish(run, panels)
+    finish(run, panels)
     return figure
 
 
@@ -79,7 +80,7 @@ def vhc_error(run: RunAnalysis) -> Figure:
     panels[1].set_ylabel(f"error in {unit}")
     error_axis(panels[0], series.vhc_error * lengths)
     error_axis(panels[1], series.vhc_error_joint * angles)
-    _finish(run, panels)
+    finish(run, panels)
     return figure
 
 
@@ -106,7 +107,7 @@ def supervisor(run: RunAnalysis) -> Figure:
     panels[1].set_ylabel("1/cond(A)")
     panels[1].set_title("distance from the Type 2 locus")
     _candidates(panels[2], run)
-    _finish(run, panels)
+    finish(run, panels)
     return figure
 
 
@@ -124,7 +125,7 @@ def tracking(run: RunAnalysis) -> Figure:
         )
     axes.set_ylabel(f"platform − reference in {unit}")
     error_axis(axes, series.tracking_error * scale)
-    _finish(run, [axes])
+    finish(run, [axes])
     return figure
 
 
@@ -142,26 +143,7 @@ def acceleration(run: RunAnalysis) -> Figure:
     )
     axes.set_ylabel("error in m/s²")
     error_axis(axes, series.acceleration_error)
-    _finish(run, [axes])
-    return figure
-
-
-def vision(run: RunAnalysis) -> Figure:
-    """Draw the platform by the camera against that by the joints, and against the exact one."""
-    summary, seen = run.summary, run.series.vision
-    figure = new_figure("Check by the camera", "future work of the thesis, beside the IMU of section 4.3", 5.6)
-    panels = figure.subplots(2, 1, sharex=True)
-    scale, unit = suitable_unit(summary.vision_error_max_m, "m")
-    dotted = "" if np.all(np.isnan(seen.true_error)) else " (dotted: minus the exact platform)"
-    for axes, axis, color in ((panels[0], 0, BLUE), (panels[1], 1, VERMILION)):
-        axes.plot(seen.time, seen.error[:, axis] * scale, color=color, linewidth=1.2)
-        axes.plot(seen.time, seen.true_error[:, axis] * scale, color=INK, linewidth=0.9, linestyle=":")
-        axes.set_ylabel(f"{'xy'[axis]}, camera − joints in {unit}")
-        error_axis(axes, seen.error[:, axis] * scale)
-    panels[0].set_title(
-        f"rms {error_of(summary.vision_error_rms_m, 'm')}, at most {error_of(summary.vision_error_max_m, 'm')}{dotted}"
-    )
-    _finish(run, panels)
+    finish(run, [axes])
     return figure
 
 
@@ -197,7 +179,7 @@ def _zoned_line(
     axes.plot(series.time, inside, color=color, linewidth=2.4, label=name, linestyle=style)
 
 
-def _finish(run: RunAnalysis, panels: Sequence[Axes]) -> None:
+def finish(run: RunAnalysis, panels: Sequence[Axes]) -> None:
     """Share the time axis and put one legend above the first panel."""
     time_axis(panels, run.series, run.plan.path.duration)
     for number, axes in enumerate(panels):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pictures of a report: drawn, named and explained."""
 
 from __future__ import annotations
@@ -13,12 +14,13 @@ from fivebar_bringup.recorded.summary import REALTIME
 from fivebar_bringup.report import criterion_figure, cycle_figure, figures, plane
 from fivebar_bringup.report.analysis import RunAnalysis, zones_in_words
 from fivebar_bringup.report.thesis import counterpart
+from fivebar_description.optional import CAMERA_FIGURE, CAMERA_ON, optional_part
 
 DRAW: dict[str, Callable[[RunAnalysis], Figure]] = {
     "torques": figures.torques,
     "vhc_error": figures.vhc_error,
     "acceleration": figures.acceleration,
-    "vision": figures.vision,
+    "vision": lambda run: _vision(run)[0],
     "supervisor": figures.supervisor,
     "criterion": criterion_figure.criterion,
     "cycles": cycle_figure.cycles,
@@ -35,6 +37,12 @@ def draw(run: RunAnalysis, name: str) -> bytes:
     """Return one of a run's figures as PNG."""
     with house_style():
         return png(DRAW[name](run))
+
+
+def _vision(run: RunAnalysis) -> tuple[Figure, str]:
+    """Return the figure of what the camera saw, and its caption."""
+    drawn: tuple[Figure, str] = optional_part(CAMERA_FIGURE, CAMERA_ON)(run)
+    return drawn
 
 
 def draw_pictures(run: RunAnalysis) -> list[Picture]:
@@ -107,11 +115,7 @@ def draw_pictures(run: RunAnalysis) -> list[Picture]:
             ),
         }
         if run.summary.vision_error_rms_m is not None:
-            drawn["vision"] = (
-                figures.vision(run),
-                "Position of the platform that the camera measured, minus that by the joints at the time of the"
-                " exposure, and minus the exact one. The thesis names this validation as future work.",
-            )
+            drawn["vision"] = _vision(run)
         if run.summary.mode == REALTIME and run.summary.cycle_time_ms is not None:
             drawn["cycles"] = (
                 cycle_figure.cycles(run),

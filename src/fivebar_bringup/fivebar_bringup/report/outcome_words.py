@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The outcome of a run in words: for the last lines of a command and the first one of the page."""
 
 from __future__ import annotations
@@ -126,7 +127,11 @@ def _judged_peak(summary: Summary) -> float | None:
     return judged_distance(summary.judge, summary.tracking_error_peak_m, summary.path_error_peak_m)
 
 
+def mode_changes(assembly: int, working: int | None = None, joined: str = " and") -> str:
+    """Return how often a robot has changed its assembly mode and, where that counts, its working mode."""
+    text = f"{assembly} {'change' if assembly == 1 else 'changes'} of assembly mode"
+    return text if working is None else f"{text}{joined} {working} of working mode"
+
+
 def _changes(summary: Summary) -> str:
-    count = summary.assembly_mode_changes
-    text = f"{count} {'change' if count == 1 else 'changes'} of assembly mode"
-    return f"{text}, {summary.working_mode_changes} of working mode" if summary.working_mode_changes else text
+    return mode_changes(summary.assembly_mode_changes, summary.working_mode_changes or None, ",")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page of a run."""
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from typing import NamedTuple
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.pages.rendering import render
 from fivebar_bringup.pages.scripts import Scripts
-from fivebar_bringup.recorded.summary import MotorPair, Summary
+from fivebar_bringup.recorded.summary import REALTIME, MotorPair, Summary
 from fivebar_bringup.report.analysis import zones_in_words
 from fivebar_bringup.report.outcome_words import odds_of, outcome_sentence, requested_odds_of
 from fivebar_bringup.report.thesis import thesis_figures
@@ -99,13 +100,19 @@ def _metrics(scenario: Scenario, summary: Summary) -> Iterable[Metric]:
     if (requested := requested_odds_of(summary)) is not None:
         yield Metric("odds of requested motions, on drawn robots", requested)
     yield Metric("samples recorded of those planned", f"{summary.samples} of {summary.planned_samples}")
-    times = UNKNOWN if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
-    yield Metric("time between samples: median, 99 %, longest", times)
-    if summary.latency_ms is not None:
+    # in lockstep, samples follow each other as fast as they are computed
+    by_clock = summary.mode == REALTIME
+    if by_clock:
+        times = UNKNOWN if cycle is None else f"{cycle.p50:.2f}, {cycle.p99:.2f}, {cycle.max:.2f} ms"
+        yield Metric("time between samples: median, 99 %, longest", times)
+    if by_clock and summary.latency_ms is not None:
         latency = summary.latency_ms
         times = f"{latency.p50:.2f}, {latency.p99:.2f}, {latency.max:.2f} ms"
         yield Metric("from a sample to its torque: median, 99 %, longest", times)
-    yield Metric("samples late, samples missing", f"{_count(summary.overruns)}, {summary.missing_samples}")
+    if by_clock:
+        yield Metric("samples late, samples missing", f"{_count(summary.overruns)}, {summary.missing_samples}")
+    else:
+        yield Metric("samples missing", str(summary.missing_samples))
     yield Metric("messages that the recorder missed", _count(summary.dropped_messages))
     yield Metric("recorded messages of others", _count(summary.stray_messages))
     yield Metric("simulated time", plain(summary.simulated_s, "s"))

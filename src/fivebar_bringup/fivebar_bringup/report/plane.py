@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The run in the robot's plane: path, locus, workspace, postures; and the picture for the front page."""
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from fivebar_bringup.pages.style import (
 )
 from fivebar_bringup.recorded.summary import peak
 from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.outcome_words import mode_changes
 from fivebar_bringup.report.scene import corners_of, lowest, waypoint_name
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
@@ -105,9 +107,8 @@ def _beside_time(run: RunAnalysis) -> tuple[Figure, Axes, tuple[Axes, ...]]:
 def _headline(run: RunAnalysis) -> tuple[str, str]:
     """Return title and subtitle of the front page's picture."""
     summary = run.summary
-    subtitle = f"{summary.assembly_mode_changes} changes of assembly mode"
-    if run.plan.working_mode_changes:
-        subtitle += f" and {summary.working_mode_changes} of working mode"
+    working = summary.working_mode_changes if run.plan.working_mode_changes else None
+    subtitle = mode_changes(summary.assembly_mode_changes, working)
     subtitle += f" with at most {plain(peak(run.series.torque_applied), 'Nm')}"
     if run.torque_was_limited:
         subtitle += f", where {plain(peak(run.series.torque_requested), 'Nm')} were requested"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The data of the moving figure: recorded runs as columns over time, the charts of them, and the scene behind them."""
 
 from __future__ import annotations

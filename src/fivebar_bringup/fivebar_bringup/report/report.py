@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From the directory of a run to its report."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plan of a run that took requests: its own motion, and those that were asked for, when they were made."""
 
 from __future__ import annotations
@@ -10,10 +11,11 @@ from fivebar_bringup.errors import BagError
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.plan_along import plan_along
 from fivebar_control.trajectory.path import AnySegment, Path
-from fivebar_control.trajectory.planner import QUINTIC, Crossing, Plan, plan_motion
+from fivebar_control.trajectory.planner import Crossing, Plan, plan_motion
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_control.trajectory.spline import Knot, SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
+from fivebar_control.trajectory.time_laws import QUINTIC
 from fivebar_description.interface import GOAL_STATUS, JOINT_STATES, PROGRAM_STATUS
 from fivebar_description.parameters import laden
 from fivebar_description.status_texts import read_goal_status

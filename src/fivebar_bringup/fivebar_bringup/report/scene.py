@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fixed parts of a canvas: assembly modes, loci, path and waypoints of a robot, as plain lists in mm."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The thesis' results for the same motion: the counterparts of the report's figures."""
 
 from __future__ import annotations

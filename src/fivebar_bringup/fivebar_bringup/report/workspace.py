@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plane of the robot: where its legs reach, where the Type 2 locus is, and the robot itself."""
 
 from __future__ import annotations

@@ -1,16 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
 """Asks for what a robot file needs, and writes it with comments."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
+from fivebar_bringup.map.map import check_that_legs_meet
 from fivebar_bringup.motions.start import HOME_MODE
-from fivebar_bringup.robots.questions import LENGTHS, OTHERS, Answers, Question
-from fivebar_bringup.studies.map.map import check_that_legs_meet
+from fivebar_bringup.robots.questions import LENGTHS, OTHERS, Answers, inertia_of_leg
 from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.planning.postures import place_at
 from fivebar_description.errors import InputError
@@ -27,28 +29,92 @@ Refuse = Callable[[str], None]
 PLACES = 60
 """Places along each side of the workspace among which the one to rest at is chosen."""
 
-LEAST_WIDTH = 0.02
+LEAST_WIDTH, LARGEST_WIDTH = 0.02, 1e3
 """rad/s, of the smoothing of Coulomb friction."""
 
 TURN = 2.0 * math.pi
 
 
-def asked(ask: Ask, refuse: Refuse) -> dict[str, float]:
-    """Return the answers to all questions; one that is refused is asked again, and lengths that do not meet too.
+BACK = ("<", "back")
+"""Answers that go back to the question before."""
+
+WATER = 1e3
+"""Density of water (kg/m^3)."""
+
+BACKLASH_FREQUENCY = 300.0
+"""Frequency (Hz) that is written for transmissions with backlash of which none is known: that of a stiff gear."""
+
+
+def new_robot(name: str, ask: Ask, refuse: Refuse, check: Callable[[str], object]) -> str:
+    """Ask for a robot until its answers make a file that passes a check, and return the file's text.
+
+    Where all answers together are refused, the questions come again with these answers as the usual ones.
+
+    Args:
+        name: of the robot.
+        ask: shows a question and returns the answer.
+        refuse: shows why an answer is refused, or what follows from it.
+        check: raises InputError where the text of a file is no robot that the commands can work with.
 
     Raises:
         InputError: there were fewer answers than questions.
     """
+    typed: dict[str, str] = {}
     while True:
-        answers: dict[str, float] = {}
-        _answer(LENGTHS, answers, ask, refuse)
+        answers = asked(ask, refuse, typed)
         try:
-            check_that_legs_meet(_robot(answers), "these lengths")
+            text = robot_text(name, answers)
+            check(text)
         except InputError as error:
-            refuse(str(error))
+            refuse(f"{error}: change an answer, from the first question on")
             continue
-        break
-    _answer(OTHERS, answers, ask, refuse)
+        if answers["frequency"] < frequency_of(answers):
+            refuse(f"transmission.frequency: backlash needs one: {BACKLASH_FREQUENCY:g} Hz is assumed")
+        return text
+
+
+def asked(ask: Ask, refuse: Refuse, typed: dict[str, str] | None = None) -> dict[str, float]:
+    """Return the answers to all questions; one that is refused is asked again, and lengths that do not meet too.
+
+    Args:
+        ask: shows a question and returns the answer; one of `BACK` goes back to the question before.
+        refuse: shows why an answer is refused.
+        typed: earlier answers by the questions' keys, which an empty answer repeats; it gets the new ones.
+
+    Raises:
+        InputError: there were fewer answers than questions.
+    """
+    typed = {} if typed is None else typed
+    answers: dict[str, float] = {}
+    questions = (*LENGTHS, *OTHERS)
+    place = 0
+    while place < len(questions):
+        question = questions[place]
+        usual = typed.get(question.key, f"{question.default(answers):.10g}")
+        try:
+            text = ask(f"{question.words} [{usual}]: ").strip()
+        except EOFError:
+            raise InputError(f"{question.words}: no answer: expected one, or an empty line for the usual one") from None
+        if text in BACK:
+            place = max(0, place - 1)
+            continue
+        try:
+            answers[question.key] = question.read(text or usual, answers)
+        except InputError as error:
+            typed.pop(question.key, None)
+            refuse(f"{question.words}: {error}")
+            continue
+        if text:
+            typed[question.key] = text
+        place += 1
+        if place == len(LENGTHS):
+            try:
+                home_of(_robot(answers))
+            except InputError as error:
+                refuse(str(error))
+                for one in LENGTHS:
+                    typed.pop(one.key, None)
+                place = 0
     return answers
 
 
@@ -60,11 +126,9 @@ def robot_text(name: str, answers: Answers) -> str:
     """
     x, y = home_of(_robot(answers))
     gear, counts = answers["gear"], round(answers["counts"] * answers["gear"])
-    if counts < 2:
-        raise InputError(f"gear of {gear:g}: {answers['counts']:g} counts: expected at least 2 in a turn of the joint")
-    inertias = [_inertia(answers, leg) for leg in (1, 2)]
+    inertias = [inertia_of_leg(answers, leg) for leg in (1, 2)]
     # half of what one count in a sample is
-    width = max(LEAST_WIDTH, 0.5 * TURN / counts * answers["rate"])
+    width = min(LARGEST_WIDTH, max(LEAST_WIDTH, 0.5 * TURN / counts * answers["rate"]))
     lengths = ", ".join(f"{one.key}: {_metres(answers[one.key])}" for one in LENGTHS)
     friction = f"{answers['friction']:.6g}"
     lines = [
@@ -100,12 +164,14 @@ def robot_text(name: str, answers: Answers) -> str:
     return text
 
 
+@lru_cache(maxsize=8)
 def home_of(robot: FiveBar) -> tuple[float, float]:
     """Return the best conditioned place (m) with elbows outwards, in millimetres without a rest.
 
     Raises:
-        InputError: the robot has none.
+        InputError: the robot has none, or its legs never meet.
     """
+    check_that_legs_meet(robot, "these lengths")
     left, right, bottom, top = workspace_bounds(robot)
     grid = [(x, y) for x in np.linspace(left, right, PLACES) for y in np.linspace(max(0.0, bottom), top, PLACES)]
     points = [(round(float(x), 3) + 0.0, round(float(y), 3) + 0.0) for x, y in grid]
@@ -122,47 +188,42 @@ def default_name(path: Path) -> str:
     return path.stem
 
 
-def _answer(questions: tuple[Question, ...], answers: dict[str, float], ask: Ask, refuse: Refuse) -> None:
-    for question in questions:
-        while question.key not in answers:
-            try:
-                text = ask(f"{question.words} [{question.default(answers):.10g}]: ")
-            except EOFError:
-                raise InputError(
-                    f"{question.words}: no answer: expected one, or an empty line for the usual one"
-                ) from None
-            try:
-                answers[question.key] = question.read(text, answers)
-            except InputError as error:
-                refuse(f"{question.words}: {error}")
-
-
 def _robot(answers: Answers) -> FiveBar:
-    """Return the geometry of the robot; its masses play no part in that."""
+    """Return the geometry of the robot; its masses, some that go with the lengths, play no part in that.
+
+    Raises:
+        InputError: these are no lengths of one robot.
+    """
+    lengths = {one.key: 1e-3 * answers[one.key] for one in LENGTHS}
+    link = sum(lengths[one.key] for one in LENGTHS[1:]) / 4.0
+    mass = WATER * link**3
     content = {
+        "format": 1,
         "name": "new",
-        "lengths_m": {one.key: 1e-3 * answers[one.key] for one in LENGTHS},
-        "inertias_kg_m2": {"zz_11R": 1.0, "zz_21R": 1.0},
-        "mass_kg": {"m": 1.0},
+        "lengths_m": lengths,
+        "inertias_kg_m2": dict.fromkeys(("zz_11R", "zz_21R"), mass * link**2),
+        "mass_kg": {"m": mass},
         "friction": dict.fromkeys(("f_s11", "f_s21", "f_off11", "f_off21"), 0.0) | {"width_rad_s": LEAST_WIDTH},
     }
-    return RobotFile.model_validate(content).five_bar()
+    return validate(content, RobotFile, "these lengths").five_bar()
 
 
-def _inertia(answers: Answers, leg: int) -> float:
-    length = 1e-3 * answers[f"l_{leg}1"]
-    rotor = answers["rotor"] * answers["gear"] ** 2
-    return rotor + (answers["proximal_mass"] / 3.0 + 0.5 * answers["distal_mass"]) * length**2
+def frequency_of(answers: Answers) -> float:
+    """Return the frequency (Hz) of the transmissions: the answer, or what backlash needs where none is known."""
+    return BACKLASH_FREQUENCY if answers["frequency"] == 0.0 < answers["backlash"] else answers["frequency"]
 
 
 def _transmission(answers: Answers) -> list[str]:
-    if answers["frequency"] == 0.0 and answers["backlash"] == 0.0:
+    frequency = frequency_of(answers)
+    if frequency == 0.0:
         return ["# rigid as far as is known; `fivebar identify --resonance` finds its frequency"]
     rotor = answers["rotor"] * answers["gear"] ** 2
-    share = min(0.98, max(0.02, rotor / _inertia(answers, 1)))
+    share = min(0.98, max(0.02, rotor / inertia_of_leg(answers, 1)))
+    assumed = ", assumed, since backlash needs one" if answers["frequency"] == 0.0 else ""
     return [
-        "# lowest frequency (Hz), 0 for rigid; backlash (rad); share of the rotor in the inertia",
-        f"transmission: {{frequency: {answers['frequency']:.6g}, backlash: {1e-3 * answers['backlash']:.6g},"
+        f"# lowest frequency (Hz){assumed}; `fivebar identify --resonance` finds it",
+        "# backlash (rad); share of the rotor in the inertia",
+        f"transmission: {{frequency: {frequency:.6g}, backlash: {1e-3 * answers['backlash']:.6g},"
         f" rotor_share: {share:.3g}}}",
     ]
 

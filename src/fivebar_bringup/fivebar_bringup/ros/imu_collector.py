@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Collects the readings of an IMU while something else goes on in the same thread."""
 
 from __future__ import annotations

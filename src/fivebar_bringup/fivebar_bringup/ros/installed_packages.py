@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finds out which packages of ROS are installed, for launch files."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Arguments of launch files that several of them have in the same form."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The scope in which a launch file is included: a pushed namespace, and parameters and remappings for all nodes."""
 
 from __future__ import annotations

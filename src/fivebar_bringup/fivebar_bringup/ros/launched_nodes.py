@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The nodes of the graph as actions of ROS' own launch, among those of others."""
 
 from __future__ import annotations

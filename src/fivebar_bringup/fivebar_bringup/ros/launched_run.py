@@ -1,8 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """The process of a run under ROS' own launch: it is interrupted with the launch, which ends and fails with it."""
 
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Sequence
 
 from launch.actions import EmitEvent, ExecuteProcess, RegisterEventHandler
@@ -19,8 +21,13 @@ waits."""
 
 def launched_run(command: Sequence[str]) -> list[LaunchDescriptionEntity]:
     """Return the process of a run, and what ties the launch to it."""
+    # colours and a progress bar are for a terminal, and not for the file into which a launch is redirected
     run = ExecuteProcess(
-        cmd=list(command), name="fivebar_run", output="screen", sigterm_timeout=STOP_TIMEOUT, emulate_tty=True
+        cmd=list(command),
+        name="fivebar_run",
+        output="screen",
+        sigterm_timeout=STOP_TIMEOUT,
+        emulate_tty=sys.stdout.isatty() and sys.stderr.isatty(),
     )
 
     def interrupt(event: Shutdown, context: LaunchContext) -> list[LaunchDescriptionEntity]:

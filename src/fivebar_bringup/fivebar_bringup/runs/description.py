@@ -1,9 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot of a run as a URDF."""
 
 from __future__ import annotations
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.registry import laws_unopened
+from fivebar_control.planning.motor_limits import motor_limits
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_description import robot_description
 from fivebar_description.robot_file import read_robot
@@ -20,4 +22,5 @@ def described_robot(robot: str = "", scenario: str = "") -> str:
         loaded = load_scenario(scenario) if scenario else None
     chosen = robot or (loaded.robot if loaded else DEFAULT_ROBOT)
     file = read_robot(chosen)
-    return robot_description(file.five_bar(), file.name, loaded.imu if loaded else ImuSettings(), file.weighed())
+    imu = loaded.imu if loaded else ImuSettings()
+    return robot_description(file.five_bar(), file.name, imu, file.weighed(), motor_limits(file))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A private DDS domain for each run, so that concurrent runs and tests do not receive each other's messages.
 
 Reserved is a UDP port that belongs to the domain and that DDS itself leaves free: the kernel gives it to one process of

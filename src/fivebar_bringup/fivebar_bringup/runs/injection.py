@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Fault injection into a rehearsal: when, and which fault."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The processes of the node graph for launch files, which start its nodes one by one, among those of others."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs the node graph as processes: starts, watches and stops them in order, the recorder last."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The processes that launch files start: the same run as `fivebar run`, its nodes one by one, and the robot in RViz.
 
 With the system's interpreter, so nothing is imported here that only an environment of `packaging/jazzy.sh` has.
@@ -174,12 +175,19 @@ def recorder_of_cell(recorders: Mapping[str, LaunchedProcess], directory: Path) 
     """Return one recorder, in a directory for its bag, for those that the robots of a cell would have by themselves."""
     topics: list[str] = []
     nodes: list[str] = []
+    simulated = False
     for robot, recorder in recorders.items():
         parameters = yaml.safe_load(recorder.parameter_file)["/**"]["ros__parameters"]
         topics += [name if name.startswith("/") else f"{robot}/{name}" for name in parameters["topics"]]
         nodes += [f"{robot}/{name}" for name in parameters["wait_for_nodes"]]
+        simulated = parameters["simulated_time"]
     # /diagnostics is that of all robots
-    own = {"directory": str(directory.absolute()), "topics": list(dict.fromkeys(topics)), "wait_for_nodes": nodes}
+    own = {
+        "directory": str(directory.absolute()),
+        "topics": list(dict.fromkeys(topics)),
+        "wait_for_nodes": nodes,
+        "simulated_time": simulated,
+    }
     return next(iter(recorders.values()))._replace(parameter_file=_parameter_file(own))
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Machine code that the nodes of a run load: compiled before they start, since that takes longer than they wait."""
 
 from __future__ import annotations
@@ -5,7 +6,6 @@ from __future__ import annotations
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.graph.sensor_nodes import has_compiled_estimator
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.settings import estimator_of
 
 
 def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> None:
@@ -21,6 +21,7 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
     if not has_compiled_estimator(scenario, mode):
         return
     # numba takes most of a second to import
+    from fivebar_bringup.simulation.estimator import estimator_of
     from fivebar_control.estimation.compiled import compiled_step
 
     estimator_of(scenario, compiled_step()).warm_up()

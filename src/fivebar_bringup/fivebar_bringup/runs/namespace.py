@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The namespace of a run, by which several robots share a DDS domain."""
 
 from __future__ import annotations

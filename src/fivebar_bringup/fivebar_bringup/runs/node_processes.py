@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The processes of a run as the launcher holds them: starts them all at once, signals them and waits for them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Starts the node processes of a run: loads what nodes have in common, forks every node from that, and ends.
 
 It is a process of its own because a fork is safe only where there are no threads, and the launcher may have some. What
@@ -29,11 +30,8 @@ COMMON_MODULES = (
     "std_msgs.msg",
     "std_srvs.srv",
     "fivebar_bringup.bag.recording",
-    "fivebar_control.estimation.step",
-    "fivebar_control.hardware.drive_session",
-    "fivebar_control.laws.registry",
     "fivebar_control.loop.cycle",
-    "fivebar_control.trajectory.planner",
+    "fivebar_control.scenario.scenario",
     "fivebar_sim.plant",
 )
 """Modules that take most of the time in which a node starts; none of them loads ROS libraries."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Running a scenario without ROS, and reporting on it; imports none of what the node graph needs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Ties a process to its parent: the kernel ends it when the parent is gone, however that comes about."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Process watch: reports a process that has ended within milliseconds, by waiting on pidfds instead of polling."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The processes of a run: which nodes share one, and their scheduling and diagnostic thresholds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run with the node graph, from scenario to report."""
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, Progress, r
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred
 from fivebar_description.ros.scheduling import Scheduling
 
@@ -143,7 +145,7 @@ def write_outcome(run: RunDirectory, scenario: Scenario, mode: Mode, outcome: Gr
             "wall_s": outcome.wall_s,
             "overruns": outcome.overruns if mode is Mode.REALTIME else None,
             "latency_ms": outcome.latency_ms,
-            "stop_cycles": scenario.stop_cycles() if mode is Mode.REALTIME else None,
+            "stop_cycles": stop_cycles(scenario) if mode is Mode.REALTIME else None,
             "faults": [*outcome.published, *outcome.faults],
         },
     )

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The fixed parts of the picture of a run: the loci, the planned path and the blending zones on it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The moving parts of the picture of a run: links, platform and its trail, reference, torques and forces."""
 
 from __future__ import annotations

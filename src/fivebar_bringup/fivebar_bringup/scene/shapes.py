@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shapes of a scene: what a marker of RViz says, as plain values."""
 
 from __future__ import annotations

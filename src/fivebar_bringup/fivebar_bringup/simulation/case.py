@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One crossing as numbers, the input of the compiled loop."""
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.settings import cycle_settings, estimator_model_of
+from fivebar_bringup.simulation.estimator import estimator_model_of
+from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
@@ -18,6 +20,7 @@ from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.desired import REFERENCE_VALUES, desired_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
+from fivebar_description.optional import CAMERA_FRAMES, CAMERA_ON, optional_part
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
@@ -27,7 +30,6 @@ from fivebar_sim.effects.mechanism import actual_robot, mechanism_of, steps_of_p
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects, without_effects
 from fivebar_sim.effects.timing import lost_commands
 from fivebar_sim.sensors import PASSIVE_LOSSES, PassiveNumbers, gyro_errors, gyro_stream, made_readings, passive_numbers
-from fivebar_sim.vision.frames import frame_of
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -54,7 +56,6 @@ class Estimation(NamedTuple):
     """The estimator.
 
     Attributes:
-        on: whether there is one.
         feed_forward: whether the laws compensate its disturbances.
         model: its constants.
         latency: samples from a gyroscope reading to its arrival.
@@ -74,7 +75,6 @@ class Estimation(NamedTuple):
         seen_deviation: of either coordinate (m), as the positions say of themselves.
     """
 
-    on: bool
     feed_forward: bool
     model: EstimatorModel
     latency: int
@@ -107,7 +107,7 @@ class Numbers(NamedTuple):
         missing: bool[N + 1 + lead], the samples that do not reach the control chain, never sample 0. What motors,
             gyroscope and passive joint would have read with them is lost, and there is no command, so that the drives
             hold the last one. Positions by the camera come with the next sample.
-        estimation: see there.
+        estimation: the estimator (`Estimation`), None without one.
         stop_at_fault: end the run at its first fault; the offline runner lets the robot coast instead.
     """
 
@@ -121,7 +121,7 @@ class Numbers(NamedTuple):
     mechanism: Any
     lost: BoolArray
     missing: BoolArray
-    estimation: Estimation
+    estimation: Any
     stop_at_fault: bool
 
 
@@ -131,7 +131,7 @@ class EngineRun(NamedTuple):
     Attributes:
         case: the crossing.
         plan: its sampled plan.
-        trace: float64[N + 1, columns of `TraceRow`] to be filled, or [0, ...] for none.
+        trace: float64[N + 1, columns of `TraceRow`] to be filled.
     """
 
     case: Numbers
@@ -175,6 +175,7 @@ def _frames(scenario: Scenario, samples: int) -> FloatArray:
     """Return the camera's positions that the estimator takes, as `Estimation` has them."""
     if not (scenario.sees and scenario.ekf.camera):
         return np.zeros((0, 4))
+    frame_of = optional_part(CAMERA_FRAMES, CAMERA_ON)
     camera, rate_hz = scenario.camera, scenario.rate_hz
     made = [frame_of(camera, rate_hz, scenario.plant.seed, sample) for sample in range(samples)]
     frames = sorted((one for one in made if one is not None and one.arrival >= 0), key=lambda one: one.arrival)
@@ -212,8 +213,6 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         mechanism = mechanism_of(nominal if plant is scenario.plant else actual, plant, scenario.rate_hz)
     steps = steps_of_period(actual, scenario.rate_hz)
     lost = _lost(scenario, plant)
-    samples = scenario.plan().path.samples(scenario.rate_hz) + 1 if scenario.reads_late else 0
-    gyro = gyro_readings(scenario, samples)
     numbers = Numbers(
         control=control,
         actual=with_floats(actual),
@@ -225,27 +224,33 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         mechanism=mechanism,
         lost=lost,
         missing=np.zeros_like(lost),
-        estimation=Estimation(
-            scenario.estimated,
-            scenario.compensates_disturbance,
-            estimator_model_of(scenario, nominal),
-            scenario.imu.schedule(scenario.rate_hz).latency,
-            gyro.stamps,
-            scenario.imu.gyro_keep(control.period),
-            gyro.errors,
-            gyro.made,
-            gain(scenario.plant.gyroscope),
-            scenario.imu.gyro_limit(),
-            frozen_samples(scenario.plant.gyroscope, scenario.rate_hz),
-            passive_numbers(scenario.passive, scenario.plant.seed),
-            scenario.passive.schedule(scenario.rate_hz).latency,
-            _passive_made(scenario, samples),
-            _frames(scenario, samples),
-            scenario.camera.deviation,
-        ),
+        estimation=_estimation(scenario, nominal, control.period) if scenario.estimated else None,
         stop_at_fault=stop_at_fault,
     )
     return Case(scenario.scheme(), numbers)
+
+
+def _estimation(scenario: Scenario, robot: FiveBar, period: float) -> Estimation:
+    """Return the estimator of a scenario, for its robot with other types of number."""
+    samples = scenario.plan().path.samples(scenario.rate_hz) + 1 if scenario.reads_late else 0
+    gyro = gyro_readings(scenario, samples)
+    return Estimation(
+        scenario.compensates_disturbance,
+        estimator_model_of(scenario, robot),
+        scenario.imu.schedule(scenario.rate_hz).latency,
+        gyro.stamps,
+        scenario.imu.gyro_keep(period),
+        gyro.errors,
+        gyro.made,
+        gain(scenario.plant.gyroscope),
+        scenario.imu.gyro_limit(),
+        frozen_samples(scenario.plant.gyroscope, scenario.rate_hz),
+        passive_numbers(scenario.passive, scenario.plant.seed),
+        scenario.passive.schedule(scenario.rate_hz).latency,
+        _passive_made(scenario, samples),
+        _frames(scenario, samples),
+        scenario.camera.deviation,
+    )
 
 
 def _lost(scenario: Scenario, plant: PlantSettings) -> BoolArray:

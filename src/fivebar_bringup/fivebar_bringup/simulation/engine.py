@@ -1,4 +1,5 @@
-"""The engine for callers: one case in, its outcome or its trace out.
+# SPDX-License-Identifier: Apache-2.0
+"""The engine for callers: one case in, its outcome out, and the table of which that is made.
 
 The loop is compiled with the laws of a controller. For laws that numba cannot compile it is interpreted, around a
 compiled estimator and robot.
@@ -13,9 +14,13 @@ from typing import Any
 import numpy as np
 
 from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled, platforms_of
-from fivebar_bringup.simulation.engine_estimator import EngineKnown, estimated, unestimated
+from fivebar_bringup.simulation.engine_estimator import (
+    estimated,
+    measured,
+    unestimated,
+    unmeasured,
+)
 from fivebar_bringup.simulation.engine_robot import (
-    Robot,
     moved,
     moved_ideal,
     moved_with_effects,
@@ -23,8 +28,7 @@ from fivebar_bringup.simulation.engine_robot import (
     started_ideal,
     started_with_effects,
 )
-from fivebar_bringup.simulation.measures import EngineLog, concluded, ends, recorded, unmeasured
-from fivebar_bringup.simulation.outcome import Outcome, TraceRow
+from fivebar_bringup.simulation.outcome import Outcome, RunEnd, TraceRow
 from fivebar_bringup.simulation.planned import planned_at
 from fivebar_bringup.simulation.robot import (
     ideal_later,
@@ -34,6 +38,8 @@ from fivebar_bringup.simulation.robot import (
     sensed_with_effects,
     start_with_effects,
 )
+from fivebar_bringup.simulation.run_metrics import summarized
+from fivebar_bringup.simulation.table_rows import concluded, empty_table, ends, recorded, recorded_estimate
 from fivebar_control.compiling import bound, compiled_and_kept, is_of_compiler, kept_by_itself
 from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.estimation.readings import with_readings
@@ -44,29 +50,15 @@ from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
 
+Functions = Mapping[str, Callable[..., Any]]
 
-def begun_ideal(run: EngineRun) -> tuple[Robot, EngineKnown, EngineLog]:
-    """Return the rigid robot, the estimator and the metrics before the first sample."""
-    robot = started_ideal(run)
-    return robot, unestimated(run, robot), unmeasured(run)
-
-
-def begun_with_effects(run: EngineRun) -> tuple[Robot, EngineKnown, EngineLog]:
-    """Return the robot with effects, the estimator and the metrics before the first sample."""
-    robot = started_with_effects(run)
-    return robot, unestimated(run, robot), unmeasured(run)
-
-
-RUN: Mapping[str, Callable[..., Any]] = {
-    "estimate": estimated,
-    "plan_at": planned_at,
-    "record": recorded,
-    "ended": ends,
-    "conclude": concluded,
-}
-IDEAL: Mapping[str, Callable[..., Any]] = {"begin": begun_ideal, "advance": moved_ideal}
-WITH_EFFECTS: Mapping[str, Callable[..., Any]] = {"begin": begun_with_effects, "advance": moved_with_effects}
-"""The engine's run, and the robots that it can have, by the names under which the closed loop knows their functions."""
+RUN: Functions = {"empty_log": empty_table, "plan_at": planned_at, "ended": ends, "conclude": concluded}
+IDEAL: Functions = {"begin": started_ideal, "advance": moved_ideal}
+WITH_EFFECTS: Functions = {"begin": started_with_effects, "advance": moved_with_effects}
+MEASURED: Functions = {"first_known": unmeasured, "estimate": measured, "record": recorded}
+ESTIMATED: Functions = {"first_known": unestimated, "estimate": estimated, "record": recorded_estimate}
+"""The engine's run, the robots that it can have, and what can be known of them, by the names under which the closed
+loop knows their functions: a loop is compiled for what a scenario has."""
 
 PARTS: tuple[Callable[..., Any], ...] = (
     ideal_start,
@@ -84,8 +76,6 @@ PARTS: tuple[Callable[..., Any], ...] = (
 for part in PARTS:
     kept_by_itself(part)
 
-NO_TRACE = np.zeros((0, len(TraceRow._fields)))
-
 _refused: set[str] = set()
 """Names of the laws from elsewhere that could not be compiled."""
 
@@ -96,22 +86,40 @@ robot_sensed: Callable[..., Any] = ideal_sensed
 
 
 @cache
-def _loop(effects: bool, **of_laws: Callable[..., Any]) -> Any:
-    return compiled_and_kept(run_loop, **of_laws, **(WITH_EFFECTS if effects else IDEAL), **RUN)
+def _loop(effects: bool, has_estimator: bool, **of_laws: Callable[..., Any]) -> Any:
+    robot = WITH_EFFECTS if effects else IDEAL
+    known = ESTIMATED if has_estimator else MEASURED
+    return compiled_and_kept(run_loop, **of_laws, **robot, **known, **RUN)
 
 
-def crossing(case: Case, plan: Sampled, trace: FloatArray = NO_TRACE) -> Outcome:
-    """Return the metrics of a case along a sampled plan (`case.sampled`), whose samples are written into the trace.
+def crossing(case: Case, plan: Sampled) -> Outcome:
+    """Return the metrics of a run of the case, see `traced_crossing`."""
+    return traced_crossing(case, plan)[0]
+
+
+def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
+    """Run a case along a sampled plan (`case.sampled`); return its metrics and its table.
+
+    The table is float64[samples, len(TraceRow._fields)], a row for each sample.
 
     The first call of a controller in an installation compiles for some seconds. The interpreter's lock is not held by
     machine code: threads run side by side, and nothing is shared between calls.
+    """
+    trace = np.empty((len(plan.rows), len(TraceRow._fields)))
+    ended = _run(case, plan, trace)
+    table = trace[: ended.samples]
+    return summarized(case, plan, table, ended), table
+
+
+def _run(case: Case, plan: Sampled, trace: FloatArray) -> RunEnd:
+    """Run a case, and fill its table.
 
     A law of this package says whether numba compiles it. One from elsewhere may say nothing, and is tried once in a
     process.
     """
     controller, numbers = case.controller, case.numbers
-    control, estimation, effects = numbers.control, numbers.estimation, numbers.mechanism is not None
-    last, feed_forward = len(plan.rows) - 1 - numbers.lead, estimation.on and estimation.feed_forward
+    control, of_robot = numbers.control, (numbers.mechanism is not None, numbers.estimation is not None)
+    last, feed_forward = len(plan.rows) - 1 - numbers.lead, of_robot[1] and numbers.estimation.feed_forward
     settings = LoopSettings(control, 0, last, numbers.lead, feed_forward)
     of_run = (
         EngineRun(numbers, plan, trace),
@@ -120,8 +128,8 @@ def crossing(case: Case, plan: Sampled, trace: FloatArray = NO_TRACE) -> Outcome
     )
     if controller.compiles and controller.name not in _refused:
         try:
-            outcome: Outcome = _loop(effects, **law_functions(controller))(*of_run)
-            return outcome
+            ended: RunEnd = _loop(*of_robot, **law_functions(controller))(*of_run)
+            return ended
         except Exception as error:
             if controller.name in CONTROLLERS or not is_of_compiler(error):
                 raise
@@ -129,25 +137,17 @@ def crossing(case: Case, plan: Sampled, trace: FloatArray = NO_TRACE) -> Outcome
     return _interpreted_loop(case)(*of_run)
 
 
-def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
-    """Return what a run of the case returns, with float64[samples, len(TraceRow._fields)], a row for each sample."""
-    trace = np.zeros((len(plan.rows), len(TraceRow._fields)))
-    outcome = crossing(case, plan, trace)
-    return outcome, trace[: outcome.samples]
-
-
-def _interpreted_loop(case: Case) -> Callable[..., Outcome]:
+def _interpreted_loop(case: Case) -> Callable[..., RunEnd]:
     """Return the loop for laws that are not compiled, which look ahead as far as they need."""
     controller, control = case.controller, case.numbers.control
     constraint = 0 if controller.constraint is None else controller.constraint.samples_ahead(control.constraint)
     count = max(controller.nominal.samples_ahead(control.nominal), constraint)
-    of_run: dict[str, Callable[..., Any]] = {
-        **RUN,
-        "estimate": bound(RUN["estimate"], estimator_step=compiled_step()),
-        "plan_at": partial(planned_with_ahead, count),
-    }
+    known = MEASURED
+    if case.numbers.estimation is not None:
+        known = {**ESTIMATED, "estimate": bound(estimated, estimator_step=compiled_step())}
+    of_run: Functions = {**RUN, "plan_at": partial(planned_with_ahead, count)}
     robot = _compiled_robot(case.numbers.mechanism is not None)
-    return bound(run_loop, **law_functions(controller), **of_run, **robot)
+    return bound(run_loop, **law_functions(controller), **robot, **known, **of_run)
 
 
 def planned_with_ahead(count: int, run: EngineRun, moment: int) -> PlanSample:
@@ -159,17 +159,15 @@ def planned_with_ahead(count: int, run: EngineRun, moment: int) -> PlanSample:
 
 
 @cache
-def _compiled_robot(effects: bool) -> Mapping[str, Callable[..., Any]]:
+def _compiled_robot(effects: bool) -> Functions:
     """Return the steps of an ideal robot or of one with effects, by the names under which the loop knows them."""
     start = compiled_and_kept(_start, robot_start=start_with_effects if effects else ideal_start)
     later = compiled_and_kept(_later, robot_later=later_with_effects if effects else ideal_later)
     sensed = compiled_and_kept(_sensed, robot_sensed=sensed_with_effects if effects else ideal_sensed)
-
-    def begun(run: EngineRun) -> tuple[Robot, EngineKnown, EngineLog]:
-        robot = started(run, start, sensed)
-        return robot, unestimated(run, robot), unmeasured(run)
-
-    return {"begin": begun, "advance": partial(moved, later=later, sensed=sensed)}
+    return {
+        "begin": partial(started, start=start, sensed=sensed),
+        "advance": partial(moved, later=later, sensed=sensed),
+    }
 
 
 # callers of the robot's functions, of which the engine keeps the machine code for compiled callers only

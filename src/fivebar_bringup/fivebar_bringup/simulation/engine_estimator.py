@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The state of the robot as controllers know it in the engine's loop: measured, or estimated as `StateEstimator`
 does."""
 
@@ -49,9 +50,9 @@ class EngineKnown(NamedTuple):
     """The knowledge of the robot at a sample: see `closed_loop.Known`, and the estimator's own.
 
     Attributes:
-        memory: of the filter, without meaning where there is no estimator.
+        memory: of the filter.
         frozen: what the watch for frozen encoders has seen.
-        joints: measured or estimated.
+        joints: estimated.
         came: the last sample that reached the controllers.
         seen_frames: how many of the camera's positions have come.
         deviations: standard deviations between the estimate and the other assembly mode.
@@ -106,27 +107,34 @@ def unestimated(run: EngineRun, robot: Robot) -> EngineKnown:
     return EngineKnown(True, at_home, 0.0, 0.0, NO_FAULT, memory, nothing_read(), exact, 0, 0, math.inf, late)
 
 
+class MeasuredKnown(NamedTuple):
+    """The knowledge of a robot without an estimator at a sample: see `closed_loop.Known`, and the joints measured."""
+
+    present: bool
+    state: State
+    d1: float
+    d2: float
+    trip: int
+    joints: Joints
+
+
+def unmeasured(run: EngineRun, robot: Robot) -> MeasuredKnown:
+    """Return what is known before the first sample."""
+    return MeasuredKnown(True, state_of(run.case.control.robot, robot.readings), 0.0, 0.0, NO_FAULT, robot.readings)
+
+
+def measured(run: EngineRun, before: MeasuredKnown, robot: Robot, number: int) -> MeasuredKnown:
+    """Return what is known after the readings of a sample."""
+    present = not run.case.missing[number]
+    joints = robot.readings if present else before.joints
+    return MeasuredKnown(present, state_of(run.case.control.robot, joints), 0.0, 0.0, NO_FAULT, joints)
+
+
 def estimated(run: EngineRun, before: EngineKnown, robot: Robot, number: int) -> EngineKnown:
     """Return what is known after the readings of a sample."""
     case = run.case
     present = not case.missing[number]
     came = number if present else before.came
-    if not case.estimation.on:
-        joints = robot.readings if present else before.joints
-        return EngineKnown(
-            present=present,
-            state=state_of(case.control.robot, joints),
-            d1=0.0,
-            d2=0.0,
-            trip=NO_FAULT,
-            memory=before.memory,
-            frozen=before.frozen,
-            joints=joints,
-            came=came,
-            seen_frames=0,
-            deviations=math.inf,
-            late=before.late,
-        )
     estimation = case.estimation
     late = with_late_readings(run, before.late, robot, number)
     memory, joints, trip, seen_frames = before.memory, before.joints, NO_FAULT, before.seen_frames

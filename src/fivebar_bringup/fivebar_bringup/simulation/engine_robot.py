@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot in the engine's loop: mechanism, encoders and drives, in scalars."""
 
 from __future__ import annotations
@@ -33,7 +34,6 @@ class Robot(NamedTuple):
         commands: float64[delay + 1, 2], the last commands (Nm), that of sample k in row `k % (delay + 1)`; changed in
             place.
         applied1, applied2: torques (Nm) over the period before.
-        work: the work (J) that the motors have done, or taken, in the period before.
         gap: the loop's gap (m) that this period opened, before it was closed.
         diverged: whether the robot could be moved no further, and is where it was.
     """
@@ -44,7 +44,6 @@ class Robot(NamedTuple):
     commands: FloatArray
     applied1: float
     applied2: float
-    work: float
     gap: float
     diverged: bool
 
@@ -61,9 +60,7 @@ def started(run: EngineRun, start: Callable[..., Any], sensed: Callable[..., Sen
     plant = start(control.robot, case.actual, control.mode1, control.mode2, case.mechanism, plan[0, X], plan[0, Y])
     exact, seen = sensed(case.mechanism, plant)
     resolution = encoder_resolution(case.equipment)
-    return Robot(
-        plant, exact, read(seen, seen, resolution, 1.0, True), np.zeros((delay + 1, 2)), 0.0, 0.0, 0.0, 0.0, False
-    )
+    return Robot(plant, exact, read(seen, seen, resolution, 1.0, True), np.zeros((delay + 1, 2)), 0.0, 0.0, 0.0, False)
 
 
 def started_ideal(run: EngineRun) -> Robot:
@@ -123,12 +120,10 @@ def moved(
         applied2 = shaped(commands[waiting, 1], quantum, limit)
     after = later(case.actual, case.mechanism, case.steps, case.step, robot.plant, number, applied1, applied2)
     if math.isinf(after.gap):
-        return Robot(robot.plant, robot.exact, robot.readings, commands, applied1, applied2, 0.0, 0.0, True)
+        return Robot(robot.plant, robot.exact, robot.readings, commands, applied1, applied2, 0.0, True)
     exact, seen = sensed(case.mechanism, after.state)
-    before = robot.exact
-    work = abs(applied1 * (exact.q11 - before.q11)) + abs(applied2 * (exact.q21 - before.q21))
     readings = read(seen, robot.readings, encoder_resolution(case.equipment), 1.0 / case.rate_hz, False)
-    return Robot(after.state, exact, readings, commands, applied1, applied2, work, after.gap, False)
+    return Robot(after.state, exact, readings, commands, applied1, applied2, after.gap, False)
 
 
 def moved_ideal(run: EngineRun, robot: Robot, number: int, command: Torque) -> Robot:

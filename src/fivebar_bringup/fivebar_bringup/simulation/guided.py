@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot without power that is led by hand along a scenario's waypoints: the plant, its encoders and IMU, and a hand.
 
 The hand pulls the platform towards the planned place with a spring and a damper. It moves the motors against their

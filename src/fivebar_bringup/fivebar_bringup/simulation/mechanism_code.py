@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The motion of a robot with effects as machine code, for a plant that is moved by Python."""
 
 from __future__ import annotations

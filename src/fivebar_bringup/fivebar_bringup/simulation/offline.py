@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run without ROS: the same plant and control laws in one process, leaving the same bag as the node graph."""
 
 from __future__ import annotations
@@ -11,7 +12,6 @@ from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, FAULT_NUMBERS
 from fivebar_bringup.simulation.settings import cycle_settings
-from fivebar_bringup.simulation.vision import SimulatedVision, VisionSample
 from fivebar_control.compiling import bound
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.torque import ZERO, Torque
@@ -30,7 +30,6 @@ from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform, State
 from fivebar_control.safety.stages import NO_FAULT, fault_of
-from fivebar_control.vision.reading import used
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -42,7 +41,6 @@ from fivebar_description.interface import (
     IMU_ERROR,
     IMU_FRAME,
     JOINT_STATES,
-    NANOSECONDS,
     PASSIVE_STATES,
     PLATFORM_NAMES,
     REFERENCE,
@@ -63,6 +61,7 @@ from fivebar_description.interface import (
     sample_of_stamp,
     sample_stamp_ns,
 )
+from fivebar_description.optional import CAMERA_ON, CAMERA_SIMULATION, optional_part
 from fivebar_description.run_quantities import (
     COMMANDED_TORQUE,
     DISTURBANCE,
@@ -89,6 +88,7 @@ from fivebar_sim.sensors import PASSIVE_LOSSES, ImuReading, ReadingQueue, imu_qu
 
 if TYPE_CHECKING:
     from fivebar_control.estimation.estimator import PositionFix, StateEstimator, Vector6
+    from fivebar_control.estimation.platform_reading import StampedPosition
 
 NOTHING_MEASURED = Measurement((), (), ())
 
@@ -105,6 +105,10 @@ class Estimated(NamedTuple):
     motors: tuple[tuple[float, float], tuple[float, float]]
     deviations: Vector6
     disturbance: tuple[float, float]
+
+
+VisionErrors = tuple[tuple[int, tuple[float, float]], ...]
+"""Stamps (ns) of exposures, and the differences of the camera's positions to those by the joints (m)."""
 
 
 class ImuSample(NamedTuple):
@@ -160,8 +164,8 @@ class Sample(NamedTuple):
     command: Torque
     estimated: Estimated | None = None
     truth: Measurement | None = None
-    vision: tuple[VisionSample, ...] = ()
-    vision_errors: tuple[tuple[int, tuple[float, float]], ...] = ()
+    vision: tuple[StampedPosition, ...] = ()
+    vision_errors: VisionErrors = ()
 
     @property
     def exact(self) -> Measurement:
@@ -276,7 +280,7 @@ class _Run:
         self._estimator: StateEstimator | None = None
         if scenario.estimated:
             # here, because most runs measure all joints
-            from fivebar_bringup.simulation.settings import estimator_of
+            from fivebar_bringup.simulation.estimator import estimator_of
 
             self._estimator = estimator_of(scenario)
         self._imu_check = ImuCheck(self._robot, self._plan.mode1, self._plan.mode2, self._rate_hz, scenario.imu)
@@ -284,9 +288,6 @@ class _Run:
         self._estimated: Estimated | None = None
         self._samples: list[Sample] = []
         self._faults: list[str] = []
-
-    def begin(self) -> tuple[None, None, None]:
-        return None, None, None
 
     def estimate(self, number: int) -> Known:
         sensors, d1, d2, trip = self._sensors, 0.0, 0.0, NO_FAULT
@@ -370,10 +371,10 @@ class _Sensors:
         self._imu_clock = ImuClock(scenario.imu, faults, self._rate_hz, seed)
         self._passive: ReadingQueue[float] = ReadingQueue(scenario.passive, self._rate_hz, seed, PASSIVE_LOSSES)
         self._encoder = passive_numbers(scenario.passive, seed)
-        self._camera = SimulatedVision(scenario) if scenario.camera.on else None
+        self._camera = optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario) if scenario.camera.on else None
         self.imu: list[tuple[int, ImuReading]] = []
         self.elbows: list[tuple[int, float]] = []
-        self.vision: tuple[VisionSample, ...] = ()
+        self.vision: tuple[StampedPosition, ...] = ()
         """Readings that came with the sample: of the IMU by their stamps (ns), angles (rad) by their samples,
         positions."""
 
@@ -402,14 +403,16 @@ class _Sensors:
         if not self._scenario.sees:
             return []
         from fivebar_control.estimation.estimator import PositionFix
+        from fivebar_control.estimation.platform_reading import used
 
         return [PositionFix(one.moment, *used(one.reading)) for one in self.vision]
 
-    def compared(self, number: int, state: State) -> tuple[tuple[int, tuple[float, float]], ...]:
+    def compared(self, number: int, state: State) -> VisionErrors:
         """Return the stamps (ns) of exposures that can be compared with a sample's state, and the differences (m)."""
         if self._camera is None:
             return ()
-        return self._camera.compared(number, self.vision, state.x, state.y)
+        compared: VisionErrors = self._camera.compared(number, self.vision, state.x, state.y)
+        return compared
 
 
 def _fault_text(number: int, settings: CycleSettings, state: State, planned: PlanSample, cycle: Cycle) -> str:
@@ -454,7 +457,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         # the trajectory generator is one sample ahead
         after = run.samples[-1].number + 1
         data = _reference(path.at((after + scenario.lead_samples) / rate_hz), sample_stamp_ns(after, rate_hz))
-        bag.write(REFERENCE, sample_stamp_ns(after, rate_hz) - NANOSECONDS // rate_hz, data)
+        bag.write(REFERENCE, sample_stamp_ns(after, rate_hz), data)
         # a blender that is stopped commands zero torque last
         stamp = sample_stamp_ns(run.samples[-1].number, rate_hz)
         bag.write(TORQUE_COMMAND, stamp, serialize.joint_state(stamp, ACTIVE_JOINTS, effort=ZERO))

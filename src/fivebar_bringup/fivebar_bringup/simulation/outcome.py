@@ -1,8 +1,12 @@
-"""Results of a compiled run: its metrics, and a trace with a row for every sample."""
+# SPDX-License-Identifier: Apache-2.0
+"""A compiled run: the table that it fills, with a row for every sample, and the metrics that are made of it."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fivebar_control.estimation.trips import TRIP_NAMES
 from fivebar_control.loop.closed_loop import PLANT_DIVERGED
@@ -88,6 +92,13 @@ class TraceRow(NamedTuple):
         command1, command2: torques commanded (Nm).
         applied1, applied2: torques applied over the period before the sample (Nm).
         read1, read2: what the motors' encoders read (rad).
+        x, y: of the actual platform (m).
+        det_a: of the actual robot.
+        type1_distance: of its platform from the nearer leg's Type 1 boundary (m).
+        from_path: of its platform from the path, whatever the time (m).
+        mirror_deviations: standard deviations between the estimate and the other assembly mode, else infinite.
+        misfit, misfit_offset, misfit_jump, misfit_error, misfit_strain: of the estimator, see `Outcome`; 0 without one.
+        loop_gap: gap (m) that the period before opened, before it was closed.
     """
 
     q11: float
@@ -112,3 +123,36 @@ class TraceRow(NamedTuple):
     applied2: float
     read1: float
     read2: float
+    x: float
+    y: float
+    det_a: float
+    type1_distance: float
+    from_path: float
+    mirror_deviations: float
+    misfit: float
+    misfit_offset: float
+    misfit_jump: float
+    misfit_error: float
+    misfit_strain: float
+    loop_gap: float
+
+
+def columns_of(table: NDArray[np.float64]) -> Any:
+    """Return the columns of a table, float64[samples, columns of `TraceRow`], by their names, float64[samples] each."""
+    return TraceRow(*table.T)
+
+
+class RunEnd(NamedTuple):
+    """The end of a run.
+
+    Attributes:
+        samples: samples made.
+        fault, fault_sample: as in `Outcome`.
+        applied1, applied2: torques (Nm) applied last, also where the robot did not get through its last period.
+    """
+
+    samples: int
+    fault: int
+    fault_sample: int
+    applied1: float
+    applied2: float

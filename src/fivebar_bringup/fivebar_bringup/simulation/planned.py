@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sampled plan in the engine's loop: the reference, and all else that a plan says of a sample."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plant between two samples: the integration of `fivebar_sim.plant` with the analytic dynamics, in scalars.
 
 Same coordinates (the four joint angles), same Runge-Kutta steps, same halving, same projection onto the closed loop, so

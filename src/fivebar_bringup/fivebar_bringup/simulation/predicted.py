@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The run that a plan is predicted to become, by the compiled engine."""
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ MOMENT = [
     for name in ("estimated_x", "estimated_y", "estimated_vx", "estimated_vy", "command1", "command2")
 ]
 
-ANGLES = [TraceRow._fields.index(name) for name in ("q11", "q12", "q21", "q22")]
+DET_A = TraceRow._fields.index("det_a")
 
 REQUESTED = [TraceRow._fields.index(name) for name in ("requested1", "requested2")]
 
@@ -65,9 +66,7 @@ def predict_on_engine(
     places = trace[:, PLACE]
     distances = np.hypot(*(places - rows[: len(trace), [X, Y]]).T)
     requests = np.max(np.abs(trace[:, REQUESTED]), axis=1)
-    # det A = sin(theta_2 - theta_1), theta_i = q_i1 + q_i2
-    q11, q12, q21, q22 = trace[:, ANGLES].T
-    signs = np.sign(np.sin(q21 + q22 - q11 - q12))
+    signs = np.sign(trace[:, DET_A])
     changes = np.flatnonzero(signs[1:] * signs[:-1] < 0.0) + 1
 
     def peak(value: float, sample: int) -> Peak:

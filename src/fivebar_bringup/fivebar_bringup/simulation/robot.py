@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated robot in the compiled loop: rigid and ideal, or with the effects of `fivebar_sim.effects`.
 
 Both come as three functions, which the engine binds to the loop as it does the laws, so that the code of effects is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A finished offline run as a recording in memory, with the contents of its bag but without a file."""
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample
 from fivebar_description.interface import (
     FAULTS,
+    PASSIVE_STATES,
     VISION_NAMES,
     VISION_PLATFORM,
     Topic,
@@ -40,6 +42,7 @@ class RunInMemory(Recording):
                 nothing = (math.nan,) * len(one.names)
                 self._names[one.topic.name] = one.names
                 self._fields[one.topic.name, one.field] = np.array([row.get(one.name, nothing) for row in rows])
+        self._names[PASSIVE_STATES.name] = (scenario.passive.joint,)
         if seen:
             self._fields[VISION_PLATFORM.name, "position"] = np.array([one.reading for one in seen])
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A start that nobody declares: the camera sees the resting robot, and the motion is planned from there."""
 
 from __future__ import annotations
@@ -5,8 +6,8 @@ from __future__ import annotations
 import math
 
 from fivebar_bringup.scenario import DECLARED, Scenario
-from fivebar_bringup.simulation.vision import SimulatedVision
 from fivebar_control.estimation.homing import Homing, HomingContradicted, seen_posture
+from fivebar_description.optional import CAMERA_ON, CAMERA_SIMULATION, optional_part
 from fivebar_sim.plant import Plant
 
 
@@ -19,7 +20,7 @@ def looked(scenario: Scenario) -> Homing:
     """
     plant = Plant(scenario.five_bar(), scenario.initial_joints(), scenario.rate_hz, scenario.plant, scenario.imu)
     (q11, q21), _ = plant.measure().of_motors()
-    (found,) = SimulatedVision(scenario).arrived(0, plant.truth())
+    (found,) = optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario).arrived(0, plant.truth())
     x, y = found.reading[:2]
     if not math.isfinite(x + y):
         raise HomingContradicted("homing_contradicted: the camera does not see the platform at the start")

@@ -1,22 +1,13 @@
-"""Control cycle and state estimator of a scenario, for every runner that is not their node."""
+# SPDX-License-Identifier: Apache-2.0
+"""The control cycle of a scenario, for every runner that is not its nodes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
-from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.estimator import StateEstimator
-from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.loop.closed_loop import cycle_settings_of
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import guard_limits_of
-from fivebar_description.parameters import FiveBar
-from fivebar_description.sensors import KnownSensors, PassiveEncoder
-from fivebar_description.tolerances import Tolerances
 
 
 def cycle_settings(scenario: Scenario) -> CycleSettings:
@@ -30,41 +21,4 @@ def cycle_settings(scenario: Scenario) -> CycleSettings:
         scenario.zone.as_rule().lasts(rate_hz),
         guard_limits_of(safety, rate_hz),
         brake_of(safety, robot, rate_hz),
-    )
-
-
-class _Declared(NamedTuple):
-    """Declarations that an estimator has besides the robot, in the order of the arguments of `estimator_model`."""
-
-    rate_hz: int
-    drives: Drives
-    settings: EkfSettings
-    tolerances: Tolerances
-    passive: PassiveEncoder
-    known: KnownSensors
-
-
-def estimator_of(scenario: Scenario, step: Callable[..., EstimatorStep] = estimator_step) -> StateEstimator:
-    """Return a new estimator for a run of a scenario; `step` may be machine code.
-
-    Raises:
-        HomingContradicted: the declared posture contradicts itself.
-    """
-    return StateEstimator(scenario.five_bar(), scenario.homing(), *_declared(scenario), step=step)
-
-
-def estimator_model_of(scenario: Scenario, robot: FiveBar) -> EstimatorModel:
-    """Return the constants of that estimator, for a robot that is the scenario's, maybe with other types of number."""
-    mode1, mode2 = scenario.working_mode
-    return estimator_model(robot, mode1, mode2, *_declared(scenario))
-
-
-def _declared(scenario: Scenario) -> _Declared:
-    return _Declared(
-        scenario.rate_hz,
-        scenario.drives(),
-        scenario.ekf,
-        scenario.known_within(),
-        scenario.passive,
-        scenario.known_sensors(),
     )

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Calibration of the geometry from the motors' encoders alone, by their turning points on the Type 2 locus."""
 
 from __future__ import annotations

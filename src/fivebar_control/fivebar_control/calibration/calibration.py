@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Calibration of the geometry by least squares over encoders, gyroscope, touched points and a camera's positions.
 
 With two motors and two degrees of freedom the motors' encoders alone fit any geometry, but on the Type 2 locus. The

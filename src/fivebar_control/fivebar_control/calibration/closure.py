@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closure of the loop by three angles: both motors' and that of the distal link that carries the gyroscope.
 
 The platform stands at P = O_2 + l_21 r_2 + l_22 u_2, with r_2 along q_21 and u_2 along theta_2, and the elbow of leg 1

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The least squares of a calibration: residuals, their derivatives, and the iteration; see `calibration`."""
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.calibration.arrow import Reduced, Rows, projected, reduced
+from fivebar_control.calibration.arrowhead import Reduced, Rows, projected, reduced
 from fivebar_control.calibration.closure import GEOMETRY, L_22, ZERO_1, Closure, closure, distal_angles
 from fivebar_control.calibration.parameters import (
     BIAS,
@@ -69,9 +70,11 @@ BLOCK = 0.25
 LEAST_TIME = 1.0
 """Shortest recording (s)."""
 
-LARGEST_RESIDUAL, LARGEST_MISFIT = 3e-4, 1000.0
-"""Root mean square (m) of the closure's residuals, and mean of all squared ones, about 1 expected, beyond which the
-recording is that of another robot."""
+LARGEST_RESIDUAL = 3e-4
+"""Root mean square (m) of the closure's residuals beyond which the recording is that of another robot."""
+
+EXPLAINED = 3.0
+"""Root mean square of residuals, in standard deviations of what is declared, beyond which a fit explains nothing."""
 
 
 class ClosureFit(NamedTuple):
@@ -327,13 +330,7 @@ class ClosureProblem:
         step = reduced(rows, self._states)
         misfit = self._misfit(rows) * self.colour
         closed, deviation = self._closure(values, states)
-        residual = math.sqrt(float(np.mean(closed.gap**2)))
-        if residual > LARGEST_RESIDUAL or misfit > LARGEST_MISFIT:
-            raise ContradictsRobot(
-                f"the recording contradicts the robot: the loop stays open by {1e3 * residual:.2g} mm, and the"
-                f" residuals are {math.sqrt(misfit):.0f} times the sensors' noise: are robot, tolerances, motor order"
-                " and signs, and the IMU's place on the distal link of leg 2 those of the recording?"
-            )
+        self._refuse_unexplained(rows, closed, deviation)
         across = closed.across[: self._samples]
         crossings = _crossings(closed, across)
         if not crossings:
@@ -368,6 +365,28 @@ class ClosureProblem:
             resolution=self._read.resolution,
             seen=len(self._seen),
         )
+
+    def _refuse_unexplained(self, rows: Rows, closed: Closure, deviation: FloatArray) -> None:
+        """Refuse a fit whose residuals are larger than what is declared of robot and sensors.
+
+        The closure may stay open by the encoders' noise and by what transmissions yield, which is known before to
+        their play; the angles may leave the gyroscope's by its noise.
+
+        Raises:
+            ContradictsRobot: they are.
+        """
+        residual = math.sqrt(float(np.mean(closed.gap**2)))
+        yielding = np.sum((closed.by_motors * self._before[PLAY]) ** 2, axis=1)
+        open_by = math.sqrt(float(np.mean(closed.gap**2 / (deviation**2 + yielding))))
+        chained = rows.residual[self._states : self._states + self._samples - 1]
+        turned_by = math.sqrt(self.colour * float(np.mean(chained**2)))
+        if residual > LARGEST_RESIDUAL or max(open_by, turned_by) > EXPLAINED:
+            raise ContradictsRobot(
+                f"the recording contradicts the robot: the loop stays open by {1e3 * residual:.2g} mm, {open_by:.2g}"
+                f" times what noise and play of the motors explain, and the link turns by {turned_by:.2g} times the"
+                f" gyroscope's noise otherwise than it reads, expected at most {EXPLAINED:g}: are robot, tolerances,"
+                " motor order and signs, and the IMU's place on the distal link of leg 2 those of the recording?"
+            )
 
     def _colour(self, rows: Rows, step: Reduced) -> float:
         """Return the variance of the scores over blocks of time, relative to that of independent residuals."""

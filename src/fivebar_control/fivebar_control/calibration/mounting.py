@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How the IMU is mounted on the distal link: from the axis that it turns about and from its accelerometer.
 
 The axis of turning in the IMU's frame gives roll and pitch. For the rest the accelerometer is compared with the motion

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Directions of the geometry that a recording does not show: it says less about them than was known before."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Sensors that are mounted, signed or scaled otherwise than the robot's file says: which would explain a recording.
 
 A robot whose bases lie on one line is its own mirror image, in which all angles are reversed: a gyroscope that is

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The parameters of a calibration, and how exactly they are known before."""
 
 from __future__ import annotations

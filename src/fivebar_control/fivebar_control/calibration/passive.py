@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The zero of an encoder on a passive joint, from a calibrated recording.
 
 With the geometry and theta_2 that a calibration has found, every sample gives the passive joint's angle; the zero is

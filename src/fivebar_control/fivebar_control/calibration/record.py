@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The data of a calibration: recorded angles and angular velocities, made ready."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A calibrated geometry, and what is derived from it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A camera's positions in the least squares of a calibration: they fix the scale, which angles and rates leave open.
 
 A position z that was stamped with tau belongs to the sample k that is nearest,
@@ -12,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.calibration.arrow import Rows
+from fivebar_control.calibration.arrowhead import Rows
 from fivebar_control.calibration.closure import BASE_2, L_21, L_22, ZERO_2, Closure
 from fivebar_control.calibration.parameters import COMPLIANCE, PLAY, SHIFT_X, SHIFT_Y, STAMPED, TURN
 from fivebar_control.calibration.record import SeenPositions

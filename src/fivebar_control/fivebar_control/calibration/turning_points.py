@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The elbow gap from the motors' encoders alone: the elbows' turning points on the Type 2 locus.
 
 Whenever the platform passes through the stretched branch of the locus, both distal links are in line and the elbows as

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Causes of an inconsistent estimate, in words, the most likely one first.
 
 The watch sees innovations and no causes. How they have come tells some apart: an encoder that slips makes one large

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The step of the estimator compiled for real time: the same functions, ten times as fast."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator's constants: what it knows of robot, drives and sensors."""
 
 from __future__ import annotations
@@ -5,13 +6,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.estimation.ekf import EkfSettings, FilterModel, filter_model
+from fivebar_control.estimation.ekf import FilterModel, filter_model
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.mirror import AmbiguityLimits
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import LONGEST_LATENCY, NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.settings import as_numbers
-from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
 from fivebar_description.tolerances import EXACT, Tolerances
 
 OFFSET, JUMP, MISFIT = 9.0, 10.0, 50.0
@@ -31,12 +32,12 @@ FASTER = 1.5
 """The assembled robot swings at up to so many times the frequency of its transmissions with locked rotors."""
 
 
-class Drives(NamedTuple):
-    """The estimator's model of the motors' encoders and drives."""
+MISFIT_TIME, OFFSET_TIME = 0.02, 0.05
+"""Time constants (s) of the means of squared innovations and of signed ones. The derived limits hold for these: shorter
+means are noisier, longer ones find a fault later. Of the gyroscope as many readings count as of motors."""
 
-    encoder_counts: EncoderCounts = None
-    delay_samples: DelaySamples = 0
-    torque_limit: DriveTorqueLimit = None
+CAMERA_LATENCY = 0.1
+"""Age (s) beyond which a position by the camera is discarded: so long the estimator keeps its samples."""
 
 
 class EstimatorModel(NamedTuple):
@@ -58,7 +59,6 @@ class EstimatorModel(NamedTuple):
         elbow_rate: its readings per second.
         elbow_zero: its reading where the angle is 0, as far as it is known (rad).
         camera_variance: least variance of a coordinate by the camera (m^2).
-        camera_gate: standard deviations beyond which a position by the camera is not taken.
         misfit_share: weight of a sample in the mean of the squared innovations.
         offset_share: weight of an innovation in the mean of one sensor's with their signs.
         misfit_limit: of that mean.
@@ -83,7 +83,6 @@ class EstimatorModel(NamedTuple):
     elbow_rate: int
     elbow_zero: float
     camera_variance: float
-    camera_gate: float
     misfit_share: float
     offset_share: float
     misfit_limit: float
@@ -110,7 +109,7 @@ def estimator_model(
     bending = largest_bending(robot, numbers.play_frequency, torque_limit)
     limits = watch_limits(numbers, rate_hz, bending, float(tolerances.zero))
     others = settings.gyro or settings.camera or passive.leg > 0
-    latency = max(LONGEST_LATENCY, settings.camera_latency) if settings.camera else LONGEST_LATENCY
+    latency = CAMERA_LATENCY if settings.camera else LONGEST_LATENCY
     return EstimatorModel(
         filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), others),
         resolution=count_angle(drives.encoder_counts or 0),
@@ -131,9 +130,8 @@ def estimator_model(
         elbow_rate=max(1, rate_hz // passive.schedule(rate_hz).every),
         elbow_zero=float(known.passive_zero),
         camera_variance=numbers.camera_deviation * numbers.camera_deviation,
-        camera_gate=numbers.camera_gate,
-        misfit_share=share_of_one(rate_hz, numbers.misfit_time),
-        offset_share=share_of_one(rate_hz, numbers.offset_time),
+        misfit_share=share_of_one(rate_hz, MISFIT_TIME),
+        offset_share=share_of_one(rate_hz, OFFSET_TIME),
         misfit_limit=limits.misfit_limit,
         offset_limit=limits.offset_limit,
         jump_limit=limits.jump_limit,
@@ -186,7 +184,7 @@ def watch_limits(settings: EkfSettings, rate_hz: int, bending: float = 0.0, zero
     given = (settings.misfit_limit, settings.offset_limit, settings.jump_limit)
     derived = (MISFIT, math.inf, math.inf)
     if settings.gyro:
-        share = share_of_one(rate_hz, settings.offset_time)
+        share = share_of_one(rate_hz, OFFSET_TIME)
         swing = 2.0 * math.pi * FASTER * settings.play_frequency * settings.play / settings.gyro_noise
         offset, jump = OFFSET, JUMP
         if bending > settings.play:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The covariance of the filter over its states and the constant errors of the robot and its sensors.
 
 The states are x, y (m), vx, vy (m/s), d1, d2 (Nm), the gyroscope's bias (rad/s), the offset of its clock (s), the zero

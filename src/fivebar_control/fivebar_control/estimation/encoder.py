@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measurement model of an incremental encoder: the angle and its variance for each reading.
 
 The encoder rounds down to a count. A reading that has just changed carries more information than a single one: the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """State estimator: from motor readings to the joint states that the controllers use, for node and offline runner.
 
 Timing: sample k is measured at t_k, and the command that answers it acts from t_(k+d) on, d being the drives' delay
@@ -13,8 +14,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from fivebar_control.estimation.causes import inconsistency_reason
-from fivebar_control.estimation.constants import Drives, estimator_model
-from fivebar_control.estimation.ekf import Belief, EkfSettings
+from fivebar_control.estimation.constants import estimator_model
+from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import (
     frozen_reason,
@@ -31,6 +32,7 @@ from fivebar_control.estimation.readings import (
     with_motors,
     with_readings,
 )
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import (
     EstimatorStep,
     Prediction,

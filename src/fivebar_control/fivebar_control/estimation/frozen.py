@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Detection of a frozen encoder: its reading is constant although the motor must be turning.
 
 A constant reading is no fault by itself: at rest, on a slow motion, and where a motor reverses, the angle is within the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Watch over the gyroscope: whether its readings come, can be used, and change as the robot turns."""
 
 from __future__ import annotations

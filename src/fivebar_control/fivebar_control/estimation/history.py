@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The last samples of the filter, so that a late reading is applied at the time of its measurement.
 
 A gyroscope's reading arrives some milliseconds after its stamp. The filter then goes back to the sample before that

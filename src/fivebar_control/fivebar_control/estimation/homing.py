@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Initialisation of the filter: the declared homing posture, checked against the encoders."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The acceleration check of section 4.3: an independent check that the platform follows its reference."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Measurement updates of the filter: motor encoders, gyroscope, encoder on a passive joint, and camera.
 
 Each measurement has a row, its derivatives with respect to all states and constant errors. It is expected to read what
@@ -270,6 +271,11 @@ def elbow_speed(model: FilterModel, estimate: Estimate, number: int) -> float:
     parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
     leg = leg_motion(parameters, mode, x, y, vx, vy)
     return leg.dtheta - leg.dq1
+
+
+CAMERA_GATE = 6.0
+"""Distance of a position by the camera from the estimate, in standard deviations, beyond which it is not taken: noise
+does not get there, and a wrong tag is farther away."""
 
 
 def seen_at(belief: Belief, x: float, y: float, lag: float, variance: float, gate: float) -> Taken:

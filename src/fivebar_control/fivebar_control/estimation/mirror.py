@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Detection of an ambiguous assembly mode: whether the mirrored posture explains the encoders as well.
 
 Motor angles alone fit two postures, mirror images in the line through both elbows. They meet on the Type 2 locus where

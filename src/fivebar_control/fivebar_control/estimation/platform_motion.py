@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The direct dynamics in platform coordinates without angles, and its derivatives: the process model of the filter.
 
 M(x) xddot + h = N^T (tau + d - f), N = B^-1 A, as in `fivebar_control.model.dynamics`, with the forces that act all the

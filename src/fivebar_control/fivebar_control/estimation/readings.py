@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator's memory, and how readings get into it: of the motors, and late ones of gyroscope, joint and camera."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a robot rests by its motors and a camera: what an estimator that has lost it can begin again from."""
 
 from __future__ import annotations

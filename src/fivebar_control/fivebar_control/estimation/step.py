@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator's sequence of steps from sample to sample, as pure functions that the engine compiles as they stand.
 
 First update, update, watch for frozen encoders, prediction over the drives' delay, test for ambiguity.
@@ -42,6 +43,7 @@ from fivebar_control.estimation.history import (
     row_of,
 )
 from fivebar_control.estimation.measurements import (
+    CAMERA_GATE,
     corrected,
     elbow_turned,
     homed_belief,
@@ -237,7 +239,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
                 inputs[RATE_IS_NEW] = 0.0
         if not math.isnan(inputs[SEEN_X]):
             x, y, lag = float(inputs[SEEN_X]), float(inputs[SEEN_Y]), float(inputs[SEEN_LAG])
-            belief = seen_at(belief, x, y, lag, float(inputs[SEEN_VARIANCE]), model.camera_gate).belief
+            belief = seen_at(belief, x, y, lag, float(inputs[SEEN_VARIANCE]), CAMERA_GATE).belief
         keep_belief(history, entry, belief)
     pattern = after_estimate(model, pattern, belief.estimate)
     changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow), pattern, memory.gyro)

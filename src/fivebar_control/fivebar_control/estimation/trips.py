@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults that the estimator finds, as numbers for compiled code and by their names."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Base of drivers of two drives on a CAN bus: what is known of each, sending, and waiting for both."""
 
 from __future__ import annotations
@@ -11,8 +12,7 @@ from typing import Generic, TypeVar
 import can
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.can_port import CanPort, open_bus
-from fivebar_control.hardware.configuration import Bus
+from fivebar_control.hardware.can_port import CanPort
 from fivebar_control.hardware.fault import DriveError
 
 
@@ -39,17 +39,13 @@ ASKED = 5
 class CanPair(ABC, Generic[D]):
     """Two drives on a CAN bus. Frames that come are taken in a thread, which holds `received` meanwhile."""
 
-    def __init__(self, bus: Bus, drives: tuple[D, D], fd: bool = False) -> None:
-        """Open the bus, of CAN FD or of classical CAN.
-
-        Raises:
-            DriveError: it cannot be opened.
-        """
+    def __init__(self, bus: can.BusABC, drives: tuple[D, D], fd: bool = False) -> None:
+        """Take frames from an open bus, of CAN FD or of classical CAN."""
         self.drives = drives
         self.by_id = {drive.id: drive for drive in drives}
         self.received = threading.Condition()
         self._late = 0
-        self._port = CanPort(open_bus(bus, fd), self._take, fd)
+        self._port = CanPort(bus, self._take, fd)
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send a data frame. One that cannot be sent has no answer, and that is noticed."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The CAN interface: opening it, sending, and a receiving thread that no frame can end."""
 
 from __future__ import annotations
@@ -11,11 +12,7 @@ import can
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.configuration import Bus
 from fivebar_control.hardware.fault import DriveError
-from fivebar_control.hardware.fdcanusb import FdcanusbBus
 from fivebar_description.network import can_problem
-
-FDCANUSB = "fdcanusb"
-"""The interface of the adapters of moteus drives on their serial port."""
 
 WAKE_PERIOD = 0.1
 """Longest time (s) until the receiving thread notices that it should end."""
@@ -38,8 +35,17 @@ def open_bus(bus: Bus, fd: bool = False) -> can.BusABC:
         options |= {"port": bus.port, "hop_limit": 0, "fd": fd}
     elif bus.interface == "socketcan":
         options |= {"bitrate": bus.bitrate, "fd": fd}
+    return opened(bus, lambda: can.Bus(**options))
+
+
+def opened(bus: Bus, opening: Callable[[], can.BusABC]) -> can.BusABC:
+    """Return the bus that a function opens.
+
+    Raises:
+        DriveError: it cannot be opened.
+    """
     try:
-        return FdcanusbBus(bus.channel) if bus.interface == FDCANUSB else can.Bus(**options)
+        return opening()
     except (can.CanError, OSError, ValueError) as error:
         raise DriveError(Fault("bus_missing", can_problem(bus.interface, bus.channel, error))) from error
 

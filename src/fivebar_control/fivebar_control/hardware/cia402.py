@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The power state machine of CiA 402 (IEC 61800-7-201): decoding statuswords and choosing the next controlword.
 
 The tables are those of `canopen`; which transition to take towards a power state is decided here, because `canopen`'s

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Watchdog of the torque command: which one is in force, and whether it is stale."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Configuration of one robot's bus and drives, read from a file and validated before anything is sent."""
 
 from __future__ import annotations

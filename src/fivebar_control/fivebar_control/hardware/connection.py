@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The drives of a configuration, whatever their interface is."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two joints under a controller manager of ros2_control, as far as no ROS is needed: settings, faults and names."""
 
 from __future__ import annotations
@@ -43,8 +44,8 @@ FAULTS: Mapping[str, tuple[str, str]] = {
         "Look into the hardware component, then reset and enable.",
     ),
     "states_shared": (
-        "The graph publishes its own states on the topic of the broadcaster.",
-        "Start the graph in a namespace, or have the broadcaster use local topics.",
+        "The graph publishes joints of the same names on the topic of the broadcaster.",
+        "Start the graph in a namespace, have the broadcaster use local topics, or rename its joints.",
     ),
     "second_publisher": ("Another program publishes commands of the controller.", "End it, then reset and enable."),
     "command_lost": (

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The pace of cycles without a control law, such as while drives are being enabled, and periods that have passed."""
 
 from __future__ import annotations

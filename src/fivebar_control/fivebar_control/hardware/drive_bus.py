@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two drives on one CAN bus as one thing: open, set up, enable, exchange data once per SYNC, disable, close."""
 
 from __future__ import annotations

@@ -1,12 +1,16 @@
+# SPDX-License-Identifier: Apache-2.0
 """The knowledge of a bridge of its drives before it opens them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from fivebar_control.hardware.drive_interface import DriveInterface
-from fivebar_control.hardware.inner_loop import InnerLoop
+from fivebar_control.hardware.drive_interface import DriveInterface, JointTarget
+
+InnerLoop = Callable[[Sequence[float], Sequence[float], Sequence[float]], JointTarget | None]
+"""Target that the drives follow besides the torque of a sample, None where there is none: from x, y (m), vx, vy (m/s)
+of the reference, and q11, q12, q21, q22 (rad) with their rates (rad/s)."""
 
 
 class Bell:
@@ -35,7 +39,7 @@ class DriveConnection(NamedTuple):
         tend_period: how often (s) they are tended while inactive.
         open: opens and sets up both, or raises a `DriveError`.
         waits: whether the robot moves on with the commands alone, so that a cycle may wait for its torque.
-        inner_loop: that of the drives, where they are to close one.
+        inner_loop: the targets of the drives' own control, where they are to close a loop.
         bell: rung when a measurement has come, where the drives set the pace of the cycles.
     """
 

@@ -1,7 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
 """The protocol of two drives, whatever they are: configure, enable, exchange once per cycle, stop, release.
 
-`DriveBus` talks to two CiA 402 drives on a CAN bus, `MotorBoard` to the motor board of the MOTKIN bench, `TwoMotors` to
-drives of any other interface.
+`DriveBus` talks to two CiA 402 drives on a CAN bus, `TwoMotors` to motors that a driver reaches one by one; a board
+that is set up as a whole has a class of its own.
 """
 
 from __future__ import annotations

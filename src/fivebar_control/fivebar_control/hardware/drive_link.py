@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """State of one drive from its frames: last values, their ages, and its fault."""
 
 from __future__ import annotations
@@ -32,6 +33,8 @@ class DriveLink:
         self.missed = 0
         """Cycles in a row without its answer."""
         self._counts: int | None = None
+        self._turning = 0.0
+        """Counts by which the motor has turned in the last cycle."""
         self._status: Status | None = None
         self._effort: Effort | None = None
         self._still = 0.0
@@ -83,8 +86,14 @@ class DriveLink:
         self.missed = 0
         self.statusword = self._status.statusword
         before = self._counts
-        # beyond the 32 bits of 0x6064 where it has wrapped
-        counts = self._status.counts if before is None else before + counter_change(before, self._status.counts)
+        # beyond the 32 bits of 0x6064 where it has wrapped, and beyond the turn of an encoder that counts no turns
+        counts = self._status.counts
+        if before is not None:
+            # no motor changes its speed by half a turn in a cycle
+            changed = counter_change(before, counts)
+            turns = round((changed - self._turning * cycles) / self.drive.counts_per_revolution)
+            counts = before + changed - turns * self.drive.counts_per_revolution
+            self._turning = (counts - before) / cycles
         if self._effort.velocity is not None:
             velocity = velocity_rad_s(self.scale, self._effort.velocity)
         else:

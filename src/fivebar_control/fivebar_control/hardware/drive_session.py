@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One session with the two drives, without ROS: lifecycle, control cycle, latched fault, and what the operator asks.
 
 Times are seconds of the steady clock, given by the caller.
@@ -138,6 +139,7 @@ class DriveSession:
         A driver may raise an OSError where its bus or port cannot be opened. Any other exception is a mistake in it,
         and is raised again with the fault latched.
         """
+        self.fault = None
         try:
             self._drives = self._open_drives()
         except DriveError as error:
@@ -149,7 +151,6 @@ class DriveSession:
         except Exception as error:
             self.latch(Fault("drive_setup", one_line(f"the driver failed: {type(error).__name__}: {error}")))
             raise
-        self.fault = None
         return True
 
     def activate(self, clock: Callable[[], float]) -> bool:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Setting up one drive over SDO: identity, mode 10, limits, PDO mapping, heartbeats."""
 
 from __future__ import annotations

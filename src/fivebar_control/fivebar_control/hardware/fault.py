@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The error that a fault of the hardware raises, and names for the emergency codes of CiA 301 and CiA 402."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """CAN frames of two CiA 402 drives: identifiers and decoding. Nothing in here raises."""
 
 from __future__ import annotations

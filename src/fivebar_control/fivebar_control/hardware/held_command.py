@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether a controller holds a torque that nobody renews, without ROS. Times are seconds of the steady clock."""
 
 from __future__ import annotations

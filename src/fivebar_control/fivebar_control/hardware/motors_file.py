@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Configuration of two motors of any interface, read from a file and validated before their bus or port is opened."""
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ class MotorsFile(PacedFile):
 
 
 def load_motors(configuration: str) -> MotorsFile:
-    """Read a configuration by its shipped name ("odrive") or by the path of a YAML file.
+    """Read a configuration by its shipped name ("ros2_control") or by the path of a YAML file.
 
     Raises:
         InputError: the file is missing or not a configuration; the text names file and key.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Common keys of configurations of drives, whatever the drives are: the period, what is waited for, and where."""
 
 from __future__ import annotations
@@ -7,7 +8,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds, StartPosture, check_period
-from fivebar_description.board_file import BY_THE_CLOCK
+from fivebar_description.motors_file import BY_THE_CLOCK
 from fivebar_description.strict_yaml import StrictModel
 
 PATIENCE = 2
@@ -15,7 +16,7 @@ PATIENCE = 2
 
 
 class PacedFile(StrictModel):
-    """The keys of one configuration file that those of a motor board and of two motors share.
+    """The keys of one configuration file that all of them share.
 
     Attributes:
         name: what people call this set-up.

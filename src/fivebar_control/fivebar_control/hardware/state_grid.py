@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Puts joint states, which come with stamps and at a rate of their own, on the grid of a run's sampling period.
 
 A sample is the state at its instant on the grid, which the first state begins. States that are about as frequent as

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two motors of any interface as one thing: a driver sends and receives, everything else is the same for all of them.
 
 An interface of one's own needs a `MotorDriver`; `TwoMotors` is the `DriveInterface` on it.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Conversion between a drive's raw values and the joint: counts and rad, units of torque and Nm, speeds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Choice of the cut-off frequencies: between the noise of the encoders and the bandwidth of the motion.
 
 An encoder of resolution d rounds with a variance of d^2 / 12, spread evenly over all frequencies up to half the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filtered inverse dynamics, one equation per motor and row, without the samples that are not reliable.
 
 Angles go through the differentiating filter, and the regressor is worked out at every sample from what it gives. The

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cogging where it is seen: harmonics of a motor's angle that the torques need beside links and friction."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From recorded motor angles and torques to inertias, mass and friction with intervals."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Weighted least squares of two motors' equations, with intervals that allow for correlated residuals.
 
 Each motor's rows are weighted by the inverse variance of its own residuals, iterated. Filtering makes neighbouring

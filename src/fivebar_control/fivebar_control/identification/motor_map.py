@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The motors' part besides the links' inertia: torque per commanded torque, friction, and cogging over the angle.
 
 The links are known here, weighed or identified before: the torque that they need shows how much of the commanded torque

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The inverse dynamics as a product of known motion and unknown parameters.
 
 tau = ZZ qddot + B lambda + f with A^T lambda = m xddot (1.30, 1.31) and the friction of 1.32 is linear in zz_11R,

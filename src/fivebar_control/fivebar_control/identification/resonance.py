@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Finds the elastic transmissions of a robot from the recording of a chirp: frequency, damping and share of the rotors.
 
 The frequency response from both motors' torques to both motors' angles is estimated from cross spectra, and a model of

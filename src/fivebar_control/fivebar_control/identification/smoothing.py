@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Zero-phase filters for angles with their derivatives, and for the torques that belong to them.
 
 The differentiating filter is a Gaussian whose response is made flat at low frequencies. With x = (2 pi f s)^2 / 2 a

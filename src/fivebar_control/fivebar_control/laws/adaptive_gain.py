@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The error-based adaptive gain (4.1.3): raises the gains of the law on the locus when a switch disturbs the track.
 
 The thesis compares what two controllers track at the moment of the switch. With one plant its output does not jump, so

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Blending of the candidate torques (4.1, 4.2), and the weight of the virtual constraint law.
 
 The weight follows from cond(A) (4.1.2), or from how soon the estimated state is on the locus.

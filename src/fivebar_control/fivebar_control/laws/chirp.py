@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An excitation for `fivebar identify --resonance`: holds the motors softly and adds a chirp to their torques.
 
 The first sweep turns both motors the same way, the next against each other, and so on, so that a recording tells what

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Computed torque control u1 in joint space (1.23, 1.24): the nominal law outside the blending zones."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Definition of a control law: a name, settings, memory and a pure step function.
 
 A law is one module with a settings class, the memory before the first sample, a function `step` and an entry `LAW`.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time-varying linear-quadratic regulator along the planned motion, in platform coordinates, a published method.
 
 The motion is tracked with the torques that it needs, u_d = G^-1 (xddot_d - a_0), and with the feedback
@@ -20,12 +21,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.compiling import as_machine_code
-from fivebar_control.laws.gains import FALLBACK_KD, FALLBACK_KP, FALLBACK_WEIGHT, SPEED_TIME, TORQUE_LIMIT
+from fivebar_control.laws.gains import (
+    DEXTAR_WEIGHTS,
+    FALLBACK_KD,
+    FALLBACK_KP,
+    FALLBACK_WEIGHT,
+    SPEED_TIME,
+    TORQUE_LIMIT,
+    UnifiedSettings,
+)
 from fivebar_control.laws.law import Feedback, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
-from fivebar_control.laws.unified import InputMap, UnifiedSettings, acceleration, input_map, unified_step
+from fivebar_control.laws.unified import InputMap, acceleration, input_map, unified_step
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_description.parameters import FiveBar, with_floats
@@ -52,7 +61,7 @@ class LqrSettings(NamedTuple):
     speed_time: Annotated[float, SPEED_TIME] = 0.018
     weight: Annotated[
         float, Setting("Weight r of the torque that departs from u_d.", "(m/Nm)^2", at_least=1e-16, at_most=1e6)
-    ] = 4e-7
+    ] = DEXTAR_WEIGHTS["lqr"]["weight"]
     torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
     fallback_kp: Annotated[float, FALLBACK_KP] = UnifiedSettings().kp
     fallback_kd: Annotated[float, FALLBACK_KD] = UnifiedSettings().kd

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Model predictive control: the torques of the next samples that together keep the platform on its reference.
 
 `unified` chooses the best torque for one sample, and near the Type 2 locus one direction of the platform is out of its
@@ -24,12 +25,14 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from fivebar_control.laws.gains import (
+    DEXTAR_WEIGHTS,
     DISTURBANCE_LIMIT,
     FALLBACK_KD,
     FALLBACK_KP,
     FALLBACK_WEIGHT,
     SPEED_TIME,
     TORQUE_LIMIT,
+    UnifiedSettings,
 )
 from fivebar_control.laws.law import MOST_AHEAD, Feedback, Instant, Law
 from fivebar_control.laws.mpc_problem import (
@@ -48,7 +51,6 @@ from fivebar_control.laws.unified import (
     INITIAL_MEMORY,
     InputMap,
     UnifiedMemory,
-    UnifiedSettings,
     acceleration,
     input_map,
     observed_disturbance,
@@ -85,7 +87,7 @@ class MpcSettings(NamedTuple):
             at_most=1e6,
             tunable=True,
         ),
-    ] = 2e-6
+    ] = DEXTAR_WEIGHTS["mpc"]["step_weight"]
     weight: Annotated[
         float,
         Setting(
@@ -95,7 +97,7 @@ class MpcSettings(NamedTuple):
             at_most=1e6,
             tunable=True,
         ),
-    ] = 3e-7
+    ] = DEXTAR_WEIGHTS["mpc"]["weight"]
     observer_rate: Annotated[
         float,
         Setting(

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The quadratic program of the predictive law: predicted errors of the horizon, weights and limits, and its solution.
 
 With the torques u_i beyond friction as unknowns, the errors e_j and e_j' of the next N samples are linear in them;

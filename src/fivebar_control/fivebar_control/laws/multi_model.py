@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Multi-model computed torque control (1.27 to 1.29, figure 1.10): the baseline of the virtual constraints.
 
 Off the locus it is the computed torque law with the full model; on the locus it uses a model without the

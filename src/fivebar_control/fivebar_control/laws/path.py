@@ -1,4 +1,5 @@
-"""A virtual constraint that holds everywhere: the robot keeps to the path, and its motion decides the timing.
+# SPDX-License-Identifier: Apache-2.0
+"""A virtual constraint along the whole path: the robot keeps to the path, and its motion decides the timing.
 
 `unified` follows the plan x_d(t). This law follows x_d(theta), with a clock theta of its own. Each sample theta is
 moved to where the path is nearest to the robot, so that no force pulls along the path towards a place in time. The pace
@@ -7,9 +8,9 @@ rho = dtheta/dt is the one at which the robot passes along the path, and the law
     xddot = x_d'' rho^2 + x_d' drho,      drho = rate (rho_0 - rho),
 
 with rho_0 a little above 1 while the robot is late, and below while it is early. drho is kept to what the torque limit
-leaves. Across the path it is the unified law, with its gains, its weight on the torque and its observer. Where the plan
-is slow the place on the path says nothing of the time: there the clock follows the plan, so that the robot sets out and
-comes to rest at the goal as planned.
+leaves. Across the path it is the unified law, with its gains, its weight on the torque and its observer; on the Type 2
+locus it acts across the path as far as v_1 does. Where the plan is slow the place on the path says nothing of the time:
+there the clock follows the plan, so that the robot sets out and comes to rest at the goal as planned.
 
 All references of a motion have to be known when it begins. For one outside of them, as one held after a fault, the
 torque is that of `unified`.
@@ -23,19 +24,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.laws.gains import DISTURBANCE_LIMIT, KD, KP, TORQUE_LIMIT, WEIGHT
+from fivebar_control.laws.gains import DISTURBANCE_LIMIT, KD, KP, TORQUE_LIMIT, WEIGHT, UnifiedSettings
 from fivebar_control.laws.law import Feedback, Instant, Law
 from fivebar_control.laws.reference import Reference, held_torque, reference_from_platform
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
-from fivebar_control.laws.unified import (
-    UnifiedMemory,
-    UnifiedSettings,
-    input_map,
-    normal_matrix,
-    restarted,
-    unified_step,
-)
+from fivebar_control.laws.unified import UnifiedMemory, input_map, normal_matrix, restarted, unified_step
 from fivebar_control.model.state import Platform, State
 from fivebar_description.parameters import FiveBar, lost_torque
 from fivebar_description.settings import Setting
@@ -101,10 +95,6 @@ class PathMemory(NamedTuple):
     sample: int
     clock: float
     unified: UnifiedMemory
-
-
-NO_PLAN = PathMemory(np.zeros((0, 6)), 0, 0.0, NOTHING_OBSERVED)
-"""The memory where no plan is known."""
 
 
 def path_memory(

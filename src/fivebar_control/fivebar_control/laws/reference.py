@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reference of the controllers: the motion of the platform and of both legs."""
 
 from __future__ import annotations

@@ -1,14 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
 """Registry of controllers by name, which nodes, runners, studies and the command all read."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache
+from importlib import import_module
 from typing import Any, NamedTuple
 
-from fivebar_control.laws import ctc, lqr, mpc, multi_model, path, unified, vhc_cartesian, vhc_joint
 from fivebar_control.laws.law import Instant, Law, TunedLaw, check_law
 from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.laws.torque import Torque
@@ -119,29 +120,82 @@ class TunedController(NamedTuple):
         return self._replace(nominal=self.nominal.limited_to(torque), constraint=constraint)
 
 
-CONTROLLERS = {
-    controller.name: controller
-    for controller in (
-        Controller("ctc", ctc.LAW),
-        Controller("multi_joint", ctc.LAW, vhc_joint.LAW),
-        Controller("multi_cartesian", ctc.LAW, vhc_cartesian.LAW),
-        Controller("multi_model_ctc", ctc.LAW, multi_model.LAW, SIGMOID),
-        Controller("unified", unified.LAW),
-        Controller("mpc", mpc.LAW),
-        Controller("lqr", lqr.LAW),
-        Controller("path", path.LAW),
-    )
+class Composition(NamedTuple):
+    """The modules of this folder with the laws of a controller, and what decides the blending."""
+
+    nominal: str
+    constraint: str = ""
+    weighting: str = CONDITION
+
+
+COMPOSITIONS = {
+    "ctc": Composition("ctc"),
+    "multi_joint": Composition("ctc", "vhc_joint"),
+    "multi_cartesian": Composition("ctc", "vhc_cartesian"),
+    "multi_model_ctc": Composition("ctc", "multi_model", SIGMOID),
+    "unified": Composition("unified"),
+    "mpc": Composition("mpc"),
+    "lqr": Composition("lqr"),
+    "path": Composition("path"),
 }
+"""The controllers of this package by name."""
+
+
+class Controllers(Mapping[str, Controller]):
+    """The controllers of this package by name. The modules of a controller's laws are imported when it is asked for."""
+
+    def __getitem__(self, name: str) -> Controller:
+        """Return a controller."""
+        return _composed(name)
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether there is a controller of that name, without its laws."""
+        return name in COMPOSITIONS
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names."""
+        return iter(COMPOSITIONS)
+
+    def __len__(self) -> int:
+        """Return the number of controllers."""
+        return len(COMPOSITIONS)
+
+
+CONTROLLERS = Controllers()
 """The controllers of this package."""
 
-TIMED_CONTROLLERS = tuple(name for name, one in CONTROLLERS.items() if all(law.timed for law in one.laws))
-"""Names of those that follow the plan in time, which studies run unless they are told others."""
 
-GOAL_CONTROLLERS = tuple(one.name for one in CONTROLLERS.values() if one.takes_goals)
-"""Names of the controllers that follow motions that are planned during a run."""
+@cache
+def _composed(name: str) -> Controller:
+    parts = COMPOSITIONS[name]
+    constraint = _law_in(parts.constraint) if parts.constraint else None
+    return Controller(name, _law_in(parts.nominal), constraint, parts.weighting)
 
-LAWS = {law.name: law for controller in CONTROLLERS.values() for law in controller.laws}
-"""The laws of this package."""
+
+def _law_in(module: str) -> Law:
+    law: Law = import_module(f"{__package__}.{module}").LAW
+    return law
+
+
+def timed_controllers() -> tuple[str, ...]:
+    """Return the names of those that follow the plan in time, which studies run unless they are told others."""
+    return tuple(name for name, one in CONTROLLERS.items() if all(law.timed for law in one.laws))
+
+
+def crossing_controllers() -> tuple[str, ...]:
+    """Return the names of those that are meant to cross the Type 2 locus."""
+    return tuple(name for name, one in CONTROLLERS.items() if one.crosses)
+
+
+def goal_controllers() -> tuple[str, ...]:
+    """Return the names of the controllers that follow motions that are planned during a run."""
+    return tuple(name for name, one in CONTROLLERS.items() if one.takes_goals)
+
+
+def own_laws() -> dict[str, Law]:
+    """Return the laws of this package by name."""
+    return {law.name: law for controller in CONTROLLERS.values() for law in controller.laws}
+
 
 UNOPENED = "unopened"
 """Name of a law whose module is not imported: its own name is not known."""
@@ -238,6 +292,7 @@ def _plugin(name: str) -> Law:
     if not isinstance(law, Law):
         raise InputError(f"expected a fivebar_control.laws.law.Law, found {type(law).__name__}")
     check_law(law)
-    if law.name in LAWS and law != LAWS[law.name]:
+    laws = own_laws()
+    if law.name in laws and law != laws[law.name]:
         raise InputError(f"the name {law.name!r} is taken, expected another one")
     return law

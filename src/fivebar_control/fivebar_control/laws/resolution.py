@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Torques that enforce a virtual constraint on the locus: one equation for two motors, in three resolutions.
 
 On the locus only the component of the dynamics along v1 can be influenced. With w = B^-1 U_1, taking the dynamics along
@@ -6,14 +7,15 @@ satisfies this equation; they differ in the null-space component of tau.
 
 Residual inertias of the distal links add the motors' part of their moments to ZZ qddot and the platform's part along v1
 to m alpha (`fivebar_control.model.residual`). They depend on the acceleration along t_s too, which no torque
-influences: it is taken from the reference. Gravity in the plane and a constant force w_p on the platform add
--v1 . w_p to m alpha; along t_s the platform falls with t_s . w_p / m, which no torque influences either.
+influences: it is taken from the reference. Gravity in the plane and a constant force w_e on the platform add
+-v1 . w_e to m alpha; along t_s the platform falls with t_s . w_e / m, which no torque influences either.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+from fivebar_control.laws.gains import FULL_FRICTION, MIN_NORM
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.residual import distal_moments, moment_torques
 from fivebar_control.model.singularity import SQRT_HALF, ParallelSvd
@@ -25,11 +27,6 @@ from fivebar_description.parameters import (
     has_external_force,
     has_residual,
 )
-
-MIN_NORM, FULL_FRICTION, FULL_INVERSE = 0, 1, 2
-
-RESOLUTIONS = {"min_norm": MIN_NORM, "full_friction": FULL_FRICTION, "full_inverse": FULL_INVERSE}
-"""The resolutions by name, in the order of their numbers."""
 
 
 def resolved(
@@ -89,13 +86,13 @@ def _load(
 
 
 def held_along(robot: FiveBar, svd: ParallelSvd) -> float:
-    """Return -v1 . w_p (N), what the legs hold along v1 of gravity and a constant force on the platform."""
+    """Return -v1 . w_e (N), what the legs hold along v1 of gravity and a constant force on the platform."""
     force_x, force_y = external_force(robot)
     return -(svd.v_x * force_x + svd.v_y * force_y)
 
 
 def fall_along_locus(robot: FiveBar, svd: ParallelSvd) -> float:
-    """Return t_s . w_p / m (m/s^2), the acceleration along t_s by gravity and a constant force."""
+    """Return t_s . w_e / m (m/s^2), the acceleration along t_s by gravity and a constant force."""
     fall_x, fall_y = external_acceleration(robot)
     return svd.t_x * fall_x + svd.t_y * fall_y
 

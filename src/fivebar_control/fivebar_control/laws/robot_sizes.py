@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings of laws that follow from the robot: from the torque of its crossings and the bandwidth that suits it.
 
 The defaults of the laws are those of DexTAR, whose nominal crossing takes 0.55 Nm beyond friction. On a robot whose
@@ -12,9 +13,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from fivebar_control.laws.lqr import LqrSettings
-from fivebar_control.laws.mpc import MpcSettings
-from fivebar_control.laws.unified import UnifiedSettings
+from fivebar_control.laws.gains import DEXTAR_WEIGHTS, Gains, UnifiedSettings
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.tuning import Tuning
@@ -74,6 +73,38 @@ def bandwidth_of(frequency: float, share: float = MOTOR_SIDE) -> float:
     return share * 2.0 * math.pi * frequency
 
 
+LARGEST_BANDWIDTH = 70.0
+"""Bandwidth of the unified law (rad/s) with a velocity that comes from encoders and a torque that is a sample late."""
+
+LARGEST_BLENDED = 40.0
+"""The same of the blended controllers."""
+
+ROBUST_WEIGHT = 0.3
+"""Torque weight of the unified law on a robot that is known within tolerances, for DexTAR's torques ((m/s^2 / Nm)^2): a
+tenth of the usual one. The drives' limit bounds the torque, and a larger weight delays corrections near the locus, for
+which quick crossings with model errors fail."""
+
+
+def bandwidth_for(file: RobotFile) -> float | None:
+    """Return the bandwidth of the unified law (rad/s): of the file's tuning, else what its transmissions allow.
+
+    None for the law's own, where the file declares nothing that a law has to allow for.
+    """
+    if file.tuning.bandwidth is not None or not file.declares_errors:
+        return file.tuning.bandwidth
+    frequency = file.transmission.frequency
+    return round(min(LARGEST_BANDWIDTH, bandwidth_of(frequency)), 1) if frequency > 0.0 else LARGEST_BANDWIDTH
+
+
+def blended_gains(file: RobotFile) -> Gains | None:
+    """Return the gains of the blended controllers; None for the usual ones, as for `bandwidth_for`."""
+    bandwidth = bandwidth_for(file)
+    if bandwidth is None or not file.declares_errors:
+        return None
+    lower = min(LARGEST_BLENDED, bandwidth)
+    return Gains(lower**2, 2.0 * lower, lower**2, 2.0 * lower)
+
+
 def tuning_for(file: RobotFile, frequency: float) -> Tuning:
     """Return the tuning of a robot whose transmissions have a frequency (Hz): lower than its present one, or equal."""
     usual = math.sqrt(UnifiedSettings().kp)
@@ -96,15 +127,24 @@ def law_sizes(file: RobotFile) -> dict[str, dict[str, float]]:
     ratio = torque_ratio(file)
     if ratio != 1.0:
         unified |= {"weight": usual.weight / ratio**2, "disturbance_limit": usual.disturbance_limit * ratio}
-        mpc = {name: getattr(MpcSettings(), name) / ratio**2 for name in ("step_weight", "weight")}
+        mpc = {name: weight / ratio**2 for name, weight in DEXTAR_WEIGHTS["mpc"].items()}
         mpc |= {"disturbance_limit": unified["disturbance_limit"]}
-        lqr = {"weight": LqrSettings().weight / ratio**2}
-    if file.tuning.bandwidth is not None:
-        bandwidth = file.tuning.bandwidth
+        lqr = {name: weight / ratio**2 for name, weight in DEXTAR_WEIGHTS["lqr"].items()}
+    bandwidth = bandwidth_for(file)
+    if bandwidth is not None:
+        quicker = bandwidth**2 / usual.kp
         unified |= {
             "kp": bandwidth**2,
             "kd": 2.0 * bandwidth,
-            "observer_rate": usual.observer_rate * bandwidth**2 / usual.kp,
+            "observer_rate": usual.observer_rate * (min(1.0, quicker) if file.declares_errors else quicker),
         }
+    if file.declares_errors:
+        unified["weight"] = ROBUST_WEIGHT / ratio**2
     fallback = {f"fallback_{name}": unified[name] for name in ("kp", "kd", "weight") if name in unified}
-    return {"unified": unified, "path": unified, "mpc": {**fallback, **mpc}, "lqr": {**fallback, **lqr}}
+    sizes = {"unified": unified, "path": unified, "mpc": {**fallback, **mpc}, "lqr": {**fallback, **lqr}}
+    gains = blended_gains(file)
+    if gains is not None:
+        sizes["ctc"] = {"kp": gains.kp, "kd": gains.kd}
+        at_locus = {"kp": gains.kp_vhc, "kd": gains.kd_vhc}
+        sizes |= dict.fromkeys(("reduced_ctc", "vhc_cartesian", "vhc_joint"), at_locus)
+    return sizes

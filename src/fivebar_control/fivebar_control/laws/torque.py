@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The torque pair that every control law returns."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One law for the whole workspace: the torque within its limits that best achieves the desired acceleration.
 
 In platform coordinates the robot is regular through Type 2 and only its input matrix loses rank: xddot = G u + a_0 with
@@ -13,10 +14,10 @@ that w costs none of the torque that holds them.
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
-from fivebar_control.laws.gains import DISTURBANCE_LIMIT, KD, KP, TORQUE_LIMIT, WEIGHT
-from fivebar_control.laws.law import Feedback, Instant, Law
+from fivebar_control.laws.gains import UnifiedSettings
+from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.constraint_form import ConstraintForm, constraint_form, pushed, response_to
@@ -24,7 +25,6 @@ from fivebar_control.model.geometry import wrap
 from fivebar_control.model.residual import moment_ratio, with_residuals
 from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar, LegParameters, has_residual
-from fivebar_description.settings import Setting
 
 
 class InputMap(NamedTuple):
@@ -44,7 +44,7 @@ class InputMap(NamedTuple):
 def input_map(robot: FiveBar, state: State) -> InputMap | None:
     """Return the map from the constraint form, regular at Types 1 and 2; None where both meet in both legs.
 
-    With the form's matrix K: G = A^T K^-1 B ZZ^-1 / m and a_0 = w_p / m - A^T K^-1 (c + A w_p / m) / m.
+    With the form's matrix K: G = A^T K^-1 B ZZ^-1 / m and a_0 = w_e / m - A^T K^-1 (c + A w_e / m) / m.
     """
     leg1, leg2 = state.leg1, state.leg2
     form = constraint_form(robot, state)
@@ -122,23 +122,6 @@ def box_least_squares(
         if cost < best:
             best, best_u1, best_u2 = cost, u1, u2
     return best_u1, best_u2
-
-
-class UnifiedSettings(NamedTuple):
-    """Settings of the unified law.
-
-    A robot's file may scale `weight` and `disturbance_limit` to the torque of its crossings (`drives`), and give the
-    gains and `observer_rate` (`tuning`); the defaults here are those of DexTAR.
-    """
-
-    kp: Annotated[float, KP] = Feedback().kp
-    kd: Annotated[float, KD] = Feedback().kd
-    weight: Annotated[float, WEIGHT] = 3.0
-    observer_rate: Annotated[
-        float, Setting("Bandwidth of the disturbance observer, 0 for none.", "1/s", at_least=0.0, at_most=1e4)
-    ] = 40.0
-    disturbance_limit: Annotated[float, DISTURBANCE_LIMIT] = 0.5
-    torque_limit: Annotated[float | None, TORQUE_LIMIT] = None
 
 
 class UnifiedMemory(NamedTuple):

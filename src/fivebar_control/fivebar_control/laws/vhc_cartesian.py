@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Virtual holonomic constraint with a Cartesian controlled variable, u3 (3.20 to 3.36), anywhere on the locus.
 
 The constraint keeps the platform on the line of the current path segment: h = n . (x - P_a), n its unit normal. It is
@@ -8,19 +9,16 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.gains import KD, KP, RESOLUTION
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.resolution import RESOLUTIONS, fall_along_locus, resolved
+from fivebar_control.laws.resolution import fall_along_locus, resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.kinematics import joint_acceleration
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
 from fivebar_description.parameters import FiveBar, has_external_force
-from fivebar_description.settings import Setting
-
-RESOLUTION = Setting("How the two motors share the torque that enforces the constraint.", choices=tuple(RESOLUTIONS))
 
 
 class Constraint(NamedTuple):

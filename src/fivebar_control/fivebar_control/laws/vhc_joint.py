@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Virtual holonomic constraint with joint controlled variables, u2 (2.5 to 2.11, 3.1 to 3.19), anywhere on the locus.
 
 The constraint ties each motor to the platform's progress s along the path: h_i = q_i1 - phi_i(s), phi the inverse
@@ -23,12 +24,11 @@ from fivebar_control.laws.adaptive_gain import (
     gain_factors,
     gain_memory,
 )
-from fivebar_control.laws.gains import KD, KP
+from fivebar_control.laws.gains import KD, KP, RESOLUTION
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.resolution import fall_along_locus, resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
-from fivebar_control.laws.vhc_cartesian import RESOLUTION
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import leg_from_platform, state_from_platform
 from fivebar_control.model.line import Line

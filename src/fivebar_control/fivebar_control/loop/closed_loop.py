@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop from the first sample to the last, written once for all that run it without ROS.
 
 A run is an object with methods: the offline runner's, with Pinocchio's plant, and the planner's, on the robot as
@@ -8,7 +9,7 @@ numbers to these names instead (`compiling.compiled_and_kept`), and compiles the
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 from fivebar_control.laws.law import no_step, unchanged
 from fivebar_control.laws.reference import against_disturbance
@@ -21,6 +22,8 @@ from fivebar_control.safety.brake import Brake
 from fivebar_control.safety.stages import NO_FAULT, Limits
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
+
+Result = TypeVar("Result", covariant=True)
 
 PLANT_DIVERGED = 8
 """Number of the fault of a simulated robot that can be moved no further, beside those of the guard's stages."""
@@ -66,44 +69,78 @@ class Advanced(NamedTuple):
     diverged: bool
 
 
-def begin(run: Any) -> tuple[Any, Any, Any]:
-    """Return the robot, measured at the first sample, and the estimator and the log before it."""
-    started: tuple[Any, Any, Any] = run.begin()
-    return started
+class LoopRun(Protocol[Result]):
+    """A run as an object, which holds its robot, its estimator and its log itself."""
+
+    def estimate(self, number: int) -> Known:
+        """Return what is known of the robot after the readings of a sample."""
+
+    def plan_at(self, moment: int) -> PlanSample:
+        """Return the plan at the moment of a sample."""
+
+    def record(self, number: int, known: Known, planned: PlanSample, cycle: Cycle, latched: bool) -> object:
+        """Record a sample; `latched` says whether a fault had been latched before its answer."""
+
+    def ended(self, fault: int) -> bool:
+        """Return whether the run ends with the sample, given the number of its first fault so far."""
+
+    def advance(self, number: int, command: Torque) -> Advanced:
+        """Move the robot by one sample, under the command (Nm) that answers a sample."""
+
+    def conclude(self) -> Result:
+        """Return the result of the run."""
 
 
-def estimate(run: Any, estimator: Any, robot: Any, number: int) -> Known:
+def begin(run: LoopRun[Result]) -> Advanced | None:
+    """Return the robot, measured at the first sample; None where the run has it."""
+    return None
+
+
+def first_known(run: LoopRun[Result], robot: Advanced | None) -> Known | None:
+    """Return the estimator before the first sample; None where the run has it."""
+    return None
+
+
+def empty_log(run: LoopRun[Result]) -> object:
+    """Return the log before the first sample; None where the run has it."""
+    return None
+
+
+def estimate(run: LoopRun[Result], estimator: Known | None, robot: Advanced | None, number: int) -> Known:
     """Return the estimator after the readings of a sample, with what is known of the robot then."""
-    known: Known = run.estimate(number)
-    return known
+    return run.estimate(number)
 
 
-def plan_at(run: Any, moment: int) -> PlanSample:
+def plan_at(run: LoopRun[Result], moment: int) -> PlanSample:
     """Return the plan at the moment of a sample."""
-    planned: PlanSample = run.plan_at(moment)
-    return planned
+    return run.plan_at(moment)
 
 
 def record(
-    run: Any, log: Any, number: int, robot: Any, known: Known, planned: PlanSample, cycle: Cycle, latched: bool
-) -> Any:
+    run: LoopRun[Result],
+    log: object,
+    number: int,
+    robot: Advanced | None,
+    known: Known,
+    planned: PlanSample,
+    cycle: Cycle,
+    latched: bool,
+) -> object:
     """Return the log with a sample; `latched` says whether a fault had been latched before its answer."""
     return run.record(number, known, planned, cycle, latched)
 
 
-def ended(run: Any, fault: int) -> bool:
+def ended(run: LoopRun[Result], fault: int) -> bool:
     """Return whether the run ends with the sample, given the number of its first fault so far."""
-    ends: bool = run.ended(fault)
-    return ends
+    return run.ended(fault)
 
 
-def advance(run: Any, robot: Any, number: int, command: Torque) -> Advanced:
+def advance(run: LoopRun[Result], robot: Advanced | None, number: int, command: Torque) -> Advanced:
     """Return the robot one sample later, and measured there, under the command (Nm) that answers a sample."""
-    moved: Advanced = run.advance(number, command)
-    return moved
+    return run.advance(number, command)
 
 
-def conclude(run: Any, log: Any, robot: Any, fault: int, fault_sample: int) -> Any:
+def conclude(run: LoopRun[Result], log: object, robot: Advanced | None, fault: int, fault_sample: int) -> Result:
     """Return the result of the run, given its first fault and the sample of that, -1 without one."""
     return run.conclude()
 
@@ -113,7 +150,7 @@ nominal_after_gap = constraint_after_gap = unchanged
 """The laws, to be bound before (`law_functions`)."""
 
 
-def run_loop(run: Any, settings: LoopSettings, first: CycleMemory) -> Any:
+def run_loop(run: LoopRun[Result], settings: LoopSettings, first: CycleMemory) -> Result:
     """Make a run and return its result.
 
     Args:
@@ -121,7 +158,8 @@ def run_loop(run: Any, settings: LoopSettings, first: CycleMemory) -> Any:
         settings: constants.
         first: memory of the control cycle before the first sample.
     """
-    robot, estimator, log = begin(run)
+    robot = begin(run)
+    estimator, log = first_known(run, robot), empty_log(run)
     kept, came = first, settings.first
     cycle = Cycle(0.0, 0.0, UNDEFINED, UNDEFINED, UNDEFINED, ZERO, NO_FAULT, first)
     fault, fault_sample, latched = NO_FAULT, -1, False

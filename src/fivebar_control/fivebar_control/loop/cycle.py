@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One control cycle: from the measured or estimated state to the torque command.
 
 Supervisor, laws, blending, guard. The offline runner calls it as it stands and the engine compiles it; the

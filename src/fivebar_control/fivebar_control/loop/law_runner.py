@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Runs a law over the samples of a run, bound to its robot, plan and settings, with its memory."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plan evaluated at a sample: reference, path line and blending parameters."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Results that the nodes of one process share: what several of them work out for a sample is worked out once."""
 
 from __future__ import annotations

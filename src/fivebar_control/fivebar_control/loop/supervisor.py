@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The supervisor with the blending zones of a plan: the weight of the constraint law at each sample."""
 
 from __future__ import annotations

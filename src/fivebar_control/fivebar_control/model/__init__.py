@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The five-bar's kinematics, singularities and dynamics in closed-form scalars, in the thesis' notation.
 
 Frames: base frame in the middle between the motor axes, x from motor 1 to motor 2, y towards the workspace.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The constraint form of the direct dynamics, K lambda = B ZZ^-1 (tau - f) - c: regular at Types 1 and 2."""
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class Pushed(NamedTuple):
 
 
 def pushed(robot: FiveBar, state: State, right1: float, right2: float) -> Pushed:
-    """Return what gravity in the plane and a constant force make of the right side of the constraints: less A w_p / m.
+    """Return what gravity in the plane and a constant force make of the right side of the constraints: less A w_e / m.
 
     Without these forces no bit of it changes.
     """

@@ -1,9 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """Inverse and direct dynamics (1.30, 1.31): tau = ZZ qddot + B lambda + f, A^T lambda = m xddot.
 
 Residual inertias of the distal links add the terms of :mod:`fivebar_control.model.residual`, where a robot has them.
 
-The printed B^T lambda equals B lambda since B is diagonal. Gravity in the robot's plane and a constant force add w_p to
-the platform, A^T lambda + w_p = m xddot; what the motors take for the weight of the legs is part of f. The direct model
+The printed B^T lambda equals B lambda since B is diagonal. Gravity in the robot's plane and a constant force add w_e to
+the platform, A^T lambda + w_e = m xddot; what the motors take for the weight of the legs is part of f. The direct model
 has two forms: the constraint form is regular at Types 1 and 2, the platform form (in x) at Type 2.
 """
 
@@ -27,7 +28,7 @@ NAN = math.nan
 
 
 def multipliers(robot: FiveBar, state: State, ax: float, ay: float) -> tuple[float, float]:
-    """Return lambda = A^-T (m xddot - w_p) (N), the forces along the distal links (1.31); NaN on the locus (1.18)."""
+    """Return lambda = A^-T (m xddot - w_e) (N), the forces along the distal links (1.31); NaN on the locus (1.18)."""
     determinant = det_a(state)
     if determinant == 0.0:
         return NAN, NAN
@@ -73,8 +74,8 @@ def _torques(
 def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: float, f2: float) -> DynamicResponse:
     """Return the motion under motor torques (Nm), from the constraint form.
 
-    (A A^T / m + B ZZ^-1 B) lambda = B ZZ^-1 (tau - f) - c - A w_p / m, then qddot = ZZ^-1 (tau - f - B lambda) and
-    xddot = (A^T lambda + w_p) / m. Regular on the Type 1 and Type 2 loci; NaN only where both legs are folded or
+    (A A^T / m + B ZZ^-1 B) lambda = B ZZ^-1 (tau - f) - c - A w_e / m, then qddot = ZZ^-1 (tau - f - B lambda) and
+    xddot = (A^T lambda + w_e) / m. Regular on the Type 1 and Type 2 loci; NaN only where both legs are folded or
     stretched on the Type 2 locus: there the determinant is (beta1 + beta2) / m + beta1 beta2 with
     beta_i = b_i^2 / zz_i.
     """
@@ -90,7 +91,7 @@ class PlatformModel(NamedTuple):
     """The model in platform coordinates, M xddot + h = N^T (tau - f), with N = B^-1 A (2x2, rows n1, n2).
 
     M = m I + N^T ZZ N + P^T ZZ_2 P is symmetric and never loses rank, P with rows p_i, dtheta_i = p_i . xdot;
-    h = N^T ZZ B^-1 c + P^T ZZ_2 e - w_p with e the distal accelerations for xddot = 0; only N^T loses rank on the
+    h = N^T ZZ B^-1 c + P^T ZZ_2 e - w_e with e the distal accelerations for xddot = 0; only N^T loses rank on the
     locus.
     """
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Inverse and direct geometry (2.6, 2.7, 3.37, 3.38) in all working and assembly modes.
 
 A working mode is a pair of signs, one per leg: +1 where the elbow lies counter-clockwise of the line from the base to

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """First and second order kinematics: A xdot = B qdot and A xddot + c = B qddot.
 
 A has the rows u_1, u_2 and B is diag(l_i1 sin q_i2). The pair is consistent with 1.30 and 1.31; equations 1.1, 3.5 and

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Straight lines in the plane of the robot."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Residual inertias of the distal links: what a rigid link is beyond two point masses at its ends.
 
 With M_i = zz_i2R d2 theta_i / dt2 and dtheta_i = p_i . xdot, p_i = -r_i / (l_i2 sin q_i2), the balance of the platform

@@ -1,4 +1,5 @@
-"""Singularity analysis: the singular values of A in closed form, distances from the singular loci, classes.
+# SPDX-License-Identifier: Apache-2.0
+"""Singularity analysis: the singular values of A in closed form, distances from the singular loci.
 
 The rows of A are unit vectors, so with g = u_1 . u_2 and e = sign(g) the singular value decomposition A = U S V^T is
 s1 = sqrt(1 + |g|), s2 = |det A| / s1, U_1 = (1, e) / sqrt(2), v1 = (u_1 + e u_2) / |u_1 + e u_2|. On the locus A_s of
@@ -9,7 +10,6 @@ the thesis (3.27) is s1 U_1^T, sign included: e = -1 for stretched distal links,
 from __future__ import annotations
 
 import math
-from enum import Enum
 from typing import Literal, NamedTuple
 
 from fivebar_control.model.geometry import workspace_margin
@@ -128,28 +128,3 @@ def _distal_gradient(leg: LegParameters, r_x: float, r_y: float, sin_q2: float) 
         return math.nan, math.nan
     scale = -1.0 / (leg.distal * sin_q2)
     return scale * r_x, scale * r_y
-
-
-class SingularityType(Enum):
-    """The classes of section 1.1.4."""
-
-    REGULAR = 0
-    TYPE_1 = 1
-    TYPE_2 = 2
-    TYPE_3 = 3
-
-
-class Classification(NamedTuple):
-    """A posture's class, and its distance (m) from the Type 1 boundary and (to first order) from the Type 2 locus."""
-
-    kind: SingularityType
-    type1_distance: float
-    type2_distance: float
-
-
-def classify(robot: FiveBar, state: State, tolerance: float = 1e-6) -> Classification:
-    """Return the class of a posture: Type 1 where min |sin q_i2| and Type 2 where kappa is within `tolerance`."""
-    serial = type1_margin(state) <= tolerance
-    parallel = inverse_condition(state) <= tolerance
-    kind = SingularityType(int(serial) + 2 * int(parallel))
-    return Classification(kind, type1_distance(robot, state), type2_distance(robot, state))

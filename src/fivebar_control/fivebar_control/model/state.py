@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The state of the five-bar, both legs and the platform, and the quantities that are measured or desired."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Blends the candidate torques into the torque command (4.1, 4.2), and stops the robot after a fault."""
 
 from __future__ import annotations
@@ -41,8 +42,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample
 from fivebar_description.parameters import laden
-from fivebar_description.ros.messages import listen_to_payload
-from fivebar_description.ros.parameters import FileParameters
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -82,7 +82,10 @@ def deadlines_of(scenario: ControlScenario, settings: BlenderSettings) -> Deadli
     if settings.mode == LOCKSTEP:
         candidates, states = LOCKSTEP_DEADLINE_MS / 1e3, math.inf
     else:
-        cycles, period = scenario.stop_cycles(), 1.0 / scenario.rate_hz
+        # here, because only a run by the clock searches for the time that a torque may be held
+        from fivebar_control.scenario.stopping import stop_cycles
+
+        cycles, period = stop_cycles(scenario), 1.0 / scenario.rate_hz
         candidates, states = max(SHORTEST_DEADLINE_MS / 1e3, (cycles - 1 - EARLY) * period), cycles * period
     if settings.candidate_deadline_ms is not None:
         candidates = settings.candidate_deadline_ms / 1e3
@@ -127,7 +130,12 @@ class Blender(SamplingNode):
         self.create_service(Trigger, "~/reset", self._on_reset)
         self.create_service(Trigger, "~/emergency_stop", self._on_emergency_stop)
         self._releasing = Releasing(
-            self, scenario, self._no_release, lambda stamp: self._run.sample(stamp), self._reply_with
+            self,
+            scenario,
+            self._no_release,
+            lambda stamp: self._run.sample(stamp),
+            self._reply_with,
+            by_the_clock=settings.mode != LOCKSTEP,
         )
         torque, scheme = fields_of(ACTIVE_JOINTS, "effort", allow_nan=True), scenario.scheme()
         inputs = [
@@ -144,7 +152,7 @@ class Blender(SamplingNode):
         self.listen(DRIVES_STATE, self._on_drives_state, awaited=False)
         if scenario.sees:
             self.listen(ESTIMATE_STATE, self._on_estimate_state, awaited=False)
-        listen_to_payload(self, self._carry)
+        self.listen_to_payload(self._carry)
         self.every(shortest / CHECKS_PER_DEADLINE, self._check_deadlines)
         self._publish_state()
 

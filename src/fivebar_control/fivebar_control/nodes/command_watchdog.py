@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands zero torque where a controller holds a torque that the bridge no longer renews.
 
 A forward controller of ros2_control holds its last command for ever. Where the bridge is killed, or hangs, nobody else

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes the candidate torque u1 of computed torque control (1.24)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lifecycle node for the two CiA 402 drives of a DexTAR on a CAN bus; see `fivebar_control.ros.drive_bridge`."""
 
 from __future__ import annotations

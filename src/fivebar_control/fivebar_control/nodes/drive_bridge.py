@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lifecycle node for drives of any registered interface; see `fivebar_control.ros.drive_bridge`."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compares the acceleration magnitude that the IMU measures with the desired one (4.3)."""
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.imu import Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
 from fivebar_description.joint_sample import LARGEST, MessageError
-from fivebar_description.ros.parameters import FileParameters
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of

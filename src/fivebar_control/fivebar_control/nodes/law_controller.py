@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes the candidate torque of a law without a node of its own: of the registry, or of another package."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Carries out programs: requests their moves on `goal` one after the other, switches pins, publishes the payload."""
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from fivebar_control.planning.program import (
 )
 from fivebar_control.planning.program_run import ProgramRun, ProgramState
 from fivebar_control.ros.node_settings import ProgramSettings
-from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_control.scenario.motion_file import MotionFile
 from fivebar_description.interface import (
     ALL_WELL,
     GOAL,
@@ -36,6 +37,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.outside_text import LONGEST_TEXT, one_line
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import (
     best_effort,
     checked_stamp,
@@ -44,7 +46,6 @@ from fivebar_description.ros.messages import (
     received_joint_state,
 )
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.process_topics import Sender
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
@@ -69,7 +70,7 @@ class ProgramRunner(GraphNode):
         """
         super().__init__("program_runner")
         settings = self.declare_settings(ProgramSettings)
-        self._rate_hz = FileParameters(self, ControlScenario, ("rate_hz",)).file.rate_hz
+        self._rate_hz = FileParameters(self, MotionFile, ("rate_hz",)).file.rate_hz
         self._run = RunAgreement(self, self._rate_hz, {})
         self._begin_sample = settings.begin_sample
         self._newest: bytes | None = None

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Estimates all four joints from the two motors: answers `motor_states` with `joint_states` of the same stamp.
 
 With a camera, `~/reset` begins again where the robot rests, whatever has been lost.
@@ -19,17 +20,18 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from fivebar_control.estimation.constants import history_samples
+from fivebar_control.estimation.constants import CAMERA_LATENCY, history_samples
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted
+from fivebar_control.estimation.platform_reading import PlatformReading, used
 from fivebar_control.estimation.resting import MotorReading, Resting
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.ros.node_settings import AUTO, YES, EstimatorNodeSettings, runs_compiled
 from fivebar_control.ros.run_file import start_values
 from fivebar_control.scenario.keys import ROBOT, SENSORS
 from fivebar_control.scenario.scenario import ControlScenario
-from fivebar_control.vision.reading import PlatformReading, used
+from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -50,11 +52,11 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
-from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, part_of
 from fivebar_description.parameters import laden
 from fivebar_description.publishers import same
-from fivebar_description.ros.messages import listen_to_payload, stamp_of
-from fivebar_description.ros.parameters import FileParameters
+from fivebar_description.ros.file_parameters import FileParameters
+from fivebar_description.ros.messages import stamp_of
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
@@ -138,7 +140,7 @@ class StateEstimatorNode(SamplingNode):
         lockstep = settings.mode == LOCKSTEP
         scenario = FileParameters(self, ControlScenario, (*ROBOT, "estimator", "waypoints", *SENSORS)).file
         drives, ekf, passive, known = scenario.drives(), scenario.ekf, scenario.passive, scenario.known_sensors()
-        homing, rate_hz = scenario.homing(), scenario.rate_hz
+        homing, rate_hz = homing_of(scenario), scenario.rate_hz
         agreed = {**start_values(scenario), HOMING: [homing.x, homing.y], LEAD_SAMPLES: drives.delay_samples}
         RunAgreement(self, rate_hz, agreed)
         self._imu = scenario.imu
@@ -166,7 +168,7 @@ class StateEstimatorNode(SamplingNode):
         # one that is too old for the history is taken all the same, so that the estimator can tell it from none
         self._longest_delay = max(history_samples(rate_hz), math.ceil(LARGEST_OFFSET * rate_hz))
         if self._sees:
-            self._longest_delay = max(self._longest_delay, history_samples(rate_hz, ekf.camera_latency))
+            self._longest_delay = max(self._longest_delay, history_samples(rate_hz, CAMERA_LATENCY))
         self._reply: tuple[JointSample, JointSample, JointSample] | None = None
         self._joint_states = self.advertise(JOINT_STATES)
         self._covariance = self.advertise(ESTIMATE_COVARIANCE)
@@ -193,7 +195,7 @@ class StateEstimatorNode(SamplingNode):
         if announced:
             inputs.append(Input(READINGS_RELEASED, read_released))
         self.join(rate_hz, inputs)
-        listen_to_payload(self, self._carry)
+        self.listen_to_payload(self._carry)
 
     def _carry(self, payload: float) -> None:
         robot = laden(self._empty, payload)
@@ -272,11 +274,8 @@ class StateEstimatorNode(SamplingNode):
     def _on_passive(self, message: JointSample) -> None:
         if not self._run.holds or self.refuses(PASSIVE_STATES):
             return
-        part = self.own_part(PASSIVE_STATES, message, (self._joint,))
-        if part is None:
-            return
         try:
-            ((angle,),) = part.read((self._joint,), ("position",))
+            ((angle,),) = (part_of(message, (self._joint,)) or message).read((self._joint,), ("position",))
         except MessageError as error:
             self.drop(PASSIVE_STATES, str(error))
             return

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes sigma and 1/cond(A) for every sample (4.1.2)."""
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from fivebar_control.loop.shared_results import shared_state
 from fivebar_control.loop.supervisor import Supervisor, SupervisorState
 from fivebar_control.ros.run_file import declared_motion
 from fivebar_control.scenario.keys import MOTION
-from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_control.scenario.motion_file import MotionFile
 from fivebar_description.interface import (
     JOINT_STATES,
     JOINTS,
@@ -19,7 +20,7 @@ from fivebar_description.interface import (
     SUPERVISOR_STATE,
 )
 from fivebar_description.joint_sample import JointSample
-from fivebar_description.ros.parameters import FileParameters
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
 
@@ -32,7 +33,7 @@ class SupervisorNode(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("supervisor")
-        scenario = FileParameters(self, ControlScenario, MOTION).file
+        scenario = FileParameters(self, MotionFile, MOTION).file
         self._motion = declared_motion(self, scenario)
         self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz, scenario.scheme().weighting)
         self._reply: SupervisorState | None = None

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes the reference: answers sample k with the reference for sample k + 1, one sample ahead of its use."""
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from fivebar_description.interface import (
     ahead_names,
 )
 from fivebar_description.joint_sample import JointSample
-from fivebar_description.ros.parameters import FileParameters
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.sampling_node import CAPACITY, Input, SamplingNode, fields_of
 from fivebar_description.run_plan import plan_text

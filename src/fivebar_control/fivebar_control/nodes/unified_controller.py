@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes the torque of the unified law, which needs no switching."""
 
 from __future__ import annotations

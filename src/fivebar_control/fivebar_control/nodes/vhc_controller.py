@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes the candidate torque of a constraint law: u3 (3.35), u2 (3.19), or tau_B (1.29) of multi-model control."""
 
 from __future__ import annotations

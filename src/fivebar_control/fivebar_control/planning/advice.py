@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Changes that would make a motion safe that is refused for the robot's tolerances: one at a time, tried out."""
 
 from __future__ import annotations
@@ -5,11 +6,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.feasibility import with_sensing
 from fivebar_control.planning.figures import UNCERTAINTY, WRONG_MODE, Feasibility
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan

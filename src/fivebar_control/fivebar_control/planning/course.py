@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a requested motion goes: waypoints, with rests or rounded corners at those in between."""
 
 from __future__ import annotations
@@ -7,8 +8,8 @@ from collections.abc import Sequence
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
-from fivebar_control.planning.sight import Point
-from fivebar_control.trajectory.planner import CRITERION, OPTIMAL, OPTIMAL_WITH_FRICTION, QUINTIC, SEPTIC
+from fivebar_control.planning.line_of_sight import Point
+from fivebar_control.trajectory.time_laws import CRITERION, OPTIMAL, OPTIMAL_WITH_FRICTION, QUINTIC, SEPTIC
 from fivebar_description.parameters import FiveBar, has_external_force
 
 STRAIGHT_LAWS = (QUINTIC, OPTIMAL)

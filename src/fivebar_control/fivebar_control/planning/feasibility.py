@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Feasibility of a planned motion, checked before the robot moves: each figure, its limit, and where it is worst."""
 
 from __future__ import annotations
@@ -5,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import FOLDED, NEAR_LOCUS
 from fivebar_control.planning.figures import (
@@ -29,11 +31,9 @@ from fivebar_control.planning.figures import (
     Figure,
 )
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.passage import displacement
-from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate, wrong_mode_probability
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_scan import ReferenceScan
-from fivebar_control.safety.stages import EVERYWHERE
+from fivebar_control.safety.settings import EVERYWHERE
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Crossing, Plan
 from fivebar_description.loads import Loads
@@ -45,6 +45,10 @@ ERROR_NAMES = {TIMED: (ERROR, WITH_RESERVE), PATH: (PATH_ERROR, PATH_WITH_RESERV
 REQUEST_TOLERANCE = 1e-9
 """Share by which a law that keeps the torque limit itself may exceed it, from rounding."""
 
+
+LIKELIEST_WRONG_MODE = 1e-3
+"""Largest predicted probability of taking the mirrored assembly mode for the actual one: less than where the estimator
+itself gives up."""
 
 Predict = Callable[[FiveBar, Plan, int, TunedController, float, str], PredictedRun]
 """Returns the run that a plan is predicted to become; arguments as for `predict_run`."""
@@ -121,6 +125,9 @@ def displaced(
     robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits, loads: Loads
 ) -> Figure:
     """Return how far loads displace the platform at the crossings of a plan, at the worst of them."""
+    # here, because few robots declare loads
+    from fivebar_control.planning.passage import displacement
+
     moved = displacement(robot, plan, rate_hz, follower, limits.torque, loads, limits.judge)
     limit = limits.risk.load_share * limits.error_tolerance
     return Figure(LOADS, moved.value, limit, True, *moved[1:], unit="m")
@@ -220,9 +227,12 @@ def with_sensing(
     """
     if not verdict.feasible or sensing is None or not sensing.declared:
         return verdict
+    # here, because it needs the whole estimator
+    from fivebar_control.planning.predicted_estimate import predict_estimate, wrong_mode_probability
+
     estimate = predict_estimate(robot, plan, rate_hz, sensing, predicted, limits.judge)
     mirror, position, risk = estimate.mirror, estimate.position, limits.risk
-    wrong_at_most = min(risk.wrong_mode, wrong_mode_probability(sensing.settings.mirror_deviations))
+    wrong_at_most = min(LIKELIEST_WRONG_MODE, wrong_mode_probability(sensing.settings.mirror_deviations))
     error = predicted.judged.value + estimate.exceeded_by(risk.position)
     figures = (
         Figure(WRONG_MODE, estimate.wrong_mode, wrong_at_most, True, *mirror[1:]),

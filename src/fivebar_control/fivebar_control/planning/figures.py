@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The figures by which a motion is judged, and the verdict that they make together."""
 
 from __future__ import annotations

@@ -1,21 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
 """The limits of a feasible motion, and how they depend on who follows it."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import NEAR_LOCUS
-from fivebar_control.safety.stages import EVERYWHERE, Area, SafetySettings
+from fivebar_control.planning.risk import Risk
+from fivebar_control.safety.settings import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path_distance import TIMED
 from fivebar_description.forbidden import NamedBounds
+from fivebar_description.known_drives import USUAL_TORQUE_LIMIT
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import UNKNOWN, ElbowsPass
-from fivebar_description.settings import Setting
 from fivebar_description.tolerances import Tolerances
 
 COARSE_SPEED_STEP = 0.04
@@ -39,82 +41,6 @@ BISECTIONS = 40
 
 GIVEN_SERIAL = 0.05
 """Least |sin q_i2| of a motion that is given, by a robot that is known exactly: 0.06 mm from the boundary of DexTAR."""
-
-
-class Risk(NamedTuple):
-    """How likely it may be that the robot fails because it is not exactly as its file says, and how far loads move it.
-
-    Judged before a motion begins: probabilities where an estimator works with declared tolerances of lengths, bases or
-    zeros, displacements where `loads` are declared.
-    """
-
-    wrong_mode: Annotated[
-        float,
-        Setting(
-            "Largest predicted probability of taking the mirrored assembly mode for the actual one. The estimator"
-            " itself gives up at `mirror_deviations`, by default at 6e-3.",
-            at_least=0.0,
-            at_most=1.0,
-        ),
-    ] = 1e-3
-    position: Annotated[
-        float,
-        Setting(
-            "Largest predicted probability of leaving the reference by more than `error_tolerance`.",
-            at_least=1e-6,
-            at_most=1.0,
-        ),
-    ] = 0.3
-    load_share: Annotated[
-        float,
-        Setting(
-            "Largest displacement by the declared loads at a crossing, as a share of `error_tolerance`; slower"
-            " crossings are refused.",
-            above=0.0,
-            at_most=100.0,
-        ),
-    ] = 1.0
-    load_aim: Annotated[
-        float,
-        Setting(
-            "The same for crossings whose duration the planner chooses, as far as the motors allow: the rest is for the"
-            " errors of the estimate.",
-            above=0.0,
-            at_most=100.0,
-        ),
-    ] = 0.25
-
-    load: Annotated[
-        float,
-        Setting(
-            "Largest predicted probability of a displacement beyond `load_share`, where push and tilt come from any"
-            " direction and anywhere between none and those declared; 0: no such load may displace the platform"
-            " further.",
-            at_least=0.0,
-            at_most=1.0,
-        ),
-    ] = 0.0
-
-    success: Annotated[
-        float,
-        Setting(
-            "Least success probability of a motion: the share of robots, drawn within the declared tolerances and"
-            " loads, on which its simulated run succeeds.",
-            at_least=0.0,
-            at_most=1.0,
-        ),
-    ] = 0.9
-
-    odds_time: Annotated[
-        float,
-        Setting(
-            "Longest time that a request to a running graph may take, in real time, to find its success probability;"
-            " where that does not suffice, the displacement by the declared loads decides.",
-            "s",
-            at_least=0.0,
-            at_most=600.0,
-        ),
-    ] = 10.0
 
 
 ERROR_TOLERANCE = 2e-3
@@ -155,7 +81,7 @@ class MotionLimits(NamedTuple):
         elbows_pass: whether the elbows may pass each other; what is unknown is allowed.
     """
 
-    torque: float = 2.0
+    torque: float = USUAL_TORQUE_LIMIT
     torque_share: float = 0.85
     motor_speed: float = SafetySettings().joint_speed_limit
     speed_share: float = 0.9

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reference of a robot that takes requests: first its plan, then one motion after the other, rests between them."""
 
 from __future__ import annotations
@@ -8,7 +9,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from fivebar_control.model.state import Platform
-from fivebar_control.planning.sight import Point
+from fivebar_control.planning.line_of_sight import Point
+from fivebar_control.planning.orders import PlanningRequest
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.refusal import PlanRefused
@@ -126,25 +128,6 @@ def _sign(name: str, value: float) -> int:
     if value not in (-1.0, 0.0, 1.0):
         raise GoalRefused(f"{name} {value}: expected 1, -1, or 0 for as it comes")
     return int(value)
-
-
-class PlanningRequest(NamedTuple):
-    """A request to the planner: from one rest (m) to another one in a working mode; 0 is "as it comes".
-
-    The payload (kg) is what the platform carries, the shares are those of the limits that the motion may use. Via
-    points (m) have a blend radius (m) each, 0 for a rest.
-    """
-
-    start: Point
-    working_mode: tuple[int, int]
-    goal: Point
-    assembly: int
-    duration: float
-    torque_share: float = 1.0
-    speed_share: float = 1.0
-    payload: float = 0.0
-    via: tuple[Point, ...] = ()
-    blend_radius: tuple[float, ...] = ()
 
 
 class MotionQueue:

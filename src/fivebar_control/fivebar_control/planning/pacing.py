@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long a motion from rest to rest should take: not too quick for the motors, nor too slow on the locus."""
 
 from __future__ import annotations
@@ -6,17 +7,19 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import displaced, screen, screen_run
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.reference_scan import dwells_near_locus
 from fivebar_control.trajectory.path import Path, Segment
-from fivebar_control.trajectory.planner import CRITERION, Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, PlanRefused, plan_motion
 from fivebar_control.trajectory.rounded import RESTS, RoundedSegment
+from fivebar_control.trajectory.time_laws import CRITERION
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar, has_external_force
 
@@ -40,6 +43,11 @@ LOAD_TOLERANCE = 0.04
 
 SLOWEST_SHARE = 0.5
 """A comfortable motion takes at most this share of the slowest duration: long dwells near the locus let errors grow."""
+
+
+LOAD_AIM = 0.25
+"""Largest displacement by the declared loads, as a share of the tolerance, at crossings whose duration the planner
+chooses, as far as the motors allow: the rest is for the errors of the estimate."""
 
 
 class Task(NamedTuple):
@@ -248,7 +256,7 @@ def pace_of(task: Task, slowest: Plan) -> Pace:
     fastest = high / task.rate_hz
     if not task.limits.loads.declared:
         return Pace(fastest, longest)
-    return Pace(fastest, longest, longest_bearing(task, slowest, task.limits.risk.load_aim, task.limits.loads).duration)
+    return Pace(fastest, longest, longest_bearing(task, slowest, LOAD_AIM, task.limits.loads).duration)
 
 
 def feasible_in(task: Task, plan: Plan, duration: float) -> bool:

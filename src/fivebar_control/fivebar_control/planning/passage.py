@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The passage condition: how far the declared loads displace the platform where the motors cannot hold it.
 
 On the Type 2 locus no torque acts along t_s, and near it a small part of one: the drives' limit holds a load there only
@@ -47,10 +48,6 @@ LONGEST_STEP = 2e-3
 
 ONSETS = (0.5, 1.0)
 """When the push begins, as a share of its length before the crossing."""
-
-SLOWEST_SHIFT, SHIFT_STEPS = 1e-3, 400
-"""Limits of `unavoidable`: the root of beta below which the closed form does, and steps of the search for the
-largest."""
 
 FloatArray = NDArray[np.float64]
 
@@ -106,57 +103,6 @@ def displacement(
         value = _displacement_at(judged, crossing)
         worst = worst.or_larger(value, crossing.time, crossing.x, crossing.y)
     return worst
-
-
-def exposure(kappa_rate: float, gain: float, torque: float, load: float) -> float:
-    """Return the displacement (m) by a lasting load that the drives' limit alone opposes, at constant speed.
-
-    The closed form of theory.md, section 15: 1.94 a_F^3 / (gain kappa_rate torque)^2.
-
-    Args:
-        kappa_rate: of the crossing (1/s).
-        gain: acceleration along t_s by torque and kappa (m/s^2 per Nm).
-        torque: that is left for the load (Nm).
-        load: acceleration by the load (m/s^2).
-    """
-    time = load / (gain * kappa_rate * torque)
-    return (1.0 + 2.0 * math.sqrt(2.0) / 3.0) * load * time * time
-
-
-def unavoidable(kappa_rate: float, gain: float, torque: float, load: float, speed: float) -> float:
-    """Return the displacement (m) that a load makes at least, whatever the law, when it begins at the worst.
-
-    The platform is on its reference and at rest relative to it when the load begins; a law that knows the load before
-    may be elsewhere, and does better. The displacement is that of `exposure` for a platform that the load pushes
-    onwards along its path, whose displacement takes it away from the locus: theory.md, section 15. In units of a_F
-    t_F^2 and t_F it is the largest eta of eta'' = 1 - |s| - beta eta, beta = a_F t_F / speed, that begins at rest at s
-    = -1, as long as the comparison with any other motion holds, sqrt(beta) (s + 1) <= pi.
-
-    Args:
-        kappa_rate: of the crossing (1/s).
-        gain: largest acceleration along t_s by 1 Nm of each motor and kappa (m/s^2 per Nm).
-        torque: that is left for the load (Nm).
-        load: acceleration by the load (m/s^2).
-        speed: at which the platform goes through the locus along t_s (m/s); infinite where it goes across.
-    """
-    time = load / (gain * kappa_rate * torque)
-    omega = math.sqrt(load * time / speed)
-    if omega < SLOWEST_SHIFT:
-        return exposure(kappa_rate, gain, torque, load)
-    largest = 0.0
-    end = min(math.pi / omega - 1.0, 1.0 + math.sqrt(2.0))
-    for step in range(SHIFT_STEPS + 1):
-        s = -1.0 + (end + 1.0) * step / SHIFT_STEPS
-        if s <= 0.0:
-            eta = 1.0 + s - math.sin(omega * (1.0 + s)) / omega
-        else:
-            eta = (
-                1.0
-                - s
-                + ((2.0 - math.cos(omega)) * math.sin(omega * s) - math.sin(omega) * math.cos(omega * s)) / omega
-            )
-        largest = max(largest, eta / (omega * omega))
-    return largest * load * time * time
 
 
 def _displacement_at(judged: Judged, crossing: Crossing) -> float:

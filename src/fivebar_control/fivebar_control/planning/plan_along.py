@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plan of a motion whose path is given: its crossings of the Type 2 locus are found along it."""
 
 from __future__ import annotations
@@ -7,7 +8,8 @@ from fivebar_control.model.singularity import distal_links, inverse_condition_ra
 from fivebar_control.model.state import State
 from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.path import Path
-from fivebar_control.trajectory.planner import Crossing, Plan, ZoneRule
+from fivebar_control.trajectory.planner import Crossing, Plan
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 
 

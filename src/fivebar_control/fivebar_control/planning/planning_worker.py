@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The planning process: answers what comes through the socket whose descriptor is its argument, one after the other."""
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ def main() -> None:
     orders: SimpleQueue[tuple[int, Any]] = SimpleQueue()
     threading.Thread(target=_take, args=(connection, orders), name="orders", daemon=True).start()
     # this takes a processor for half a second, and a plan for up to several
-    from fivebar_control.planning.planning_process import Planned, planner_of
+    from fivebar_control.planning.order_planning import planner_of
+    from fivebar_control.planning.orders import Planned
 
     if conditions.loads.declared:
         # such requests are also tried with the time law of least torque, whose solver takes as long again to load

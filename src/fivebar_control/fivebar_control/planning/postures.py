@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where the platform can rest: which assembly mode a place belongs to, and why one is out of the question."""
 
 from __future__ import annotations
@@ -5,12 +6,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.safety.stages import is_inside
-from fivebar_control.trajectory.refusal import place
+from fivebar_control.trajectory.refusal import out_of_reach, place
 from fivebar_description.parameters import FiveBar
 
 WORKING_MODES = ((1, -1), (-1, 1), (1, 1), (-1, -1))
@@ -50,9 +50,9 @@ def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: flo
     if not is_inside(limits.workspace, x, y):
         return f"{place(x, y)} is outside the workspace {list(limits.workspace)} m, beyond which the robot is stopped"
     for number, leg in enumerate((robot.leg1, robot.leg2), start=1):
-        margin = reach_margin(leg, x, y)
-        if margin < 0.0:
-            return f"{place(x, y)} is out of reach of leg {number} by {-margin * 1e3:.1f} mm"
+        beyond = out_of_reach(leg, number, x, y)
+        if beyond is not None:
+            return beyond
     there = place_at(robot, working_mode, x, y)
     # not the other way round: the comparison is false for NaN too
     if not there.serial >= limits.serial_margin:

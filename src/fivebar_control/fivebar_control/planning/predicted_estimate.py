@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How well an estimator will know the robot along a predicted run, from tolerances and sensors, before anything moves.
 
 The covariance of the filter does not depend on the readings but through the rows' linearisation. So it is run along the
@@ -14,44 +15,26 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_control.compiling import as_machine_code
-from fivebar_control.estimation.constants import Drives, EstimatorModel, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.covariance import Matrix, X, Y, propagated
-from fivebar_control.estimation.ekf import NO_ERRORS, Belief, EkfSettings, Estimate, transition
+from fivebar_control.estimation.ekf import NO_ERRORS, Belief, Estimate, transition
 from fivebar_control.estimation.encoder import Angle, angle_variance, first_angle
-from fivebar_control.estimation.measurements import corrected, elbow_turned, homed_belief, seen_at, turn_rate, turned
+from fivebar_control.estimation.measurements import (
+    CAMERA_GATE,
+    corrected,
+    elbow_turned,
+    homed_belief,
+    seen_at,
+    turn_rate,
+    turned,
+)
 from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, PredictedSample
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, with_floats
-from fivebar_description.sensors import NO_ENCODER, PassiveEncoder
-from fivebar_description.tolerances import Tolerances
-
-
-class Sensing(NamedTuple):
-    """The means of an estimator, as declared.
-
-    Attributes:
-        drives: encoders and drives.
-        settings: of the filter; `gyro` says whether there is a gyroscope.
-        tolerances: how exactly the robot is known.
-        gyro_every: samples from one gyroscope reading to the next.
-        passive: the encoder on a passive joint.
-        camera_every: samples from one position by the camera to the next, 0 for none.
-    """
-
-    drives: Drives
-    settings: EkfSettings
-    tolerances: Tolerances
-    gyro_every: int = 1
-    passive: PassiveEncoder = NO_ENCODER
-    camera_every: int = 0
-
-    @property
-    def declared(self) -> bool:
-        """Whether tolerances of the robot are declared; without, the filter is to believe the model, and so are we."""
-        return self.tolerances.declared
 
 
 class PredictedEstimate(NamedTuple):
@@ -153,7 +136,7 @@ def worth_along(
             before, now = now, _sample(moments, number)
             belief = _next(model, belief, before, now, _is_due(readings.gyro, number), _is_due(readings.elbow, number))
             if _is_due(readings.camera, number):
-                at = seen_at(belief, now.x, now.y, 0.0, model.camera_variance, model.camera_gate)
+                at = seen_at(belief, now.x, now.y, 0.0, model.camera_variance, CAMERA_GATE)
                 belief = Belief(belief.estimate, at.belief.covariance)
         t = number / model.rate_hz
         distance = mirror_distance(model.filter, belief)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run predicted before the robot moves: the control cycle on the robot that the controllers model, sensed exactly.
 
 The figures of a reference alone do not show what a controller makes of it: feedback near the locus, a torque limit that
@@ -31,7 +32,8 @@ from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.brake import brake_of
-from fivebar_control.safety.stages import NO_FAULT, SafetySettings, distance_from, guard_limits_of
+from fivebar_control.safety.settings import SafetySettings
+from fivebar_control.safety.stages import NO_FAULT, distance_from, guard_limits_of
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path_distance import PATH, TIMED, path_distances
 from fivebar_control.trajectory.planner import Plan
@@ -207,9 +209,6 @@ class _Stretch:
         self._state = state_from_platform(robot, *stretch.mode, start.x, start.y, 0.0, 0.0)
         self._error, self._torque, self._changes, self._moments = *before[:3], list(before.moments)
         self._side = 0.0
-
-    def begin(self) -> tuple[None, None, None]:
-        return None, None, None
 
     def estimate(self, number: int) -> Known:
         return Known(True, self._state, 0.0, 0.0, NO_FAULT)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Programs: what a robot does one step after the other, read from YAML and laid out flat.
 
 A program holds moves, rests, output pins, payloads and loops. It is checked as a whole before its first step, and then
@@ -12,8 +13,8 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import MOST_VIA, via_fields
-from fivebar_control.planning.sight import Point
 from fivebar_control.trajectory.planner import LONGEST_SEGMENT
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
 from fivebar_description.files import placed_beside

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Carries out a program: issues its instructions one after the other, each when the one before it is over.
 
 Nothing here imports ROS: who carries it out passes the time and the outcome of the moves.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Evaluates a reference before the robot moves: the torque that it needs, and where each quantity is worst along it."""
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition, inv
 from fivebar_control.planning.figures import FORBIDDEN, NEAREST, REST, WORKSPACE, Figure
 from fivebar_control.root_search import minimum_between, zero_between
 from fivebar_control.safety.forbidden import CLEAR, time_to_posture
-from fivebar_control.safety.stages import Area
+from fivebar_control.safety.settings import Area
 from fivebar_control.trajectory.desired import desired_along, desired_at, reference_of
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.rounded import RoundedSegment

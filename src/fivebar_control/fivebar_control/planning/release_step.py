@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A release from the Type 2 locus, sample by sample: rest, press, hold, decide, let go.
 
 The motors follow angles that move the elbows off the locus at a steady pace, with the torque that friction and the

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long the last torque may be held when a sample or a command is missing, known from the plan.
 
 A held torque is wrong by as much as the planned one has changed since. What that difference does to the platform

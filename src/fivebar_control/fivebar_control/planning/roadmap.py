@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A map of the ways through the workspace in one working mode: rests on a grid, and gates through the Type 2 locus.
 
 The locus parts the workspace into regions of one assembly mode each. Within a region neighbouring points of the grid
@@ -19,8 +20,8 @@ from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import FOLDED, distal_links, parallel_svd
 from fivebar_control.model.state import State
+from fivebar_control.planning.line_of_sight import Point, look_along
 from fivebar_control.planning.postures import Place, place_at
-from fivebar_control.planning.sight import Point, look_along
 from fivebar_control.root_search import zero_between
 from fivebar_description.parameters import FiveBar, geometry_only
 from fivebar_description.robot_file import UNKNOWN, ElbowsPass

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a robot at rest stands by its motor encoders, and how to get one off the Type 2 locus.
 
 The encoders give the elbows. Let D be their distance and L the one at which the distal links lie on one line: their sum

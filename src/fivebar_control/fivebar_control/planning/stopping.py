@@ -1,17 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where and how quickly a motion under way can stop: within the limits of every motion, and not near the locus."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.orders import Stop, StopRequest
 from fivebar_control.planning.plan_along import plan_along, state_along
-from fivebar_control.planning.predicted_estimate import Sensing
-from fivebar_control.trajectory.path import AnySegment, Path
+from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
 from fivebar_description.parameters import FiveBar
@@ -24,31 +25,6 @@ LATER = 0.02
 
 MOST_SCREENED = 20
 """Stops that are screened."""
-
-
-class StopRequest(NamedTuple):
-    """A request to stop a motion.
-
-    Attributes:
-        segments: of the motion, which begins at time 0.
-        working_mode: of the whole motion.
-        earliest: when it may begin to slow down (s).
-        payload: what the platform carries (kg).
-        pauses: whether the motion is to go on afterwards.
-    """
-
-    segments: tuple[AnySegment, ...]
-    working_mode: tuple[int, int]
-    earliest: float
-    payload: float = 0.0
-    pauses: bool = False
-
-
-class Stop(NamedTuple):
-    """How a motion stops, and goes on afterwards where it pauses."""
-
-    stop: StoppedSegment
-    resumed: ResumedSegment | None = None
 
 
 def plan_stop(

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Requests for motions through points at given times, of the platform or the motors, as in trajectory messages."""
 
 from __future__ import annotations
@@ -7,21 +8,12 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.geometry import direct_geometry
-from fivebar_control.model.kinematics import assembly_mode, state_from_motors, state_from_platform, working_mode
-from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.model.state import State
-from fivebar_control.planning.feasibility import screen_run
-from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.model.kinematics import assembly_mode, state_from_platform
+from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import LONGEST_MOTION, GoalRefused
-from fivebar_control.planning.plan_along import plan_along
-from fivebar_control.planning.predicted_estimate import Sensing
-from fivebar_control.planning.sight import Point
-from fivebar_control.trajectory.path import Path
-from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.refusal import PlanRefused
-from fivebar_control.trajectory.spline import Knot, SplineSegment, completed
+from fivebar_control.planning.orders import TrajectoryRequest
+from fivebar_control.trajectory.spline import SplineSegment, completed
 from fivebar_description.interface import ACTIVE_JOINTS, PLATFORM_NAMES
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameters import FiveBar
@@ -56,24 +48,6 @@ class TimedPoints(NamedTuple):
 
     joints: tuple[str, str]
     points: tuple[TimedPoint, ...]
-
-
-class TrajectoryRequest(NamedTuple):
-    """A request to the planner: a motion through knots.
-
-    Attributes:
-        joints: `PLATFORM_NAMES` or `ACTIVE_JOINTS`.
-        knots: the first where the robot rests.
-        place: where the platform rests (m).
-        working_mode: of the whole motion.
-        payload: what the platform carries (kg).
-    """
-
-    joints: tuple[str, str]
-    knots: tuple[Knot, ...]
-    place: Point
-    working_mode: tuple[int, int]
-    payload: float = 0.0
 
 
 def read_points(joints: Sequence[str], points: Sequence[TimedPoint]) -> TimedPoints:
@@ -195,49 +169,3 @@ def _assembly(robot: FiveBar, request: TrajectoryRequest) -> int:
 def segment_of(robot: FiveBar, request: TrajectoryRequest) -> SplineSegment:
     """Return the motion; one of the motors stays in the assembly mode in which it begins."""
     return SplineSegment(request.knots, robot, 0 if request.joints == PLATFORM_NAMES else _assembly(robot, request))
-
-
-def plan_points(
-    robot: FiveBar,
-    request: TrajectoryRequest,
-    rate_hz: int,
-    follower: TunedController,
-    limits: MotionLimits,
-    sensing: Sensing | None,
-) -> Plan:
-    """Plan a motion through knots, and screen it as every motion is.
-
-    Raises:
-        PlanRefused: it is not feasible.
-    """
-    segment = segment_of(robot, request)
-    for sample in range(math.ceil(segment.duration * rate_hz) + 1):
-        _check_regular(robot, request, segment, sample / rate_hz, limits)
-    plan = plan_along(robot, Path([segment]), request.working_mode, rate_hz)
-    verdict = screen_run(robot, plan, rate_hz, follower, limits, sensing)
-    if not verdict.feasible:
-        raise PlanRefused(f"the trajectory is not feasible: {'; '.join(verdict.reasons)}")
-    return plan
-
-
-def _check_regular(
-    robot: FiveBar, request: TrajectoryRequest, segment: SplineSegment, t: float, limits: MotionLimits
-) -> None:
-    """Refuse an instant without a defined reference: out of reach, or where motors do not fix the platform."""
-    at = segment.coordinates_at(t)
-    if not segment.assembly:
-        if not _defined(state_from_platform(robot, *request.working_mode, at.one, at.two, 0.0, 0.0)):
-            raise PlanRefused(f"at {t:.3f} s the platform is out of reach: ({at.one:.4f}, {at.two:.4f}) m")
-        return
-    state = state_from_motors(robot, segment.assembly, at.one, at.two, 0.0, 0.0)
-    motors = f"at {t:.3f} s the motors are at ({at.one:.4f}, {at.two:.4f}) rad"
-    if not _defined(state):
-        raise PlanRefused(f"{motors}: the distal links cannot meet")
-    if inverse_condition(state) < limits.rest:
-        raise PlanRefused(f"{motors}, near the Type 2 locus, where they do not fix the platform: expected x and y")
-    if working_mode(state) != request.working_mode:
-        raise PlanRefused(f"{motors}: they have gone through a Type 1 singularity")
-
-
-def _defined(state: State) -> bool:
-    return all(math.isfinite(value) for value in (state.x, state.y, state.leg1.q1, state.leg2.q1))

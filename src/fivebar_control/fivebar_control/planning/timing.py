@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long the parts of a requested motion take, from rest to rest, so that the whole is feasible."""
 
 from __future__ import annotations

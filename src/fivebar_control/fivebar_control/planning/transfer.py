@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plans a motion on request: from one rest to another, in either assembly mode of one working mode.
 
 The straight line is tried first. Where it cannot be made, or crosses the Type 2 locus more often than needed, the way
@@ -13,16 +14,16 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
+from fivebar_control.planning.alternative_courses import TimedCourse, chart_for
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.line_of_sight import Point, look_along
 from fivebar_control.planning.pacing import NoPace, Task, slowest_pace
-from fivebar_control.planning.places import TimedCourse, chart_for
 from fivebar_control.planning.postures import assembly_problem, mode_name, place_at, rest_problem
-from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.roadmap import JOIN_REACH, Gate, Way
-from fivebar_control.planning.sight import Point, look_along
 from fivebar_control.planning.timing import DurationSearch, Speed, Timed, courses_for, quickest
 from fivebar_control.planning.via_points import along
 from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Plans a motion along a course that is given: straight from one via point to the next, at rest or round the corner."""
 
 from __future__ import annotations

@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Shared by the nodes of this package: base class of the controllers, parameters, and the goal server."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Base class of the controller nodes: joins state and reference of a sample and publishes the law's torque."""
 
 from __future__ import annotations
@@ -30,8 +31,7 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
 from fivebar_description.parameters import laden
-from fivebar_description.ros.messages import listen_to_payload
-from fivebar_description.ros.parameters import FileParameters
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
 from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError
@@ -91,7 +91,7 @@ class ControllerNode(SamplingNode):
         if scenario.compensates_disturbance:
             inputs.append(Input(ESTIMATE_DISTURBANCE, fields_of(ACTIVE_JOINTS, "effort")))
         self.join(self._motion.rate_hz, inputs)
-        listen_to_payload(self, self._carry)
+        self.listen_to_payload(self._carry)
 
     def _own_law(self) -> TunedLaw:
         name, controller = self.get_name(), self._file.file.tuned()

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Whether a controller of ros2_control follows the bridge alone, and whether the watchdog is there."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Lifecycle node for the robot's two drives: publishes motor measurements, sends torque commands, stops on any fault.
 
 Nodes that derive from it say what the drives are. configure opens and sets up the drives, with their power stages off;
@@ -31,6 +32,7 @@ from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_control.safety.brake import BRAKED_FAULTS
 from fivebar_control.scenario.keys import STOPPING
 from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_control.scenario.stopping import brake_limit, stop_cycles
 from fivebar_description.errors import unwrapped
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -46,13 +48,15 @@ from fivebar_description.interface import (
     unexpected_sample,
 )
 from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
+from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.latency_watch import LatencyWatch
-from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
 from fivebar_description.strict_yaml import InputError
+
+READY_TIME = 20.0
+"""Longest time (s) for which configure waits for the nodes of the run."""
 
 LONGEST_WAIT_NS = 60 * NANOSECONDS
 """Time (ns) after which an unanswered sample 0 gets a new stamp, since stamps are to be those of the clock; long enough
@@ -102,10 +106,10 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
                 f" {known.period_key} {known.period_us} of {settings.drives}"
             )
         self._run = TimeKeeper(self, self._rate_hz)
-        self._brake_limit = scenario.brake_limit()
+        self._brake_limit = brake_limit(scenario)
         self._tend_period = known.tend_period
         given = settings.command_timeout_ms
-        timeout = scenario.stop_cycles() / self._rate_hz if given is None else given / 1e3
+        timeout = stop_cycles(scenario) / self._rate_hz if given is None else given / 1e3
         self._session = DriveSession(
             known.open, self._rate_hz, timeout, settings.enable_timeout_s, self._on_latch, name, known.waits
         )
@@ -136,7 +140,10 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self.listen(FAULTS._replace(qos=CONTROL_QOS), self._on_fault)
         self._awaited = set(settings.wait_for_nodes)
         # not required for this node's own readiness, for which others may wait
-        self.create_subscription(String, RUN_READY.name, self._on_ready, qos_profile(RUN_READY.qos))
+        self.listen(RUN_READY, self._on_ready, awaited=False)
+        self._by_operator = not settings.autostart
+        self._opens = self._failed_to_open = False
+        self._refusal = ""
         if settings.autostart:
             self._start_timer = self.every(REPEAT_PERIOD, self._autostart)
 
@@ -161,10 +168,19 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
 
     @_logged
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Open and set up both drives; their power stages stay off."""
-        if not self._session.open():
-            return FAILURE
+        """Open and set up both drives, once the nodes of the run are there; their power stages stay off.
+
+        Where that fails before the run has begun, the operator may try again: it is no fault of the run then.
+        """
+        self._wait_for_nodes()
+        self._opens = True
+        try:
+            self._failed_to_open = not self._session.open()
+        finally:
+            self._opens = False
         self._publish_state()
+        if self._failed_to_open:
+            return FAILURE
         for note in self._session.drives.notes:
             self.get_logger().info(f"set-up of the drives: {note}")
         self._run_every(self._tend_period, self._session.drives.tend)
@@ -173,20 +189,35 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
     @_logged
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Enable both drives at zero torque and start at sample 0."""
-        if self._session.fault is not None:
-            self.get_logger().error(f"not activated: reset {self._session.fault.name} first")
-            return FAILURE
-        if self._awaited:
-            self.get_logger().error(f"not activated: not ready yet: {', '.join(sorted(self._awaited))}")
-            return FAILURE
-        if not self._run.agrees:
-            self.get_logger().error(f"not activated: {self._run.problem or 'run/plan has not come'}")
+        self._refusal = self._hindrance()
+        if self._refusal:
+            self.get_logger().error(f"not activated: {self._refusal}")
             return FAILURE
         if not self._session.activate(time.monotonic):
             return FAILURE
         self._publish_state()
         self._run_every(1.0 / self._rate_hz, self._tick if self._bell is None else self._tick_in_silence)
         return SUCCESS
+
+    @property
+    def _may_try_again(self) -> bool:
+        """Whether a run waits for an operator, who has not begun it yet."""
+        return self._by_operator and bool(self._last_sample) and not self.answered
+
+    def _hindrance(self) -> str:
+        """Return why the drives cannot be enabled now, "" where they can."""
+        if self._session.fault is not None:
+            return f"reset {self._session.fault.name} first"
+        if self._awaited:
+            return f"not ready yet: {', '.join(sorted(self._awaited))}"
+        return "" if self._run.agrees else self._run.problem or "run/plan has not come"
+
+    def _wait_for_nodes(self) -> None:
+        """Wait for a limited time until the nodes of the run are ready: so activate may follow at once."""
+        end = time.monotonic() + READY_TIME
+        while (self._awaited or not self._run.agrees) and time.monotonic() < end:
+            self.look_for_others()
+            time.sleep(REPEAT_PERIOD)
 
     @_logged
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -226,6 +257,8 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         """Return an error while a fault is latched, a warning for discarded frames and unanswered samples."""
         if self._session.fault is not None:
             return DiagnosticStatus.ERROR, str(self._session.fault)
+        if self._refusal and not self._session.active:
+            return DiagnosticStatus.WARN, f"not activated: {self._refusal}"
         warning = self._session.warning
         return super().health() if warning is None else (DiagnosticStatus.WARN, warning)
 
@@ -337,7 +370,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
 
     def _on_latch(self, fault: Fault, own: bool) -> None:
         """Publish a fault that has stopped the drives, unless it came from another node."""
-        if own:
+        if own and not (self._opens and self._may_try_again):
             self._faults.publish(String(data=str(fault)))
         self._publish_state()
         self.get_logger().error(f"zero torque and quick stop: {fault}")
@@ -359,7 +392,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         """Publish how far the run is; it ends with its last sample, the first fault, or where it is deactivated."""
         sample = self._session.sample
         if self._outcome == "running":
-            if self._session.fault is not None:
+            if self._session.fault is not None and not (self._failed_to_open and self._may_try_again):
                 self._outcome = "failed"
             elif sample >= self._last_sample:
                 self._outcome = "completed"

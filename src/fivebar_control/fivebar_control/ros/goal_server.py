@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Accepts requests for motions as goals, poses and trajectories, and reports their status on `goal/status`."""
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from fivebar_control.laws.registry import GOAL_CONTROLLERS
+from fivebar_control.laws.registry import goal_controllers
 from fivebar_control.planning.motion_queue import (
     Goal,
     GoalRefused,
@@ -24,8 +25,8 @@ from fivebar_control.planning.motion_queue import (
     StandingStill,
     read_goal,
 )
-from fivebar_control.planning.planning_process import Planned, PlanningProcess
-from fivebar_control.planning.stopping import StopRequest
+from fivebar_control.planning.orders import Planned, StopRequest
+from fivebar_control.planning.planning_process import PlanningProcess
 from fivebar_control.planning.timed_points import TimedPoints, end_of, read_points, request_from
 from fivebar_control.ros.placed_frames import PlacedFrames
 from fivebar_control.ros.shown_motions import ShownMotions
@@ -34,12 +35,12 @@ from fivebar_control.ros.transform_lookup import TransformLookup
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.path import Path
-from fivebar_control.trajectory.planner import QUINTIC
 from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment
+from fivebar_control.trajectory.time_laws import QUINTIC
 from fivebar_description.interface import GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.outside_text import one_line
-from fivebar_description.ros.messages import listen_to_payload, qos_profile
+from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.static_frames import Vector
 
@@ -132,7 +133,7 @@ class GoalServer:
         node.listen(GOAL_TRAJECTORY, self._on_trajectory, awaited=False)
         for name, ask in (("cancel", self._cancel), ("pause", self._pause), ("resume", self._resume)):
             node.create_service(Trigger, f"~/{name}", partial(_answered, ask))
-        listen_to_payload(node, self._carry)
+        node.listen_to_payload(self._carry)
 
     def restart(self, queue: MotionQueue) -> None:
         """Discard all requests for a new run."""
@@ -232,7 +233,7 @@ class GoalServer:
     def _unable(self, done: str) -> str:
         """Return why no motion can be `done`, "" where it can."""
         if not self._open:
-            return f"motions are not {done}: that needs controller {' or '.join(GOAL_CONTROLLERS)}"
+            return f"motions are not {done}: that needs controller {' or '.join(goal_controllers())}"
         return "a fault holds the robot where it stands" if self._held else ""
 
     def _slow_down(self, pauses: bool) -> tuple[bool, str]:
@@ -347,7 +348,7 @@ class GoalServer:
         try:
             wanted = read()
             if not self._open:
-                able = " or ".join(GOAL_CONTROLLERS)
+                able = " or ".join(goal_controllers())
                 raise GoalRefused(f"requests are not taken: they need controller {able}")
             if self._sample < 0:
                 raise GoalRefused("the run has not begun")

@@ -1,9 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
 """The targets that a bridge follows besides the torque where its drives close an inner loop."""
 
 from __future__ import annotations
 
+from fivebar_control.hardware.drive_connection import InnerLoop
 from fivebar_control.hardware.drive_interface import JointTarget
-from fivebar_control.hardware.inner_loop import InnerLoop
 from fivebar_description.interface import JOINT_STATES, JOINTS, REFERENCE, REFERENCE_NAMES, Topic
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.ros.node import GraphNode
@@ -34,7 +35,7 @@ class InnerLoopTargets:
         if reference is None or state is None:
             self.counts["samples_without_reference"] += 1
             return None
-        target = self._inner_loop.target(*reference, *state)
+        target = self._inner_loop(*reference, *state)
         self.counts["led_samples"] += target is not None
         return target
 

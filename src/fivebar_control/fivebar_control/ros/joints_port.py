@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The topics of a controller manager as the bridge sees them: joint states and commands.
 
 A node in a thread of its own, beside the bridge's, as others have a thread that receives from a bus: states arrive also
@@ -121,8 +122,10 @@ class JointsPort:
         Raises:
             DriveError: something is missing, or differs, in `timeout` (s).
         """
-        if self._node.resolve_topic_name(JOINT_STATES.name) == self._link.states:
-            raise DriveError(Fault("states_shared", f"{self._link.states} is also where this graph publishes"))
+        shared = [joint for joint in self._link.joints if joint in JOINT_STATES.of_joints]
+        if shared and self._node.resolve_topic_name(JOINT_STATES.name) == self._link.states:
+            text = f"{self._link.states} is also where this graph publishes {' and '.join(shared)}"
+            raise DriveError(Fault("states_shared", text))
         end = time.monotonic() + timeout
         period = self._states_period(end)
         if period > SLOWEST * self._period:

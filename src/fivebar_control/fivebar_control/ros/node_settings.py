@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings of the nodes of the control chain beside the run's file: how they are run, not what the robot does.
 
 This module does not import ROS, so that the graph can be described without it.
@@ -125,13 +126,6 @@ class EstimatorNodeSettings(NamedTuple):
 class ImuListenerSettings(NamedTuple):
     """The IMU listener."""
 
-    wait_for_nodes: AwaitedNodes = ()
-
-
-class VisionListenerSettings(NamedTuple):
-    """The vision listener."""
-
-    mode: RunMode = LOCKSTEP
     wait_for_nodes: AwaitedNodes = ()
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Places in the frames of a robot that do not move, as requests name them."""
 
 from __future__ import annotations

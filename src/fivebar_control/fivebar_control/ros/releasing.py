@@ -1,31 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
 """A release from the Type 2 locus on behalf of the blender, which a service begins and `release/status` reports."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from fivebar_control.laws.torque import Torque
-from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.planning.release import ReleaseRefused
-from fivebar_control.planning.release_step import (
-    ENDINGS,
-    PRESSING,
-    RELEASED,
-    Release,
-    ReleaseMemory,
-    first_memory,
-    has_ended,
-    release_step,
-)
-from fivebar_control.scenario.release import scenario_release
 from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_description.errors import InputError
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     IMU_DATA,
@@ -37,6 +26,9 @@ from fivebar_description.interface import (
 )
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.ros.node import GraphNode
+
+if TYPE_CHECKING:
+    from fivebar_control.scenario.release import RobotRelease
 
 LONGEST_GAP = 5
 """Samples in a row that may be missing."""
@@ -58,6 +50,7 @@ class Releasing:
         obstacle: Callable[[], str | None],
         sample_of: Callable[[int], int | None],
         reply: Callable[[int, Torque], None],
+        by_the_clock: bool,
     ) -> None:
         """Offer the service `~/release`.
 
@@ -67,14 +60,16 @@ class Releasing:
             obstacle: returns why there must be no torque, None where there may be.
             sample_of: returns the sample of a stamp (ns), None for one off the grid.
             reply: commands a torque in answer to a sample.
+            by_the_clock: whether samples wait for nobody, so that what plans a release has to be loaded before.
         """
+        if by_the_clock:
+            import fivebar_control.scenario.release  # noqa: F401
         self._node, self._scenario, self._obstacle = node, scenario, obstacle
         self._sample_of, self._reply = sample_of, reply
         self._status: Any = None
         self._listens = self._wanted = False
         self._rate = math.nan
-        self._release: Release | None = None
-        self._memory: ReleaseMemory
+        self._release: RobotRelease | None = None
         self._last = 0
         node.create_service(Trigger, "~/release", self._on_release)
 
@@ -155,34 +150,24 @@ class Releasing:
         if sample - self._last > LONGEST_GAP:
             self._finish(f"ended: samples {self._last + 1} to {sample - 1} are missing")
             return
-        self._last, before = sample, self._memory.phase
-        torque, self._memory = release_step(self._release, self._memory, q11, q21, rate)
-        self._reply(sample, torque)
-        if has_ended(self._memory):
-            self._finish(self._result(q11, q21))
-        elif self._memory.phase != before and self._memory.phase == PRESSING:
+        self._last, pressed = sample, self._release.presses
+        self._reply(sample, self._release.step(q11, q21, rate))
+        if self._release.has_ended:
+            self._finish(self._release.result(q11, q21))
+        elif self._release.presses and not pressed:
             self._say(RELEASE_PRESSES)
 
     def _begin(self, sample: int, q11: float, q21: float, platform: tuple[float, float] | None) -> None:
+        # here, because hardly any run has a release, and it needs the planner
+        from fivebar_control.scenario.release import RobotRelease
+
         try:
-            plan = scenario_release(self._scenario, q11, q21, platform)
-        except ReleaseRefused as error:
+            self._release = RobotRelease(self._scenario, q11, q21, platform)
+        except InputError as error:
             self._finish(f"refused: {error}")
             return
-        self._release, self._memory, self._last = plan.release, first_memory(plan.release), sample - 1
+        self._last = sample - 1
         self._say(RELEASE_RESTS)
-
-    def _result(self, q11: float, q21: float) -> str:
-        """Return how a release has ended, and where the robot is."""
-        memory = self._memory
-        if memory.phase != RELEASED:
-            return f"ended: {ENDINGS[memory.phase]}"
-        x, y = direct_geometry(self._scenario.five_bar(), memory.assembly, q11, q21)
-        mode = "+" if memory.assembly > 0 else "-"
-        return (
-            f"released: in assembly mode {mode}, the platform at ({x:.4f}, {y:.4f}) m by the encoders:"
-            " home it there, and begin a new run"
-        )
 
     def _finish(self, text: str) -> None:
         self._wanted, self._release = False, None

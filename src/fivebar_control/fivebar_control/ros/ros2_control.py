@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two joints under a controller manager of ros2_control as the drives of a bridge.
 
 The broadcaster's states set the pace. A torque is published when it comes, and acts from the controller's next update

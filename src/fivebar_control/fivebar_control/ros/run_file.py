@@ -1,18 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
 """The motion of the run's file in a node of the control chain, and what the nodes agree on about it."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fivebar_control.loop.shared_results import one_robot
 from fivebar_control.scenario.keys import parameters_of
-from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_control.scenario.motion_file import MotionFile
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_description.parameters import FiveBar
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.run_plan import HOMING, LEAD_SAMPLES, START, WORKING_MODE_AT_START, MotionStart, robot_value
 from fivebar_description.strict_yaml import InputError
+
+if TYPE_CHECKING:
+    from fivebar_control.scenario.scenario import ControlScenario
 
 
 class DeclaredMotion(NamedTuple):
@@ -30,7 +34,7 @@ class DeclaredMotion(NamedTuple):
     """Every value of the motion by the name of its key, for the plan of the run."""
 
 
-def declared_motion(node: GraphNode, scenario: ControlScenario) -> DeclaredMotion:
+def declared_motion(node: GraphNode, scenario: MotionFile) -> DeclaredMotion:
     """Plan the motion of a run's file, and have the node keep to the plan of the run.
 
     Raises:
@@ -68,6 +72,6 @@ def plan_values(motion: DeclaredMotion, scenario: ControlScenario) -> dict[str, 
     }
 
 
-def start_values(scenario: ControlScenario) -> dict[str, Any]:
+def start_values(scenario: MotionFile) -> dict[str, Any]:
     """Return what a node agrees on with the plan that knows the start of the motion only."""
     return {"robot": robot_value(scenario.robot), WORKING_MODE_AT_START: list(scenario.working_mode)}

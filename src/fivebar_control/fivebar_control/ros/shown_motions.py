@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions as nav_msgs/Path and geometry_msgs/PoseStamped, for tools that show these."""
 
 from __future__ import annotations

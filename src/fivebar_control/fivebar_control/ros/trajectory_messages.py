@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Requests for motions in messages of trajectory_msgs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Places in frames outside the graph, looked up by tf2 where it is installed."""
 
 from __future__ import annotations

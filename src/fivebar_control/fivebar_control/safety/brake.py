@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Braking after a fault: the motors are damped until the robot is at rest, then there is no torque.
 
 The torque opposes each motor's speed, so it takes energy out of the robot in every posture, on the Type 2 locus too.
@@ -13,6 +14,7 @@ from typing import NamedTuple
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
+from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.safety.stages import (
     FORBIDDEN_POSTURE,
     NEAR_TYPE_1,
@@ -21,11 +23,18 @@ from fivebar_control.safety.stages import (
     TORQUE_EXCESSIVE,
     TORQUE_UNDEFINED,
     TRACKING_LOST,
-    SafetySettings,
     is_in_reach,
     within,
 )
 from fivebar_description.parameters import FiveBar
+
+BRAKE_TIME = 0.02
+"""Time constant (s) with which the brake stops a motor alone; with links and platform it is longer. A shorter one asks
+for more torque than most drives have."""
+
+BRAKE_KAPPA = 0.1
+"""1/cond(A) below which the brake gives no torque, so that the robot runs out of the Type 2 locus first. With it no
+motion of docs/theory.md that stopped above it ran into Type 1."""
 
 LEAST_SAMPLES = 10
 """Least time constant of the brake in samples: a stronger damping would not be one with a few samples of delay."""
@@ -66,13 +75,13 @@ class Stopping(NamedTuple):
 
 def brake_of(settings: SafetySettings, robot: FiveBar, rate_hz: int) -> Brake:
     """Return the brake of a robot at a sampling rate (Hz)."""
-    time_constant = max(float(settings.brake_time), LEAST_SAMPLES / rate_hz)
+    time_constant = max(BRAKE_TIME, LEAST_SAMPLES / rate_hz)
     return Brake(
         samples=round(settings.brake_duration * rate_hz) if settings.brake else 0,
         damping1=robot.leg1.inertia / time_constant,
         damping2=robot.leg2.inertia / time_constant,
         torque_limit=float(settings.torque_limit),
-        kappa=float(settings.brake_kappa),
+        kappa=BRAKE_KAPPA,
         rest_speed=float(settings.rest_speed),
     )
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Forbidden postures: how soon a robot that goes on as it moves is in one. Scalar functions for compiled code."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The guard before the drives: limits the commanded torque, and stops the robot once a fault is latched."""
 
 from __future__ import annotations
@@ -9,9 +10,9 @@ from fivebar_control.laws.blend import blend
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.state import State
 from fivebar_control.safety.brake import brake_of, braking_after, stopping
+from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.safety.stages import (
     NO_FAULT,
-    SafetySettings,
     excess_samples,
     fastest_motor,
     fault_of,

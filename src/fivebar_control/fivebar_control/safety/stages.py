@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The safety stages between requested torque and command, each a pure function.
 
 The last node applies them in this order: finite, up to date (see `watchdog`), torque limit, torque rate limit, joint
@@ -9,7 +10,7 @@ other stage detects a fault that stops the robot. `first_fault` returns it as a 
 from __future__ import annotations
 
 import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
@@ -23,22 +24,13 @@ from fivebar_control.safety.forbidden import (
     time_to_forbidden,
     time_to_posture,
 )
-from fivebar_description.forbidden import bounds_in, numbers_problem
+from fivebar_control.safety.settings import EVERYWHERE, Area, SafetySettings
+from fivebar_description.forbidden import bounds_in
 from fivebar_description.parameters import FiveBar
 from fivebar_description.rounding import in_millimetres
-from fivebar_description.settings import Setting
 
 REACH_TOLERANCE = 1e-3
 """Tolerance (m) of the reach of a leg: a platform farther outside means that the joint readings are inconsistent."""
-
-
-class Area(NamedTuple):
-    """A rectangle in the plane (m)."""
-
-    x_min: float
-    x_max: float
-    y_min: float
-    y_max: float
 
 
 NO_FAULT = 0
@@ -56,8 +48,6 @@ STAGE_NAMES = {
     FORBIDDEN_POSTURE: "forbidden_posture",
 }
 """Names of these faults."""
-
-EVERYWHERE = Area(-math.inf, math.inf, -math.inf, math.inf)
 
 
 class Limits(NamedTuple):
@@ -84,155 +74,6 @@ class Limits(NamedTuple):
     torque_request: float
     request_samples: int
     forbidden: Forbidden = NONE_FORBIDDEN
-
-
-def _has_an_inside(area: Area) -> str | None:
-    return None if area.x_min < area.x_max and area.y_min < area.y_max else "expected x_min < x_max and y_min < y_max"
-
-
-class SafetySettings(NamedTuple):
-    """Limits of the last node before the drives. An infinite limit is no limit."""
-
-    torque_limit: Annotated[
-        float,
-        Setting(
-            "Largest commanded torque of either motor; the drives' limit holds besides.",
-            "Nm",
-            above=0.0,
-            at_most=1e6,
-            unlimited=True,
-        ),
-    ] = math.inf
-    torque_rate_limit: Annotated[
-        float,
-        Setting(
-            "Fastest change of either commanded torque; a stop is not slowed down by it.",
-            "Nm/s",
-            above=0.0,
-            at_most=1e9,
-            unlimited=True,
-        ),
-    ] = math.inf
-    joint_speed_limit: Annotated[
-        float,
-        Setting("Speed of a motor joint beyond which the robot is stopped.", "rad/s", at_least=1e-3, at_most=1e4),
-    ] = 50.0
-    workspace: Annotated[
-        Area | None,
-        Setting(
-            "Where the platform may be: x_min, x_max, y_min, y_max. Without it, wherever both legs reach.",
-            "m",
-            check=_has_an_inside,
-        ),
-    ] = None
-    forbidden: Annotated[
-        tuple[float, ...],
-        Setting(
-            "Postures that the robot may not enter, eight numbers each: least and largest x and y, q11 and q21. By"
-            " default those of the robot's file.",
-            "m, rad",
-            check=numbers_problem,
-        ),
-    ] = ()
-    type1_margin: Annotated[
-        float,
-        Setting(
-            "Least |sin q_i2| on the side of the working mode; without effect in motions that may meet Type 1.",
-            at_least=0.0,
-            below=1.0,
-        ),
-    ] = 0.01
-    tracking_error_limit: Annotated[
-        float,
-        Setting(
-            "Distance of the platform from the reference beyond which the robot is stopped.",
-            "m",
-            at_least=1e-6,
-            at_most=10.0,
-        ),
-    ] = 0.05
-    request_ratio: Annotated[
-        float,
-        Setting(
-            "Torque request beyond which the robot is stopped after `request_samples`, as a multiple of the torque"
-            " limit: a law that asks for that much has lost control of the robot.",
-            at_least=1.0,
-            at_most=1e6,
-            unlimited=True,
-        ),
-    ] = 3.0
-    request_samples: Annotated[
-        int,
-        Setting(
-            "Samples in a row with a torque request beyond `request_ratio` that stop the robot.",
-            "samples",
-            at_least=1,
-            at_most=10_000,
-        ),
-    ] = 5
-    rest_speed: Annotated[
-        float,
-        Setting(
-            "Speed of the motor joints below which the robot counts as at rest, so that a fault can be reset.",
-            "rad/s",
-            at_least=1e-6,
-            at_most=1e3,
-        ),
-    ] = 0.1
-    brake: Annotated[
-        bool,
-        Setting(
-            "Whether a fault that leaves state and drives sound brakes the robot before torque is zero, instead of"
-            " letting it coast."
-        ),
-    ] = True
-    brake_time: Annotated[
-        float,
-        Setting(
-            "Time constant with which the brake stops a motor alone, at least ten samples; with links and platform it"
-            " is longer. Smaller values brake harder.",
-            "s",
-            at_least=1e-3,
-            at_most=10.0,
-        ),
-    ] = 0.02
-    brake_kappa: Annotated[
-        float,
-        Setting(
-            "1/cond(A) below which the brake gives no torque, so that the robot runs out of the Type 2 locus first.",
-            at_least=0.0,
-            at_most=1.0,
-        ),
-    ] = 0.1
-    brake_duration: Annotated[
-        float,
-        Setting("Longest braking, after which torque is zero in any case.", "s", at_least=1e-3, at_most=60.0),
-    ] = 1.0
-    stop_time_ms: Annotated[
-        float | None,
-        Setting(
-            "In real time: longest time for which the last torque is held when a sample or a command is late or"
-            " missing; then the robot is stopped. Without it, as long as that displaces the platform by 2 mm at most at"
-            " the worst moment of the motion, 20 ms at most. At least three cycles in either case.",
-            "ms",
-            above=0.0,
-            at_most=10_000.0,
-        ),
-    ] = None
-    stop_cycles: Annotated[
-        int | None,
-        Setting(
-            "The same time in cycles; where it is given, `stop_time_ms` does not count.",
-            "cycles",
-            at_least=2,
-            at_most=10_000,
-        ),
-    ] = None
-
-    @property
-    def area(self) -> Area:
-        """Where the platform may be (m)."""
-        return EVERYWHERE if self.workspace is None else Area(*map(float, self.workspace))
 
 
 def guard_limits_of(settings: SafetySettings, rate_hz: int) -> Limits:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Watchdog over the inputs of the last node. Times are seconds of a steady clock, given by the caller.
 
 That clock does not advance while the process is suspended: its deadlines would expire although no sender is late, and

@@ -1,10 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
 """The conditions by which requests for a motion are judged in a run: the limits, sensors and loads of its scenario."""
 
 from __future__ import annotations
 
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.planning_process import Conditions
+from fivebar_control.planning.orders import Conditions
 from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.scenario.stopping import stop_cycles
 
 
 def conditions_of(scenario: ControlScenario, by_the_clock: bool = False) -> Conditions:
@@ -22,9 +25,9 @@ def conditions_of(scenario: ControlScenario, by_the_clock: bool = False) -> Cond
         scenario.judge,
         scenario.error_tolerance,
         scenario.risk,
-        scenario.sensing(),
+        sensing_of(scenario),
         scenario.to_bear(),
-        scenario.stop_cycles() / scenario.rate_hz if by_the_clock else 0.0,
+        stop_cycles(scenario) / scenario.rate_hz if by_the_clock else 0.0,
         scenario.tracking_error_limit,
         scenario.safety.area,
         scenario.safety.forbidden,

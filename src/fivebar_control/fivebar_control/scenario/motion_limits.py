@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The limits of a scenario's motions: one place for goals, programs, scenarios and all studies."""
 
 from __future__ import annotations

@@ -1,8 +1,12 @@
+# SPDX-License-Identifier: Apache-2.0
 """The release of a scenario's robot that rests near the Type 2 locus."""
 
 from __future__ import annotations
 
+from fivebar_control.laws.torque import Torque
+from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.planning.release import ReleasePlan, plan_release
+from fivebar_control.planning.release_step import ENDINGS, PRESSING, RELEASED, first_memory, has_ended, release_step
 from fivebar_control.safety.stages import guard_limits_of
 from fivebar_control.scenario.scenario import ControlScenario
 
@@ -25,3 +29,44 @@ def scenario_release(
         q21,
         platform,
     )
+
+
+class RobotRelease:
+    """A release that is under way."""
+
+    def __init__(self, scenario: ControlScenario, q11: float, q21: float, platform: tuple[float, float] | None) -> None:
+        """Plan it; arguments as for `scenario_release`.
+
+        Raises:
+            ReleaseRefused: as `plan_release`.
+        """
+        self._robot = scenario.five_bar()
+        self._release = scenario_release(scenario, q11, q21, platform).release
+        self._memory = first_memory(self._release)
+
+    @property
+    def presses(self) -> bool:
+        """Whether the motors press the platform away from the locus."""
+        return self._memory.phase == PRESSING
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it has come to one of its ends."""
+        return has_ended(self._memory)
+
+    def step(self, q11: float, q21: float, rate: float) -> Torque:
+        """Return the torque (Nm) for motor angles (rad) and the distal link's rate (rad/s), NaN where not known."""
+        torque, self._memory = release_step(self._release, self._memory, q11, q21, rate)
+        return torque
+
+    def result(self, q11: float, q21: float) -> str:
+        """Return how it has ended, and where the robot is by its motor angles (rad)."""
+        memory = self._memory
+        if memory.phase != RELEASED:
+            return f"ended: {ENDINGS[memory.phase]}"
+        x, y = direct_geometry(self._robot, memory.assembly, q11, q21)
+        mode = "+" if memory.assembly > 0 else "-"
+        return (
+            f"released: in assembly mode {mode}, the platform at ({x:.4f}, {y:.4f}) m by the encoders:"
+            " home it there, and begin a new run"
+        )

@@ -1,7 +1,10 @@
-"""Checks that what a scenario's estimator is to read is there, and that what is there is read."""
+# SPDX-License-Identifier: Apache-2.0
+"""The estimator of a scenario: what it works with, where it starts, and checks that its sensors are there."""
 
 from __future__ import annotations
 
+from fivebar_control.estimation.homing import Homing, homing_at
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
 
@@ -17,3 +20,18 @@ def check_sensors(scenario: ControlScenario) -> None:
             raise InputError("sensors.passive_encoder: only the estimator reads it: expected estimator ekf")
     elif (scenario.ekf.camera or scenario.ekf.seen_start) and not scenario.camera.on:
         raise InputError("ekf.camera: there is no camera: expected camera: {on: true}")
+
+
+def sensing_of(scenario: ControlScenario) -> Sensing | None:
+    """Return what a scenario's estimator has to work with; None without one."""
+    if not scenario.estimated:
+        return None
+    every, camera_every = scenario.imu.schedule(scenario.rate_hz).every, scenario.camera.every(scenario.rate_hz)
+    drives, tolerances = scenario.drives(), scenario.known_within()
+    return Sensing(drives, scenario.ekf, tolerances, every, scenario.passive, camera_every)
+
+
+def homing_of(scenario: ControlScenario) -> Homing:
+    """Return the posture in which a scenario's robot starts, as the estimator takes it."""
+    (x, y), (mode1, mode2) = scenario.waypoints[0], scenario.working_mode
+    return homing_at(scenario.five_bar(), mode1, mode2, x, y)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The dynamic criterion (1.19, 2.4, 4.21): crossings that need no force along the uncontrollable direction.
 
 On the Type 2 locus m t_s^T xddot = 0 whatever the motors do, so a reference that has t_s^T xddot = 0 there can be
@@ -9,8 +10,8 @@ t_s^T (m xddot + sum p_i M_i) = 0 on the locus: on a straight path s'' = rho s'^
 posture determines. The fifth-order polynomial has it near half of its way only. On a curve x(s) the acceleration is
 x' s'' + x'' s'^2, so that its curvature counts the same way: rho = - (t_s . x'') / (t_s . x') without such moments.
 
-With gravity in the plane or a constant force w_p the platform falls along t_s while it crosses, and
-t_s^T (m xddot - w_p) = 0: s'' = rho s'^2 + t_s . w_p / (m t_s . x'). `pushed_law` has the time laws for that.
+With gravity in the plane or a constant force w_e the platform falls along t_s while it crosses, and
+t_s^T (m xddot - w_e) = 0: s'' = rho s'^2 + t_s . w_e / (m t_s . x'). `pushed_law` has the time laws for that.
 """
 
 from __future__ import annotations
@@ -25,10 +26,19 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
 from fivebar_control.root_search import minimum_between, zero_between
-from fivebar_control.trajectory.path import Segment
+from fivebar_control.trajectory.path import Segment, way_of
+from fivebar_control.trajectory.pushed_law import Demand, pushed_law
+from fivebar_control.trajectory.refusal import PlanRefused, place
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.time_law import rest_to_rest
-from fivebar_description.parameters import FiveBar, external_force, has_residual, without_external_force
+from fivebar_control.trajectory.time_laws import OPTIMAL, Untimed
+from fivebar_description.parameters import (
+    FiveBar,
+    external_force,
+    has_external_force,
+    has_residual,
+    without_external_force,
+)
 
 MONOTONE_GRID = 400
 """Points at which a polynomial is checked for going forwards only."""
@@ -43,6 +53,9 @@ u = 1/2 is possible, and near it only a narrow range of u."""
 LEAST_OFFSET = 1e-6
 """Crossings nearer to half of the way than this fraction are taken to be this far from it: there the equations for the
 polynomial become singular, and what is left of the acceleration is 1e-5 of its peak."""
+
+MOST_BENT = 2.0
+"""Largest s'' / s'^2 at a crossing, by shares of the way, that a polynomial is sought for: in a corner it grows."""
 
 
 class CriterionLaw(NamedTuple):
@@ -148,7 +161,7 @@ def criterion_push(robot: FiveBar, mode1: int, mode2: int, segment: Segment | Ro
 
 
 def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> float:
-    """Return t_s^T (m xddot - w_p + sum p_i M_i) (N) of a motion: which the criterion (1.19) requires to vanish."""
+    """Return t_s^T (m xddot - w_e + sum p_i M_i) (N) of a motion: which the criterion (1.19) requires to vanish."""
     state = state_from_platform(robot, mode1, mode2, motion.x, motion.y, motion.vx, motion.vy)
     svd = parallel_svd(state)
     force_x, force_y = external_force(robot)
@@ -160,3 +173,51 @@ def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform)
         turn = row.p_x * motion.ax + row.p_y * motion.ay + row.drift
         force += parameters.residual * turn * (svd.t_x * row.p_x + svd.t_y * row.p_y)
     return force
+
+
+def through_criterion(untimed: Untimed) -> Segment | RoundedSegment:
+    """Return a segment with the time law that meets the dynamic criterion where it crosses, if it does.
+
+    Raises:
+        PlanRefused: it crosses more than once, or no such time law only goes forwards.
+    """
+    robot, mode1, mode2, segment, number, crossed = untimed
+    if not crossed:
+        return segment
+    if len(crossed) > 1:
+        raise PlanRefused(
+            f"segment {number}: crosses the Type 2 locus {len(crossed)} times: expected at most one crossing per"
+            " segment to meet the dynamic criterion"
+        )
+    rho = criterion_ratio(robot, mode1, mode2, segment, crossed[0])
+    if isinstance(segment, RoundedSegment) and abs(rho) > MOST_BENT:
+        at = segment.moved(crossed[0], 0.0, 0.0)
+        raise PlanRefused(
+            f"segment {number}: crosses the Type 2 locus in a corner, at {place(at.x, at.y)}: no polynomial that"
+            f" only goes forwards meets the dynamic criterion there: s'' / s'^2 = {rho:.3g}, expected at most"
+            f" {MOST_BENT:g}; the time law {OPTIMAL} may"
+        )
+    if has_external_force(robot):
+        return _falling(untimed, rho)
+    law = criterion_law(crossed[0], rho)
+    if law is None:
+        raise PlanRefused(
+            f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
+            " goes forwards meets the dynamic criterion so near an end"
+        )
+    return segment._replace(time_law=law.__call__)
+
+
+def _falling(untimed: Untimed, rho: float) -> Segment | RoundedSegment:
+    """Return a segment with the time law that gravity or a constant force needs where it crosses."""
+    robot, mode1, mode2, segment, number, (crossed,) = untimed
+    push = criterion_push(robot, mode1, mode2, segment, crossed)
+    law = pushed_law(robot, mode1, mode2, way_of(segment), Demand(crossed, rho, push, segment.duration))
+    if law is None:
+        at = segment.moved(crossed, 0.0, 0.0)
+        raise PlanRefused(
+            f"segment {number}: crosses the Type 2 locus at {place(at.x, at.y)}, where gravity or the constant force"
+            f" accelerates the platform by {push:.3g} of its way per s^2: no motion that only goes forwards meets the"
+            " dynamic criterion there: expected a longer way on either side of the locus, or another place"
+        )
+    return segment._replace(time_law=law.__call__)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The desired instant of a plan as the controllers take it, in whatever coordinates the motion was planned.
 
 Compiled functions take desired instants by the hundred, as rows of an array.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reference after a fault: where the robot stands, at rest, and after the reset where it stood then."""
 
 from __future__ import annotations

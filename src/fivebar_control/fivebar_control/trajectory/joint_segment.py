@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions planned in the motors' angles: regular where a leg is stretched (Type 1), which the platform's are not.
 
 The platform follows by direct geometry in one assembly mode, so such a motion stays away from Type 2, where the motors

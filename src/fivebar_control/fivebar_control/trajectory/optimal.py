@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A time law near the quickest passage along a straight or rounded path, rest to rest, under equal torque limits.
 
 Beyond friction the torque along a path is linear in sddot and sdot^2, so it goes with the inverse square of the
@@ -22,9 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.root_search import zero_between
-from fivebar_control.trajectory.path import Way
+from fivebar_control.trajectory.criterion import criterion_ratio
+from fivebar_control.trajectory.path import Segment, Way, way_of
+from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.time_law import time_fraction
-from fivebar_description.parameters import FiveBar
+from fivebar_control.trajectory.time_laws import CRITERION, OPTIMAL, QUINTIC, Untimed
+from fivebar_description.parameters import FiveBar, has_external_force
 
 FloatArray = NDArray[np.float64]
 
@@ -296,3 +301,43 @@ def _speeds(rows: FloatArray) -> FloatArray | None:
     # the solver's tolerances are absolute: small torques, of a light robot or a short way, are lost in them
     size = np.nanmedian(np.abs(rows[1]))
     return found(float(1.0 / size)) if size > 0.0 else None
+
+
+def least_torque(untimed: Untimed) -> Segment | RoundedSegment:
+    """Return a segment with the time law that takes the least torque beyond friction.
+
+    Raises:
+        PlanRefused: gravity or a constant force acts on the robot, or there is no such time law.
+    """
+    way = crossed_way(untimed, OPTIMAL)
+    return with_law(untimed, optimal_law(untimed.robot, untimed.mode1, untimed.mode2, way))
+
+
+def crossed_way(untimed: Untimed, name: str) -> CrossedWay:
+    """Return the way of a segment with what the criterion asks for where it crosses.
+
+    Raises:
+        PlanRefused: gravity or a constant force acts on the robot, of which the time law of that name knows nothing.
+    """
+    robot, mode1, mode2, segment, number, crossed = untimed
+    if has_external_force(robot):
+        raise PlanRefused(
+            f"segment {number}: the time law {name} knows nothing of gravity or a constant force (forces of the"
+            f" robot file): expected {CRITERION}, or {QUINTIC}"
+        )
+    ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
+    return CrossedWay(way_of(segment), crossed, ratios)
+
+
+def with_law(untimed: Untimed, law: OptimalLaw | None) -> Segment | RoundedSegment:
+    """Return a segment with a time law.
+
+    Raises:
+        PlanRefused: there is none.
+    """
+    if law is None:
+        raise PlanRefused(
+            f"segment {untimed.number}: has no passage of bounded torque that only goes forwards and meets the"
+            " criterion: expected another time law, or a segment that crosses the Type 2 locus elsewhere"
+        )
+    return untimed.segment._replace(time_law=law.__call__)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The time law of the quickest passage under equal limits of the motors' whole torques, friction included.
 
 Each motor's friction hinders it to accelerate and helps it to brake, and so much the more the larger its share in the
@@ -27,11 +28,15 @@ from fivebar_control.trajectory.optimal import (
     OptimalLaw,
     QuickPassage,
     bent_at_crossings,
+    crossed_way,
     optimal_law,
     quickest_passage,
+    with_law,
 )
-from fivebar_control.trajectory.path import Way
+from fivebar_control.trajectory.path import Segment, Way
+from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.time_law import progress
+from fivebar_control.trajectory.time_laws import OPTIMAL_WITH_FRICTION, Untimed
 from fivebar_description.parameters import FiveBar, friction_torque, largest_friction
 
 FloatArray = NDArray[np.float64]
@@ -126,3 +131,14 @@ def _held(path: CrossedWay, torque: float) -> FloatArray:
         near = np.abs(POINTS - share) <= reach
         row[1, near], row[2, near] = torque / HELD_WITHIN, -ratio * torque / HELD_WITHIN
     return row
+
+
+def least_torque_with_friction(untimed: Untimed) -> Segment | RoundedSegment:
+    """Return a segment with the time law that takes the least torque for its duration, friction included.
+
+    Raises:
+        PlanRefused: gravity or a constant force acts on the robot, or there is no such time law.
+    """
+    robot, mode1, mode2, segment, *_ = untimed
+    way = crossed_way(untimed, OPTIMAL_WITH_FRICTION)
+    return with_law(untimed, optimal_law_with_friction(robot, mode1, mode2, way, segment.duration))

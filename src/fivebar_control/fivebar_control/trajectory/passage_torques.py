@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Torques along a path as toppra takes them, linear in sddot and sdot^2, with equal limits for both motors.
 
 This module loads toppra; only what plans with a time law of least torque imports it.

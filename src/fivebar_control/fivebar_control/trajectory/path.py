@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A path through waypoints, at rest between its segments: straight ones, polylines with rounded corners, splines, and
 some that are planned in motor angles.
 

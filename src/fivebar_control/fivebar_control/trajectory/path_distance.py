@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The distance of the platform by which a motion is judged: from its reference in time, or from the path at any time.
 
 The path joins the references of all samples by lines. Its distance is found by scalar functions, so that the compiled

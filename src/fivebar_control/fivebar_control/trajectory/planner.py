@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Checks a motion before the robot makes it, finds where it crosses the Type 2 locus and sizes the blending zones."""
 
 from __future__ import annotations
@@ -5,10 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from fivebar_control.laws.law import MIN_AUTHORITY
-from fivebar_control.laws.registry import OF_CONTROLLER, SUPERVISIONS
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import (
@@ -19,10 +19,7 @@ from fivebar_control.model.singularity import (
     parallel_svd,
 )
 from fivebar_control.root_search import minimum_between
-from fivebar_control.trajectory.criterion import criterion_law, criterion_push, criterion_ratio
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.optimal import CrossedWay, optimal_law
-from fivebar_control.trajectory.optimal_with_friction import optimal_law_with_friction
 from fivebar_control.trajectory.path import (
     AnySegment,
     Path,
@@ -32,11 +29,10 @@ from fivebar_control.trajectory.path import (
     state_on,
     way_of,
 )
-from fivebar_control.trajectory.pushed_law import Demand, pushed_law
 from fivebar_control.trajectory.refusal import PlanRefused as PlanRefused
-from fivebar_control.trajectory.refusal import place
+from fivebar_control.trajectory.refusal import out_of_reach, place
 from fivebar_control.trajectory.rounded import RESTS, RoundedSegment, radii_at, stretches
-from fivebar_control.trajectory.time_law import rest_to_rest_without_jerk
+from fivebar_control.trajectory.time_laws import QUINTIC, Untimed, timed_by
 from fivebar_control.trajectory.type1 import (
     TYPE_1_CLEARANCE,
     Meeting,
@@ -45,82 +41,15 @@ from fivebar_control.trajectory.type1 import (
     planned_mode_changes,
     segments_between,
 )
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.interface import NANOSECONDS
-from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
-from fivebar_description.settings import Setting
-
-MIN_ZONE_SAMPLES = 10
-"""A ballistic blending zone holds at least this many samples with sigma = 1."""
+from fivebar_description.parameters import FiveBar, LegParameters
 
 LONGEST_SEGMENT = 3600.0
 """Longest duration (s) of a segment: what plans and judges a motion looks at every sample of it."""
 
-QUINTIC, CRITERION, SEPTIC, OPTIMAL = "quintic", "criterion", "septic", "optimal"
-OPTIMAL_WITH_FRICTION = "optimal_with_friction"
-TIME_LAWS = (QUINTIC, CRITERION, SEPTIC, OPTIMAL, OPTIMAL_WITH_FRICTION)
-"""How the reference passes along a straight segment: by the fifth-order polynomial, which knows nothing of the locus
-(4.2); so that the dynamic criterion holds at the crossing; by the seventh-order polynomial without a jerk at rest,
-which every segment has that is planned in the motors' angles; or with the least torque for its duration, beyond
-friction or with it."""
-
-
-TimeLaw = Annotated[str, Setting("How the reference passes along a segment.", choices=TIME_LAWS)]
-
-BALLISTIC, FIXED = "ballistic", "fixed"
-
-
-class ZoneSettings(NamedTuple):
-    """How wide the blending zones are."""
-
-    rule: Annotated[
-        str,
-        Setting(
-            "How the zones are sized: by a time from the speed at each crossing, or all alike.",
-            choices=(BALLISTIC, FIXED),
-        ),
-    ] = BALLISTIC
-    duration_ms: Annotated[
-        float,
-        Setting("Time with sigma = 1 at a crossing, for the ballistic rule.", "ms", at_least=0.1, at_most=10_000.0),
-    ] = 40.0
-    epsilon: Annotated[
-        float, Setting("Half width of the zones in 1/cond(A), for the fixed rule.", above=0.0, below=0.5)
-    ] = 0.05
-    supervision: Annotated[
-        str,
-        Setting(
-            "What decides where the constraint law of a blended controller acts: 1/cond(A) in the planned zones,"
-            " a sigmoid in time around each planned crossing, 1/cond(A) in zones as wide as the estimated state's"
-            " own speed makes them, or what the controller has of its own.",
-            choices=(OF_CONTROLLER, *SUPERVISIONS),
-        ),
-    ] = OF_CONTROLLER
-
-    def as_rule(self) -> ZoneRule:
-        """Return the rule for the planner."""
-        return ZoneRule(self.duration_ms / 1e3, self.epsilon if self.rule == FIXED else None)
-
-
-MOST_BENT = 2.0
-"""Largest s'' / s'^2 at a crossing, by shares of the way, that a polynomial is sought for: in a corner it grows."""
-
 ON_LOCUS = 1e-6
 """Below this 1/cond(A) a rest is on the Type 2 locus."""
-
-
-class ZoneRule(NamedTuple):
-    """How wide a blending zone is.
-
-    With `epsilon` None (ballistic) each crossing gets eps = T_b |dkappa/dt| / 2 from the reference's speed there, so
-    that sigma = 1 lasts about `duration` T_b (s). A number is a fixed epsilon for all crossings, as in the thesis.
-    """
-
-    duration: float = ZoneSettings().duration_ms / 1e3
-    epsilon: float | None = None
-
-    def lasts(self, rate_hz: int) -> float:
-        """Return the time (s) for which sigma is meant to be 1: at least `MIN_ZONE_SAMPLES`."""
-        return max(self.duration, MIN_ZONE_SAMPLES / rate_hz)
 
 
 class Crossing(NamedTuple):
@@ -227,7 +156,7 @@ def plan_motion(
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
             _refuse_unreachable(segment, index + 1, leg, leg_number)
         fractions = locus_fractions(robot, mode1, mode2, way_of(segment))
-        timed = _timed(robot, mode1, mode2, segment, index + 1, fractions, time_law)
+        timed = timed_by(time_law, Untimed(robot, mode1, mode2, segment, index + 1, fractions))
         segments[index] = timed
         met = [crossing_at(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
         _refuse_uncontrollable(met, min_authority)
@@ -323,11 +252,10 @@ def _refuse_unreachable(segment: Segment | RoundedSegment, number: int, leg: Leg
         ends = [(segment.start_x, segment.start_y), (segment.end_x, segment.end_y)]
         decisive = [*ends, _nearest_point(segment, leg.base_x)]
     for x, y in decisive:
+        beyond = out_of_reach(leg, leg_number, x, y)
+        if beyond is not None:
+            raise PlanRefused(f"segment {number}: {beyond}")
         margin = reach_margin(leg, x, y)
-        if margin < 0.0:
-            raise PlanRefused(
-                f"segment {number}: {place(x, y)} is out of reach of leg {leg_number} by {-margin * 1e3:.2f} mm"
-            )
         if margin < TYPE_1_CLEARANCE:
             raise PlanRefused(
                 f"segment {number}: meets the Type 1 singularity of leg {leg_number} at {place(x, y)}"
@@ -353,90 +281,6 @@ def _least_margin(segment: RoundedSegment, leg: LegParameters) -> tuple[float, f
     around = grid[max(worst - 1, 0)], grid[min(worst + 1, len(grid) - 1)]
     refined = minimum_between(margin, *around)[0]
     return segment.curve.at(min((grid[worst], refined), key=margin))[:2]
-
-
-def _timed(
-    robot: FiveBar,
-    mode1: int,
-    mode2: int,
-    segment: Segment | RoundedSegment,
-    number: int,
-    crossed: tuple[float, ...],
-    time_law: str,
-) -> Segment | RoundedSegment:
-    """Return a segment that crosses the locus at fractions of its way, with its time law."""
-    if time_law == SEPTIC:
-        return segment._replace(time_law=rest_to_rest_without_jerk)
-    if time_law in (OPTIMAL, OPTIMAL_WITH_FRICTION):
-        if has_external_force(robot):
-            raise PlanRefused(
-                f"segment {number}: the time law {time_law} knows nothing of gravity or a constant force (forces of the"
-                f" robot file): expected {CRITERION}, or {QUINTIC}"
-            )
-        return _quickest(robot, mode1, mode2, segment, number, crossed, time_law == OPTIMAL_WITH_FRICTION)
-    if time_law != CRITERION or not crossed:
-        return segment
-    if len(crossed) > 1:
-        raise PlanRefused(
-            f"segment {number}: crosses the Type 2 locus {len(crossed)} times: expected at most one crossing per"
-            " segment to meet the dynamic criterion"
-        )
-    rho = criterion_ratio(robot, mode1, mode2, segment, crossed[0])
-    if isinstance(segment, RoundedSegment) and abs(rho) > MOST_BENT:
-        at = segment.moved(crossed[0], 0.0, 0.0)
-        raise PlanRefused(
-            f"segment {number}: crosses the Type 2 locus in a corner, at {place(at.x, at.y)}: no polynomial that"
-            f" only goes forwards meets the dynamic criterion there: s'' / s'^2 = {rho:.3g}, expected at most"
-            f" {MOST_BENT:g}; the time law {OPTIMAL} may"
-        )
-    if has_external_force(robot):
-        return _falling(robot, mode1, mode2, segment, number, crossed[0], rho)
-    law = criterion_law(crossed[0], rho)
-    if law is None:
-        raise PlanRefused(
-            f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
-            " goes forwards meets the dynamic criterion so near an end"
-        )
-    return segment._replace(time_law=law.__call__)
-
-
-def _falling(
-    robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, number: int, crossed: float, rho: float
-) -> Segment | RoundedSegment:
-    """Return a segment with the time law that gravity or a constant force needs where it crosses."""
-    push = criterion_push(robot, mode1, mode2, segment, crossed)
-    law = pushed_law(robot, mode1, mode2, way_of(segment), Demand(crossed, rho, push, segment.duration))
-    if law is None:
-        at = segment.moved(crossed, 0.0, 0.0)
-        raise PlanRefused(
-            f"segment {number}: crosses the Type 2 locus at {place(at.x, at.y)}, where gravity or the constant force"
-            f" accelerates the platform by {push:.3g} of its way per s^2: no motion that only goes forwards meets the"
-            " dynamic criterion there: expected a longer way on either side of the locus, or another place"
-        )
-    return segment._replace(time_law=law.__call__)
-
-
-def _quickest(
-    robot: FiveBar,
-    mode1: int,
-    mode2: int,
-    segment: Segment | RoundedSegment,
-    number: int,
-    crossed: tuple[float, ...],
-    with_friction: bool,
-) -> Segment | RoundedSegment:
-    ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
-    path = CrossedWay(way_of(segment), crossed, ratios)
-    if with_friction:
-        law = optimal_law_with_friction(robot, mode1, mode2, path, segment.duration)
-    else:
-        law = optimal_law(robot, mode1, mode2, path)
-    if law is None:
-        raise PlanRefused(
-            f"segment {number}: has no passage of bounded torque that only goes forwards and meets the criterion:"
-            " expected another time law, or a segment that crosses the Type 2 locus elsewhere"
-        )
-    return segment._replace(time_law=law.__call__)
 
 
 def _refuse_zone_everywhere(duration: float, number: int, crossings: Sequence[Crossing], zone_time: float) -> None:

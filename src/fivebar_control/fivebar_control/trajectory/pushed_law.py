@@ -1,6 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time laws for crossings that gravity or a constant force accelerates: s'' = rho s'^2 + a on the locus.
 
-There t_s^T (m xddot - w_p) = 0 whatever the motors do, so that a platform at the moment of crossing accelerates as it
+There t_s^T (m xddot - w_e) = 0 whatever the motors do, so that a platform at the moment of crossing accelerates as it
 falls along t_s, however slowly it moves. A seventh-order polynomial that only goes forwards has so much acceleration in
 quick motions only. These laws have two polynomials of sixth order, from rest to the crossing and from there to rest,
 which share place, speed, acceleration and jerk. They may be at rest before the duration is over: then the passage is as

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Polylines whose corners are rounded, so that a motion along them need not rest at the via points.
 
 The curve has a parameter sigma (m), the way along the polyline. On the straight parts the derivative by it is the unit

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions through points at given times: splines of fifth degree in the platform's coordinates or the motor angles."""
 
 from __future__ import annotations

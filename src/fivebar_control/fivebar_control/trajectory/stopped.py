@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A motion that stops on its way, and one that goes on from there: its time slows down, or sets in again."""
 
 from __future__ import annotations

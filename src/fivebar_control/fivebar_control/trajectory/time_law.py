@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Time laws: how a motion passes from 0 to 1 of its way between 0 and 1 of its duration.
 
 Rest to rest these are polynomials of fifth order (4.3 to 4.6), or of seventh order, which starts without a jerk.

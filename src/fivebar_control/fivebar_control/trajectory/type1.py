@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions that meet Type 1: rests on the boundary of a leg's reach, and changes of working mode through it.
 
 Every waypoint has a working mode of its own. A segment on which that changes, or that begins or ends on the boundary,
@@ -19,7 +20,7 @@ from fivebar_control.model.state import State
 from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import AnySegment, Segment
-from fivebar_control.trajectory.refusal import PlanRefused, place
+from fivebar_control.trajectory.refusal import PlanRefused, out_of_reach, place
 from fivebar_description.parameters import FiveBar, LegParameters
 
 TYPE_1_CLEARANCE = 1e-4
@@ -69,9 +70,7 @@ def rest_at(robot: FiveBar, mode: Mode, number: int, x: float, y: float) -> Rest
     stretched = tuple(leg for leg, margin in enumerate(margins, start=1) if abs(margin) < TYPE_1_CLEARANCE)
     for leg, margin in enumerate(margins, start=1):
         if margin <= -TYPE_1_CLEARANCE:
-            raise PlanRefused(
-                f"waypoint {number}: {place(x, y)} is out of reach of leg {leg} by {-margin * 1e3:.2f} mm"
-            )
+            raise PlanRefused(f"waypoint {number}: {out_of_reach((robot.leg1, robot.leg2)[leg - 1], leg, x, y)}")
     if len(stretched) == 2:
         raise PlanRefused(f"waypoint {number}: both legs are stretched at {place(x, y)}: expected at most one")
     if stretched:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Kinematic measures on grids: over the plane of the platform and over that of the motor angles."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The singular loci as curves of postures, exact along their whole length.
 
 Every singular posture is a point on a circle that a leg has to reach, which it does in two ways:

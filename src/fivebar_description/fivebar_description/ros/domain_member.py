@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A node for programs that are no part of the graph: in a context of its own, it spins only while it is asked to."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who publishes and who hears a topic, as far as a node has discovered them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Ends a process at a time even while a library's call does not return and holds the interpreter's lock.
 
 Neither a Python thread nor a Python signal handler runs then, so the C library's timers call C functions, each in a

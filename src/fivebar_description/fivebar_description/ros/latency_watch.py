@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long answers take, as a histogram of fixed size: nothing grows while a robot runs."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Packing and checking of the graph's messages; every node reads and writes them through these functions.
 
 Texts are published with standard messages that say the same, for tools that show and plot such messages.
@@ -9,16 +10,17 @@ import importlib
 import json
 import secrets
 from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Float64, Header, String
+from std_msgs.msg import Header, String
 
 from fivebar_description.imu import Vector3
 from fivebar_description.interface import (
@@ -28,7 +30,6 @@ from fivebar_description.interface import (
     HARDWARE,
     LATEST_STAMP_NS,
     NANOSECONDS,
-    PAYLOAD,
     RUN_EPOCH,
     SAFETY_STATE,
     Qos,
@@ -36,11 +37,7 @@ from fivebar_description.interface import (
     frame_prefix,
 )
 from fivebar_description.joint_sample import JointSample, MessageError, part_of
-from fivebar_description.parameters import MOST_PAYLOAD
 from fivebar_description.run_plan import read_epoch
-
-if TYPE_CHECKING:
-    from fivebar_description.ros.node import GraphNode
 
 LEVELS = {"failed": DiagnosticStatus.ERROR, "refused": DiagnosticStatus.WARN, "stopped": DiagnosticStatus.WARN}
 """Levels of the states of a run, a request or a program; all others are well."""
@@ -227,7 +224,7 @@ def best_effort(depth: int) -> QoSProfile:
 class Twinned:
     """Publishes a text of a node and, made of it, the standard message that says the same."""
 
-    def __init__(self, node: GraphNode, topic: Topic, text: Publisher[Any], twin: Publisher[Any]) -> None:
+    def __init__(self, node: Node, topic: Topic, text: Publisher[Any], twin: Publisher[Any]) -> None:
         self._topic, self._text, self._twin = topic, text, twin
         self._name = node.resolve_topic_name(topic.name)
         self._prefix = frame_prefix(node.get_namespace())
@@ -276,15 +273,3 @@ def _flat(content: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
             yield from _flat(value, f"{prefix}{key}.")
         else:
             yield f"{prefix}{key}", "" if value is None else str(value)
-
-
-def listen_to_payload(node: GraphNode, carry: Callable[[float], None]) -> None:
-    """Have `carry` called with each payload (kg) of the platform from then on; a run needs no publisher of it."""
-
-    def on_message(message: Float64) -> None:
-        if not 0.0 <= message.data <= MOST_PAYLOAD:
-            node.drop(PAYLOAD, f"{message.data} kg, expected 0 to {MOST_PAYLOAD:g} kg")
-            return
-        carry(message.data)
-
-    node.listen(PAYLOAD, on_message, awaited=False)

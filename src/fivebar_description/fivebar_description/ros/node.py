@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The base of every node of the graph: checked input, counted drops, readiness, diagnostics and an orderly stop."""
 
 from __future__ import annotations
@@ -6,18 +7,15 @@ import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Protocol
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
-from rclpy.timer import Timer
-from std_msgs.msg import String
+from std_msgs.msg import Float64, String
 
 from fivebar_description.errors import InputError
 from fivebar_description.interface import (
@@ -27,6 +25,7 @@ from fivebar_description.interface import (
     FAULTS,
     HARDWARE,
     JOINT_STATE,
+    PAYLOAD,
     READ_BESIDES,
     RUN_PLAN,
     RUN_READY,
@@ -36,21 +35,16 @@ from fivebar_description.interface import (
     of_robot,
     status_name,
 )
-from fivebar_description.joint_sample import MessageError
-from fivebar_description.outside_text import one_line
 from fivebar_description.parameter_names import is_key, meant_by
-from fivebar_description.ros.hearing import Hearing, make_publisher
+from fivebar_description.parameters import MOST_PAYLOAD
+from fivebar_description.ros.base_node import BaseNode
 from fivebar_description.ros.messages import Serializing, Twinned, qos_profile
-from fivebar_description.ros.parameters import check_changes, declare
 from fivebar_description.ros.process_topics import ProcessTopics, Sender
 from fivebar_description.ros.publisher_watch import PublisherWatch
 from fivebar_description.ros.rate_watch import DiagnosticThresholds, RateWatch
 from fivebar_description.ros.scheduling import Scheduling, apply_scheduling
+from fivebar_description.ros.subscriptions import TopicSubscription, make_publisher
 from fivebar_description.ros_environment import BAD_INPUT
-from fivebar_description.settings import Declared, declared, from_parameters
-
-if TYPE_CHECKING:
-    from fivebar_description.ros.run_agreement import RunAgreement
 
 READY_PERIOD = 0.1
 """Period (s) of the check whether every subscription of the node has a publisher."""
@@ -71,16 +65,30 @@ the second publisher yet, and would hear of both no more once it has ended."""
 REFUSAL_PERIOD = 0.1
 
 DIAGNOSTICS_PERIOD = 1.0
-WARNING_PERIOD = 5.0
 
 REPORT_PERIOD = 1.0
 """Shortest time (s) between two reports that messages of a topic contradict each other."""
 
-S = TypeVar("S", bound=tuple[Any, ...])
-R = TypeVar("R")
+
+class Agreement(Protocol):
+    """The agreement of a node with the other nodes of a run, see `run_agreement.RunAgreement`."""
+
+    problem: str
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the node may be ready."""
+
+    @property
+    def simulated(self) -> bool:
+        """Whether time is simulated."""
+
+    @property
+    def digest(self) -> str:
+        """The digest of the plan, empty before it has come."""
 
 
-class GraphNode(Node):
+class GraphNode(BaseNode):
     """A node whose topics, messages and parameters are those of the graph."""
 
     process_topics: ClassVar[ProcessTopics | None] = None
@@ -89,43 +97,31 @@ class GraphNode(Node):
     in_chain: ClassVar[bool] = False
     """Whether the robot moves by what the node computes: a second publisher of one of its topics is then a fault."""
 
-    commands_robot: ClassVar[bool] = False
-    """Whether it stops the robot by itself for such a fault: blender, plant and bridges."""
-
     works_ahead: ClassVar[bool] = False
     """Whether what the node answers is for the next sample, so that it may come after the torque of the present one."""
 
     def __init__(self, name: str) -> None:
         """Create the node; subclasses add parameters and topics."""
         super().__init__(name)
-        self.declared: list[Declared] = []
-        """The settings that its parameters hold."""
-        self._inputs: list[Hearing] = []
-        self._besides: list[Hearing] = []
+        self._inputs: list[TopicSubscription] = []
+        self._besides: list[TopicSubscription] = []
         self._outputs: list[Publisher[Any]] = []
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._complete_checks = 0
         self._announced_wait = False
         self._checks = 0
         self._lacked = ""
-        self._drops = 0
-        self._last_drop = ""
-        self.answered = 0
-        """Samples answered so far."""
         self._thresholds = self.declare_settings(DiagnosticThresholds)
         self._scheduling = self.declare_settings(Scheduling)
         late_after = self._thresholds.late_after_ms
         self._rate_watch = RateWatch(late_after / 1e3 if late_after else math.inf)
         self.exit_status: int | None = None
         """Set by a node that has finished; the process then exits with this status."""
-        self.agreement: RunAgreement | None = None
+        self.agreement: Agreement | None = None
         """The agreement with the other nodes of a run, if it is part of one; not ready before the plan agrees."""
         self._awaited_nodes: set[str] = set()
         self._announcements: list[Subscription[Any]] = []
         self._ready = self.advertise(RUN_READY)
         self._ready_timer = self.every(READY_PERIOD, self._check_ready)
-        self.external_inputs: tuple[str, ...] = ()
-        """Topics of states that come from outside of the graph, where others may publish other joints."""
         self._contradicted: dict[str, float] = {}
         self._refused = ""
         self._watch = PublisherWatch(self, self._on_second_publisher, self._relies_on)
@@ -135,10 +131,14 @@ class GraphNode(Node):
             self.create_subscription(String, FAULTS.name, lambda message: self._watch.heard(message.data), qos)
         self._diagnostics = self.create_publisher(DiagnosticArray, DIAGNOSTICS.name, DIAGNOSTICS.qos.depth)
         self.every(DIAGNOSTICS_PERIOD, self.report)
-        self.add_on_set_parameters_callback(partial(check_changes, self.declared))
 
     def stop(self) -> None:
         """Shut down in order; called once, before the node is destroyed, while it can still publish."""
+
+    @property
+    def in_simulated_time(self) -> bool:
+        """Whether nothing moves while a sample waits for its answer."""
+        return self.agreement is not None and self.agreement.simulated
 
     @property
     def second_publisher(self) -> str:
@@ -277,20 +277,6 @@ class GraphNode(Node):
                     f"{self.get_name()}: parameter {name}: no such parameter: expected {' or '.join(meant)}"
                 )
 
-    def declare_settings(self, settings: type[S], **defaults: Any) -> S:
-        """Declare the settings of a NamedTuple as parameters and return their values.
-
-        Args:
-            settings: the NamedTuple, which has a default for every field.
-            defaults: of the node where they are not those of the settings, by field.
-
-        Raises:
-            InputError: a value given from outside is not allowed.
-        """
-        own = declared(settings)
-        values = {one.name: one.to_parameter(defaults.get(one.name, one.default)) for one in own}
-        return from_parameters(settings, declare(self, own, values))
-
     def on_tuned(self, callback: Callable[[dict[str, Any]], None]) -> None:
         """Register a callback that receives the new values of parameters changed at run time."""
 
@@ -300,7 +286,7 @@ class GraphNode(Node):
         self.add_post_set_parameters_callback(changed)
 
     def drain(self, after_each: Callable[[], None] = lambda: None) -> None:
-        """Process queued messages before shutdown, and none that are published meanwhile for ever; for listeners only.
+        """Process queued messages where no executor does, and none that are published meanwhile for ever.
 
         `after_each` is called after each message.
         """
@@ -311,8 +297,15 @@ class GraphNode(Node):
                     taken = handle.take_message(subscription.msg_type, subscription.raw)
                     if taken is None:
                         break
-                    subscription.callback(taken[0])
+                    wants_all = subscription._callback_type is subscription.CallbackType.WithMessageInfo
+                    subscription.callback(*(taken if wants_all else taken[:1]))
                     after_each()
+
+    def look_for_others(self) -> None:
+        """Take what has come and see whether the node is ready, from a callback for which its executor waits."""
+        self.drain()
+        if not self._ready_timer.is_canceled():
+            self._check_ready()
 
     def frame(self, name: str) -> str:
         """Return a frame of the URDF as it is named in the namespace of this node's robot."""
@@ -327,7 +320,7 @@ class GraphNode(Node):
         publisher = make_publisher(self, topic)
         self._outputs.append(publisher)
         if self.in_chain and topic.one_publisher:
-            self._watch.add(self.resolve_topic_name(topic.name))
+            self._watch.add(topic)
         if topic in TWIN_OF_TEXT:
             twin = make_publisher(self, TWIN_OF_TEXT[topic])
             self._outputs.append(twin)
@@ -353,16 +346,21 @@ class GraphNode(Node):
         What comes on a topic of JointStates is passed on as `JointSample`, unless the options say whether it is raw.
         """
         name = self.resolve_topic_name(topic.name)
-        watched = self.in_chain and topic.one_publisher and topic.name not in self.external_inputs
-        matched = self._watch.matched(name) if watched else None
+        noticed = None
+        if self.in_chain and topic.one_publisher:
+            noticed = self._watch.contradicted(topic) if topic.of_joints else self._watch.matched(name)
         topics = self.process_topics if awaited and not topic.qos.transient_local else None
-        if matched is not None and topics is not None:
-            matched = topics.watch(name, matched)
+        if noticed is not None and topics is not None:
+            noticed = topics.watch(name, noticed)
             if self.commands_robot:
                 # what another node of the process publishes is not read from DDS
-                self._watch.add(name)
-        options.setdefault("event_callbacks", SubscriptionEventCallbacks(matched=matched))
-        subscribe = partial(Hearing, self, topic, depth=depth, only_reliable=only_reliable, options=options)
+                self._watch.add(topic)
+        if topic.of_joints:
+            subscribe = partial(TopicSubscription, on_second_sender=noticed)
+        else:
+            options.setdefault("event_callbacks", SubscriptionEventCallbacks(matched=noticed))
+            subscribe = partial(TopicSubscription)
+        subscribe = partial(subscribe, self, topic, depth=depth, only_reliable=only_reliable, options=options)
         if not awaited:
             self._besides.append(subscribe(callback))
         elif topics is not None:
@@ -370,31 +368,16 @@ class GraphNode(Node):
         else:
             self._inputs.append(subscribe(callback))
 
-    def every(self, period: float, callback: Callable[[], None]) -> Timer:
-        """Create a timer with a period (s) of the steady clock."""
-        return self.create_timer(period, callback, clock=self._steady)
+    def listen_to_payload(self, carry: Callable[[float], None]) -> None:
+        """Have `carry` called with each payload (kg) of the platform from then on; a run needs no publisher of it."""
 
-    def reading(self, topic: Topic, read: Callable[[str], R], take: Callable[[R], None]) -> Callable[[String], None]:
-        """Return a callback that passes on what a reader finds in a text, and drops a text that it refuses."""
-
-        def receive(message: String) -> None:
-            try:
-                found = read(message.data)
-            except MessageError as error:
-                self.drop(topic, str(error))
+        def on_message(message: Float64) -> None:
+            if not 0.0 <= message.data <= MOST_PAYLOAD:
+                self.drop(PAYLOAD, f"{message.data} kg, expected 0 to {MOST_PAYLOAD:g} kg")
                 return
-            take(found)
+            carry(message.data)
 
-        return receive
-
-    def drop(self, topic: Topic, reason: str) -> None:
-        """Count a discarded message and log a throttled warning."""
-        self._drops += 1
-        self._last_drop = f"{topic.name}: {one_line(reason)}"
-        self.get_logger().warning(
-            f"dropped a message on {self._last_drop} ({self._drops} so far)",
-            throttle_duration_sec=WARNING_PERIOD,
-        )
+        self.listen(PAYLOAD, on_message, awaited=False)
 
     def _check_ready(self) -> None:
         """Announce the node once it is prepared, the plan agrees and all inputs have had a publisher in two checks.

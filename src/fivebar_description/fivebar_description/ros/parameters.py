@@ -1,37 +1,26 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters of nodes: declared and checked by the settings that they hold, and the run's file as those of a node."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from operator import attrgetter
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+import ast
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from fivebar_description.errors import unwrapped
-from fivebar_description.scenario_file import DEFAULT_SCENARIO, read_content, scenario_path
-from fivebar_description.settings import Declared, Setting, SettingShape, keys_of, section_keys, with_keys
-from fivebar_description.strict_yaml import InputError, StrictModel, validate
+from fivebar_description.settings import Declared
+from fivebar_description.strict_yaml import InputError, StrictModel
 
 if TYPE_CHECKING:
-    from fivebar_description.ros.node import GraphNode
+    pass
 
 M = TypeVar("M", bound=StrictModel)
-
-SCENARIO = Declared(
-    "scenario",
-    str,
-    False,
-    DEFAULT_SCENARIO,
-    Setting(
-        "The run's file: the name of a shipped scenario, or the path to a YAML file. Parameters with its keys override"
-        " it."
-    ),
-    SettingShape(str),
-)
 
 
 def descriptor_of(one: Declared, default: Any, tunable: bool) -> ParameterDescriptor:
@@ -69,7 +58,7 @@ def _range(one: Declared) -> tuple[float | None, float | None]:
 
 
 def declare(
-    node: GraphNode, settings: Sequence[Declared], defaults: Mapping[str, Any], tunable: bool = True
+    node: Node, settings: Sequence[Declared], defaults: Mapping[str, Any], tunable: bool = True
 ) -> dict[str, Any]:
     """Declare the parameters that hold settings, and return their values by name, arrays as tuples.
 
@@ -86,6 +75,7 @@ def declare(
     for one in settings:
         default, place = defaults[one.name], f"{node.get_name()}: parameter {one.name}"
         descriptor = descriptor_of(one, default, tunable and one.setting.tunable)
+        _read_tuple(node, one.name, default)
         try:
             value = as_tuple(node.declare_parameter(one.name, default, descriptor).value)
         except InvalidParameterTypeException as error:
@@ -105,9 +95,20 @@ def declare(
         if problem is not None:
             raise InputError(f"{place}: {list(value) if isinstance(value, tuple) else value!r}: {problem}")
         values[one.name] = value
-    # known only now, so that a refused declaration is explained here and not by rclpy's callback
-    node.declared.extend(settings)
     return values
+
+
+def _read_tuple(node: Node, name: str, default: Any) -> None:
+    """Read an array that was given as launch_ros writes that of a SetParameter: as a tuple of Python."""
+    given = node._parameter_overrides.get(name)
+    if given is None or given.type_ != Parameter.Type.STRING or not isinstance(as_tuple(default), tuple):
+        return
+    with suppress(ValueError, SyntaxError):
+        value = ast.literal_eval(given.value)
+        if isinstance(value, tuple):
+            if any(isinstance(part, float) for part in value):
+                value = tuple(map(float, value))
+            node._parameter_overrides[name] = Parameter(name, value=list(value))
 
 
 def as_tuple(value: Any) -> Any:
@@ -124,72 +125,3 @@ def check_changes(settings: Sequence[Declared], parameters: Sequence[Parameter])
         if problem is not None:
             return SetParametersResult(successful=False, reason=f"{parameter.name}: {problem}")
     return SetParametersResult(successful=True)
-
-
-class FileParameters(Generic[M]):
-    """The keys of a run's file that a node uses, declared as its parameters.
-
-    The file gives the defaults; a key that the file leaves out has the default that the robot and the other keys give
-    it. A value that is set beside the file takes its place, and the whole is checked again.
-
-    Attributes:
-        file: the file with these values.
-        path: of the file.
-    """
-
-    file: M
-    path: Path
-
-    def __init__(
-        self,
-        node: GraphNode,
-        model: type[M],
-        names: Sequence[str],
-        sections: Callable[[M], Mapping[str, tuple[Any, ...]]] | None = None,
-        tunable: bool = False,
-        default: str = DEFAULT_SCENARIO,
-    ) -> None:
-        """Declare the parameters.
-
-        Args:
-            node: of them.
-            model: what the file has to fit.
-            names: of keys, of whole sections, or of keys in sections.
-            sections: returns sections whose keys depend on what else the file says, as those of a law do.
-            tunable: whether settings that may be tuned may be changed while the node runs.
-            default: the scenario where the node is told of none.
-
-        Raises:
-            InputError: the file cannot be read, or it or a parameter does not fit.
-        """
-        self._node, self._model, self._tunable = node, model, tunable
-        name = declare(node, (SCENARIO,), {SCENARIO.name: default})[SCENARIO.name]
-        self.path = scenario_path(name)
-        self._keys: dict[str, Declared] = {}
-        self._source = f"{node.get_name()}: {self.path}"
-        self._content = read_content(self.path)
-        self.file = validate(self._content, model, self._source)
-        keys = keys_of(model, names)
-        # what decides about the defaults of others comes first
-        for part in ([key for key in keys if "." not in key.name], [key for key in keys if "." in key.name]):
-            self._declare(part, {key.name: attrgetter(key.name)(self.file) for key in part})
-        for section, settings in ({} if sections is None else sections(self.file)).items():
-            own = section_keys(type(settings), f"{section}.")
-            self._declare(own, {key.name: attrgetter(key.name.partition(".")[2])(settings) for key in own})
-
-    def change(self, values: Mapping[str, Any]) -> None:
-        """Take changed parameters into the file and check it; those that are none of its keys are left out.
-
-        Raises:
-            InputError: the file does not fit with them.
-        """
-        changes = {name: self._keys[name].to_file(value) for name, value in values.items() if name in self._keys}
-        if changes:
-            content = with_keys(self._content, changes)
-            self.file, self._content = validate(content, self._model, self._source), content
-
-    def _declare(self, keys: Sequence[Declared], present: Mapping[str, Any]) -> None:
-        defaults = {key.name: key.to_parameter(present[key.name]) for key in keys}
-        self._keys |= {key.name: key for key in keys}
-        values = declare(self._node, keys, defaults, self._tunable)
-        self.change({name: value for name, value in values.items() if value != as_tuple(defaults[name])})

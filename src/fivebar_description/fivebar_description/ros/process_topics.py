@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """In-process topics: nodes of one process exchange messages directly; DDS gets them afterwards.
 
 Between two nodes of one process, transport through DDS costs more than most of their computations. Here a message is
@@ -15,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple, Protocol
 
-from fivebar_description.ros.hearing import Hearing
+from fivebar_description.ros.subscriptions import TopicSubscription
 
 Callback = Callable[[Any], None]
 
@@ -30,12 +31,12 @@ class Sender(Protocol):
 class _Topic:
     """One topic within the process."""
 
-    def __init__(self, subscribe: Callable[[Callback], Hearing] | None = None) -> None:
+    def __init__(self, subscribe: Callable[[Callback], TopicSubscription] | None = None) -> None:
         self.listeners: list[Callback] = []
         self.ahead = 0
         """How many of the listeners, the last ones, work for the next sample."""
         self.matched: list[Callback] = []
-        self.inputs: list[list[Hearing]] = []
+        self.inputs: list[list[TopicSubscription]] = []
         self.subscribe = subscribe
         self.has_writer = False
 
@@ -71,8 +72,8 @@ class ProcessTopics:
         self,
         topic: str,
         listener: Callback,
-        subscribe: Callable[[Callback], Hearing],
-        inputs: list[Hearing],
+        subscribe: Callable[[Callback], TopicSubscription],
+        inputs: list[TopicSubscription],
         ahead: bool = False,
     ) -> None:
         """Register a callback for a topic by its full name; `inputs` receives the subscription, if one is created.
@@ -86,7 +87,7 @@ class ProcessTopics:
         line.subscribe = line.subscribe or subscribe
 
     def watch(self, topic: str, matched: Callback) -> Callback:
-        """Register a callback for events that a publisher of a topic is found or lost; return what calls them all."""
+        """Register a callback for what is noticed about the publishers of a topic; return what calls them all."""
         callbacks = self._lines.setdefault(topic, _Topic()).matched
         callbacks.append(matched)
 

@@ -1,16 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
 """Watches that every topic of the control chain has one publisher, on behalf of a node that reads or publishes it.
 
 DDS tells when a publisher of a topic that the node reads is found (rclpy's matched event). Topics that the node
 publishes itself are counted periodically: within one process they are not read from DDS.
+
+On a topic of the robot's joints others may publish other joints. There a second publisher is one that sends joints of
+the robot: who reads the topic sees that in the messages, and who publishes it reads it as long as there are others.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fivebar_description.interface import RUN_READY
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import JointState
+
+from fivebar_description.interface import RUN_READY, Topic
 from fivebar_description.publishers import (
     UNNAMED,
     Living,
@@ -19,10 +26,10 @@ from fivebar_description.publishers import (
     second_publisher,
     second_publisher_of,
 )
+from fivebar_description.ros.base_node import BaseNode
 from fivebar_description.ros.endpoints import is_own, publishers_of
-
-if TYPE_CHECKING:
-    from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.messages import best_effort
+from fivebar_description.ros.subscriptions import OwnJoints, with_information
 
 COUNT_PERIOD = 0.05
 """Period (s) of counting the publishers of the topics that the node publishes."""
@@ -52,7 +59,11 @@ Discovery is not the same for all: a node may hear a publisher for three seconds
 """
 
 DISCOVERY_TIME = 3.5
-"""Time (s) within which this node knows a publisher that another one has found, if it is still there."""
+"""Time (s) within which this node knows a publisher that another one has found, if it is still there. A publisher of
+the robot's joints that has sent none for so long has ended, or goes on with other joints."""
+
+WITNESS_DEPTH = 100
+"""Messages that are kept of a topic that the node itself publishes, and others too."""
 
 Matched = Callable[[Any], None]
 
@@ -60,7 +71,7 @@ Matched = Callable[[Any], None]
 class PublisherWatch:
     """The topics of a node that have one publisher, and what was found to contradict that."""
 
-    def __init__(self, node: GraphNode, found: Callable[[str, str], None], relies: Callable[[str], bool]) -> None:
+    def __init__(self, node: BaseNode, found: Callable[[str, str], None], relies: Callable[[str], bool]) -> None:
         """Watch on behalf of a node.
 
         Args:
@@ -73,7 +84,10 @@ class PublisherWatch:
         self._relies = relies
         self._living = Living(time.monotonic)
         self._machine = b""
-        self._counted: list[str] = []
+        self._counted: dict[str, Topic] = {}
+        self._witnesses: dict[str, Subscription[Any]] = {}
+        self._joints: dict[str, tuple[str, ...]] = {}
+        self._sent_by_two: dict[str, float] = {}
         self._suspected: dict[str, float] = {}
         self._look_again: dict[str, float] = {}
         self._watched: set[str] = set()
@@ -89,7 +103,6 @@ class PublisherWatch:
 
     def matched(self, topic: str) -> Matched:
         """Return what a subscription of a topic, by its full name, calls when a publisher is found or lost."""
-
         self._watched.add(topic)
 
         def matched(event: Any) -> None:
@@ -101,16 +114,33 @@ class PublisherWatch:
 
         return matched
 
-    def add(self, topic: str) -> None:
-        """Count the publishers of a topic, by its full name."""
-        self._watched.add(topic)
-        self._counted.append(topic)
+    def contradicted(self, topic: Topic) -> Matched:
+        """Return what a subscription of a topic of joints calls when two publishers send the robot's."""
+        name = self._node.resolve_topic_name(topic.name)
+        self._watched.add(name)
+        self._joints[name] = topic.of_joints
+
+        def contradicted(event: Any) -> None:
+            if self._node.count_publishers(name) > 1:
+                self._sent_by_two[name] = time.monotonic()
+                self._suspect(name)
+
+        return contradicted
+
+    def add(self, topic: Topic) -> None:
+        """Count the publishers of a topic."""
+        name = self._node.resolve_topic_name(topic.name)
+        self._watched.add(name)
+        self._counted[name] = topic
 
     def count(self) -> None:
         """Count publishers, and look again at topics that had several."""
-        for topic in self._counted:
-            if topic not in self._look_again and self._node.count_publishers(topic) > 1:
-                self._suspect(topic)
+        for name, counted in self._counted.items():
+            several = self._node.count_publishers(name) > 1
+            if counted.of_joints:
+                self._read_with_others(counted, several)
+            elif several and name not in self._look_again:
+                self._suspect(name)
         now = time.monotonic()
         for topic in [one for one, when in self._look_again.items() if when <= now]:
             self._suspect(topic)
@@ -163,6 +193,18 @@ class PublisherWatch:
         alive = self._living.among(publishers_of(self._node, topic), self._own_machine())
         return contradiction(self._short(topic), moment, alive, self._own_machine())
 
+    def _read_with_others(self, topic: Topic, several: bool) -> None:
+        """Read a topic of joints that the node publishes, as long as there are others who do."""
+        name = self._node.resolve_topic_name(topic.name)
+        if several and name not in self._witnesses:
+            joints = OwnJoints(topic.of_joints, self.contradicted(topic))
+            qos = best_effort(WITNESS_DEPTH)
+            self._witnesses[name] = self._node.create_subscription(
+                JointState, name, with_information(joints.witness), qos, raw=True
+            )
+        elif not several and name in self._witnesses:
+            self._node.destroy_subscription(self._witnesses.pop(name))
+
     def _suspect(self, topic: str) -> None:
         self._suspected.setdefault(topic, time.monotonic())
         self._look()
@@ -189,6 +231,8 @@ class PublisherWatch:
                 continue
             del self._suspected[topic]
             alive = self._living.among(publishers, machine)
+            if topic in self._joints and now - self._sent_by_two[topic] > DISCOVERY_TIME:
+                alive = alive[:1]
             if len(publishers) > 1:
                 self._look_again[topic] = now + LOOK_PERIOD
             else:
@@ -196,7 +240,8 @@ class PublisherWatch:
             if len(alive) < 2:
                 self._end_conflict(topic)
             elif topic not in self.conflicts or complete:
-                self._report(topic, second_publisher(self._short(topic), alive, machine))
+                joints = self._joints.get(topic, ())
+                self._report(topic, second_publisher(self._short(topic), alive, machine, joints))
         self._update()
 
     def _report(self, topic: str, fault: str) -> None:
@@ -214,8 +259,7 @@ class PublisherWatch:
         """Return how long (s) names are awaited."""
         if len(publishers) > 1 and sum(not self._living.is_gone(one, machine) for one in publishers) < 2:
             return NAME_TIME_AFTER_DEATH
-        agreement = self._node.agreement
-        if not self._node.answered or (agreement is not None and agreement.simulated):
+        if not self._node.answered or self._node.in_simulated_time:
             return NAME_TIME_AT_REST
         return NAME_TIME_WITHOUT_TORQUE if self._node.commands_robot else NAME_TIME
 

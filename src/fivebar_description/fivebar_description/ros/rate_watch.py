@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How evenly a node answers: intervals between its answers, summed up without keeping them."""
 
 from __future__ import annotations

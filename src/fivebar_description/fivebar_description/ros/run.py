@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Entry point of every node: safe defaults for DDS, one executor, clear errors, exit status 0 on a signal."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The agreement of the nodes of a run: each compares its parameters with the plan, and numbers samples from stamps.
 
 The trajectory generator publishes the plan once, latched: what the nodes of the run were started with. Whoever keeps

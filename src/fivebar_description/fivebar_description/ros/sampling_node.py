@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Base of the nodes that answer samples: joins inputs by exact stamp and answers each sample once."""
 
 from __future__ import annotations
@@ -10,11 +11,11 @@ from operator import attrgetter
 from typing import Annotated, Any, NamedTuple
 
 from fivebar_description.interface import JOINT_SOURCES, JOINT_STATE, Topic
-from fivebar_description.joint_sample import JointSample, MessageError, part_of
-from fivebar_description.outside_text import one_line
+from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.publishers import same
 from fivebar_description.ros.messages import stamp_of
 from fivebar_description.ros.node import GraphNode
+from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.settings import Setting
 from fivebar_description.suggestion import expected_one_of
 
@@ -41,8 +42,8 @@ class ExternalInputs(NamedTuple):
     external_inputs: Annotated[
         tuple[str, ...],
         Setting(
-            "Inputs that come from outside of the graph, on a topic where others may publish other joints. A remapping"
-            " (-r joint_states:=...) says which topic that is.",
+            "Inputs that come from outside of the graph: messages of other joints alone are then no mistake. A"
+            " remapping (-r joint_states:=...) says which topic that is.",
             check=_unknown_states,
         ),
     ] = ()
@@ -162,7 +163,6 @@ class SamplingNode(GraphNode):
     def __init__(self, name: str) -> None:
         """Make the node; subclasses add parameters and topics."""
         super().__init__(name)
-        self._with_others: set[str] = set()
         if self.in_chain:
             self.external_inputs = self.declare_settings(ExternalInputs).external_inputs
 
@@ -171,7 +171,7 @@ class SamplingNode(GraphNode):
 
         `depth` is the history depth, for a node outside of the control cycle; by default that of the topic.
         """
-        assert self.agreement is not None, "a node that answers samples belongs to a run"
+        assert isinstance(self.agreement, RunAgreement), "a node that answers samples belongs to a run"
         self._run = self.agreement
         self._run.on_begin = self._begin_epoch
         self.rate_hz = rate_hz
@@ -215,38 +215,16 @@ class SamplingNode(GraphNode):
         """Return how many samples wait for a topic."""
         return self._join.waiting(topic.name)
 
-    def own_part(self, topic: Topic, message: JointSample, names: tuple[str, ...]) -> JointSample | None:
-        """Return the part of a message that is about the robot's own joints, None where it is about none of them.
-
-        Joints that are left out, such as a gripper's, are logged once. Without any of its own joints a message is
-        dropped, unless the topic comes from outside, where others may publish.
-        """
-        part = part_of(message, names)
-        if part is None:
-            if topic.name not in self.external_inputs:
-                self.drop(topic, f"has none of {', '.join(names)}")
-        elif len(message.name) > len(part.name) and topic.name not in self._with_others:
-            self._with_others.add(topic.name)
-            others = [name for name in message.name if name not in names]
-            self.get_logger().info(f"{topic.name} has other joints, too: {one_line(', '.join(others))}")
-        return part
-
     def _receiver(self, one: Input) -> Callable[[Any], None]:
         topic, read, later = one
         driving = topic is self._driver
         run, join, watch = self._run, self._join, self._watch
-        names = read.keywords["names"] if topic.of_joints and isinstance(read, partial) else ()
-        external = bool(names) and topic.name in self.external_inputs
+        external = topic.name in self.external_inputs
         stamp_of_one: Callable[[Any], int] = attrgetter("stamp_ns") if topic.type == JOINT_STATE else stamp_of
 
         def receive(message: Any) -> None:
             if not run.holds or self.refuses(topic):
                 return
-            if external or (names and len(message.name) > len(names)):
-                part = self.own_part(topic, message, names)
-                if part is None:
-                    return
-                message = part
             stamp = stamp_of_one(message)
             sample = run.sample(stamp)
             if watch.conflicts and self.has_second_publisher(topic):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Real-time priority, processors and locked memory of this process, as far as the system grants them."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The line protocol by which faults are injected while the emulation runs."""
 
 from __future__ import annotations

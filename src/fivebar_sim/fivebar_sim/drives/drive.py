@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One emulated drive: object dictionary, power state machine, PDOs on SYNC, heartbeats and fault injection."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The emulated drives' access to the bus, which can be interrupted or delayed; periodic frames need no thread."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two emulated drives and the robot that they move, driven by the frames on a bus."""
 
 from __future__ import annotations

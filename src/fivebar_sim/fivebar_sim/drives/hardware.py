@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The emulated drives on the bus of their file."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The object dictionary of an emulated drive: the objects that CiA 301 and CiA 402 require of a cyclic torque drive."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The drive's side of the CiA 402 power state machine."""
 
 from __future__ import annotations

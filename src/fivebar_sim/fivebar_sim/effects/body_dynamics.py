@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Dynamics of the robot with effects: accelerations of its bodies under currents, friction, weight and pushes.
 
 Each leg is a chain of two links with absolute angles q1 and theta, and half of the platform's mass at its tip. Both

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A cable to the platform, such as that of a gripper: its weight and drag, and the pull of a stretched one."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors of the motors' encoders: zeros, eccentricity and interpolation, and faults: slips and readings that freeze."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Friction of motors and passive joints: LuGre with the Stribeck curve and a viscous term, tanh as its limit.
 
 LuGre (Canudas de Wit et al., 1995): f = s0 z + s1 zdot + s2 v with zdot = v - s0 |v| / g(v) z, where z is the mean

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Faults of the gyroscope: what its readings, their arrival and its clock may have besides noise and bias."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Friction that changes as the motors' gears and bearings heat up by it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Actual link lengths, bases, and mass and inertia of the distal links."""
 
 from __future__ import annotations

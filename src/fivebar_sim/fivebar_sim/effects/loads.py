@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Loads from outside: weight on a tilted base, a push against the platform, and a table that vibrates."""
 
 from __future__ import annotations

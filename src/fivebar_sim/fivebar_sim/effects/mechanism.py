@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot with its effects as numbers, and the integration step that they need."""
 
 from __future__ import annotations
@@ -183,8 +184,8 @@ def _check(settings: PlantSettings) -> None:
     backlash, clearance = settings.transmission.backlash, settings.platform_joint.clearance
     if backlash > 0.0 and settings.transmission.frequency == 0.0:
         raise InputError(
-            f"plant.transmission.backlash: {backlash:g}: flanks that touch need a stiffness: expected"
-            " transmission.frequency above 0, such as 300"
+            f"plant.transmission.backlash: {1e3 * backlash:g} mrad: backlash needs a transmission"
+            " frequency: expected plant.transmission.frequency above 0, say 300 (Hz)"
         )
     if clearance > 0.0 and settings.platform_joint.stiffness == 0.0:
         raise InputError(

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The state of the robot with effects: absolute angles of its bodies, bristles and currents."""
 
 from __future__ import annotations

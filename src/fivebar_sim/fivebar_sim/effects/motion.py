@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motion of the robot with effects between two samples: one source for the plant in Python and for the compiled engine.
 
 Integration is classical Runge-Kutta of fourth order, and a rigid loop is projected onto its closure after each step;

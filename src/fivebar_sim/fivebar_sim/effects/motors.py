@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Torque of a motor for the torque that is asked of it: torque constant, current loop, ripple and cogging."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """An elastic joint with clearance at the platform, where both distal links meet."""
 
 from __future__ import annotations

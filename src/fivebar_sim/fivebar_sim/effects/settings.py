@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings of the simulated robot: deviations from the robot file, encoders and drives."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot with effects in motion, for the plant."""
 
 from __future__ import annotations

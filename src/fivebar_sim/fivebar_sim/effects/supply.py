@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A supply whose voltage falls with the power that the motors take, and the torque of both with it."""
 
 from __future__ import annotations

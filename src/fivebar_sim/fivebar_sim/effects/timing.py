@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Commands that take effect later than their sample or are lost, and encoders that are read before their stamp.
 
 Delays are a part of a sample; whole samples are `delay_samples`. The jitter of a sample follows from seed and number,

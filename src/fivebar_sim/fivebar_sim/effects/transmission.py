@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The torque of an elastic transmission with damping and backlash between a rotor and its proximal link."""
 
 from __future__ import annotations

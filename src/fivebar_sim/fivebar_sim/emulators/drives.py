@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`emulated_drives`: two drives in a process of their own; faults are injected by lines on standard input."""
 
 from __future__ import annotations

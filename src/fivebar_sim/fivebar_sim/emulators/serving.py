@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Emulated hardware in a process of its own; faults are injected by lines on standard input."""
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ def serve(program: str, interface: str, default: str) -> None:
 
     Args:
         program: its name.
-        interface: that whose orders the help names.
+        interface: that whose orders the help names, and that of a file which names none.
         default: name of the emulation by default.
     """
     epilog = f"Standard input: {emulator_of(interface).usage}."
@@ -36,7 +37,7 @@ def serve(program: str, interface: str, default: str) -> None:
     for number in service_signals():
         signal.signal(number, stop)
     try:
-        hardware, _ = open_hardware(arguments.emulation)
+        hardware, _ = open_hardware(arguments.emulation, interface)
     except InputError as error:
         print(error, file=sys.stderr)
         sys.exit(BAD_INPUT)

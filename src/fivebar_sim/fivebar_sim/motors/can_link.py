@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Base of the side of two emulated drives on a CAN bus."""
 
 from __future__ import annotations

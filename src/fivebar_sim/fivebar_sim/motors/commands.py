@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The line protocol by which faults are injected into emulated motors and removed again."""
 
 from __future__ import annotations

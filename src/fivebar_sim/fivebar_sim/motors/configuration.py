@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Configuration of two emulated motors, in a file of its own so that it checks the bridge's."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two emulated motors on the bus or port of an interface, in the place of real ones."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two emulated motors and the robot that they move, without a bus or port. Times are seconds of a steady clock."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Publishes the one time of a cell with several robots on /clock.
 
 In lockstep that is the time of the robot which has come least far: each plant says on its own clock which sample is

@@ -1,4 +1,5 @@
-"""The emulated drives or board and the robot that they move, with the topics that a rehearsal needs.
+# SPDX-License-Identifier: Apache-2.0
+"""The emulated drives and the robot that they move, with the topics that a rehearsal needs.
 
 They talk to the bridge over their bus or port alone. This node besides publishes the exact state for judging, the
 progress of the run, and injects faults at given moments.
@@ -22,9 +23,9 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
 )
 from fivebar_description.joint_sample import JointSample
-from fivebar_description.ros.messages import listen_to_payload, qos_profile
+from fivebar_description.ros.file_parameters import FileParameters
+from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.strict_yaml import InputError
@@ -48,7 +49,7 @@ FITTING_COUNTS = 1.5
 
 
 class EmulatedRobot(GraphNode):
-    """Two emulated drives, each with its object dictionary, on a CAN bus, or an emulated board on its port."""
+    """The emulated drives of a file, on their bus or port."""
 
     def __init__(self) -> None:
         """Boot the drives and serve them in a thread."""
@@ -79,7 +80,7 @@ class EmulatedRobot(GraphNode):
         self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)
         self.listen(MOTOR_STATES, self._on_states)
         self.listen(TORQUE_COMMAND, self._on_command)
-        listen_to_payload(self, self._payloads.put)
+        self.listen_to_payload(self._payloads.put)
         self.create_subscription(String, FAULTS.name, self._on_fault, qos_profile(FAULTS.qos))
         self.create_subscription(String, RUN_READY.name, self._progress.on_ready, qos_profile(RUN_READY.qos))
         self.every(STATUS_PERIOD, self._check_clock)
@@ -182,6 +183,8 @@ class EmulatedRobot(GraphNode):
         now = time.monotonic()
         while not self._replies.empty():
             self.get_logger().info(self._replies.get())
+        if self._began is None and self._progress.missing:
+            self._progress.tell(self._progress.missing)
         if self._samples and self._state == "running":
             if self._began is None and self._faulty:
                 # drives that could not be enabled, say

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated robot as a node: publishes a sample, applies the torque that answers it, and advances."""
 
 from __future__ import annotations
@@ -37,11 +38,12 @@ from fivebar_description.interface import (
     unexpected_sample,
 )
 from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
+from fivebar_description.optional import CAMERA_ON, CAMERA_SIGHTS, optional_part
 from fivebar_description.parameters import laden
 from fivebar_description.robot_file import load_robot
-from fivebar_description.ros.messages import listen_to_payload, stamp_of, to_stamp
+from fivebar_description.ros.file_parameters import FileParameters
+from fivebar_description.ros.messages import stamp_of, to_stamp
 from fivebar_description.ros.node import GraphNode
-from fivebar_description.ros.parameters import FileParameters
 from fivebar_description.ros.process_topics import Sender
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper
@@ -52,7 +54,6 @@ from fivebar_sim.ros.late_sensors import Arrived, LateSensors
 from fivebar_sim.ros.node_settings import LAST_SAMPLE, START_JOINTS, PlantNodeSettings
 from fivebar_sim.ros.run_progress import RunProgress
 from fivebar_sim.scenario import SimulatedRobot
-from fivebar_sim.vision.sights import Sights
 
 REPEAT_PERIOD = 0.1
 STATUS_PERIOD = 0.2
@@ -126,7 +127,9 @@ class PlantNode(GraphNode):
         self._unanswered = 0
         self._to_publish = -1
         self._arrived: Arrived | None = None
-        self._sights = Sights(camera, self._rate_hz, file.plant.seed) if camera.on and self._lockstep else None
+        self._sights = None
+        if camera.on and self._lockstep:
+            self._sights = optional_part(CAMERA_SIGHTS, CAMERA_ON)(camera, self._rate_hz, file.plant.seed)
         self._began = self._heard = time.monotonic()
         self._motors_only = file.estimated
         self._time = self.advertise(CLOCK) if self._lockstep else None
@@ -149,7 +152,7 @@ class PlantNode(GraphNode):
         self.listen(SAFETY_STATE, self._on_safety_state, awaited=False)
         self.listen(RELEASE_STATUS, self._on_release_status, awaited=False)
         self.listen(RUN_READY, self._progress.on_ready)
-        listen_to_payload(self, self._carry)
+        self.listen_to_payload(self._carry)
         if self._sights is not None:
             self.listen(VISION_PLATFORM, self._on_sight)
         self.every(STATUS_PERIOD, lambda: self._publish_status("running"))
@@ -182,11 +185,14 @@ class PlantNode(GraphNode):
         """
         if self._made is None:
             self._make_plant()
-        if self._progress.missing:
-            if time.monotonic() - self._began > self._ready_timeout:
-                self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {self._progress.missing}")
-            return
-        if self._made is None or not self._run.agrees:
+        lacking = self._progress.missing
+        if not lacking and (self._made is None or not self._run.agrees):
+            lacking = self._run.problem or f"the plan of {GENERATOR}"
+        if lacking:
+            if not self._alone:
+                self._progress.tell(lacking)
+            if not self._alone and time.monotonic() - self._began > self._ready_timeout:
+                self._fail(f"nodes_missing: not ready within {self._ready_timeout:g} s: {lacking}")
             return
         if self._alone and not self.count_publishers(TORQUE_COMMAND.name):
             return

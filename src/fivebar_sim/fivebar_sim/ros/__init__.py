@@ -1,1 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
 """Parameters of the simulated plant, which the nodes of this package share."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Messages of the sensors whose readings come late: the IMU, and the encoder on a passive joint."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The settings of the nodes that simulate; those of the simulation itself stand beside its code.
 
 Nothing here needs ROS, so that the description of the graph can be made without it.
@@ -21,13 +22,6 @@ LAST_SAMPLE = 1000
 
 START_JOINTS = (1.6573402912344397, -0.9225800732005386, 1.4842523623553534, 0.9225800732005386)
 """At rest at (0, 0.15) m with the elbows outwards, where the middle crossing starts."""
-
-
-class CameraNodeSettings(NamedTuple):
-    """The camera's node."""
-
-    mode: RunMode = LOCKSTEP
-    wait_for_nodes: AwaitedNodes = ()
 
 
 class PlantNodeSettings(NamedTuple):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The side of a controller manager: joint states as a joint_state_broadcaster publishes them, torques as an effort
 controller takes them.
 

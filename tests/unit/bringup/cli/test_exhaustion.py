@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits of the system are one line, whatever library meets them first."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the command prints: literal, printable, on any encoding, with one line where it cannot be written."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What only reads a scenario or a run does not import the module of the law that these name."""
 
 from __future__ import annotations

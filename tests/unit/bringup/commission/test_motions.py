@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The motions of a commissioning, which are found for any robot."""
 
 from __future__ import annotations
@@ -6,7 +7,8 @@ from itertools import pairwise
 
 import pytest
 
-from fivebar_bringup.commission.motions import (
+from fivebar_bringup.motions.start import HOME_MODE
+from fivebar_commission.motions import (
     FARTHEST,
     LEAST_KAPPA,
     crossing_points,
@@ -16,7 +18,6 @@ from fivebar_bringup.commission.motions import (
     turned,
     way_of,
 )
-from fivebar_bringup.motions.start import HOME_MODE
 from fivebar_control.model.kinematics import assembly_mode, working_mode
 from fivebar_control.model.singularity import STRETCHED, distal_links, inverse_condition
 from fivebar_description.robot_file import read_robot

@@ -1,10 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
 """Who answers the questions of a commissioning: at a terminal, and by a file."""
 
 from __future__ import annotations
 
 import pytest
 
-from fivebar_bringup.commission.person import PersonAtTerminal, PersonByFile, PersonLeft, PutAt
+from fivebar_commission.person import PersonAtTerminal, PersonByFile, PersonLeft, PutAt
 from fivebar_description.strict_yaml import InputError
 
 MARK = PutAt(0.0, 0.1)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The simulated robot to practise on, and a whole commissioning of it."""
 
 from __future__ import annotations
@@ -12,9 +13,11 @@ import pytest
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.commission.limits import Allowed
-from fivebar_bringup.commission.person import PutAt, Turn
-from fivebar_bringup.commission.practice import (
+from fivebar_bringup.recorded.summary import Summary
+from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_commission.limits import Allowed
+from fivebar_commission.person import PutAt, Turn
+from fivebar_commission.practice import (
     GRIP,
     PracticeBench,
     PracticeFile,
@@ -24,12 +27,10 @@ from fivebar_bringup.commission.practice import (
     drawn_practice,
     read_practice,
 )
-from fivebar_bringup.commission.record import PASSED, STATE_FILE, CommissionState
-from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, Session
-from fivebar_bringup.commission.steps.begin import PRACTICE_FILE
-from fivebar_bringup.commission.steps.sequence import STEPS
-from fivebar_bringup.recorded.summary import Summary
-from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_commission.record import PASSED, STATE_FILE, CommissionState
+from fivebar_commission.session import DRIVES_FILE, ROBOT_FILE, Session
+from fivebar_commission.steps.begin import PRACTICE_FILE
+from fivebar_commission.steps.sequence import STEPS
 from fivebar_control.hardware.motors_file import load_motors
 from fivebar_control.model.state import Platform
 from fivebar_description.errors import InputError
@@ -172,7 +173,7 @@ def test_a_drawn_robot_is_led_from_its_parts_to_its_first_crossing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # an assessment is tested elsewhere
-    monkeypatch.setattr("fivebar_bringup.studies.assess.assess.QUICK", {"cases": 2, "robots": 2})
+    monkeypatch.setattr("fivebar_studies.assess.assess.QUICK", {"cases": 2, "robots": 2})
     out = tmp_path / "out"
     words = ["commission", "dextar", "--torque", "3", "--speed", "12", "--practice", "1", "--out", str(out)]
     # one part of it, and then the rest in another call

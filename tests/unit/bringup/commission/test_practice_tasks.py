@@ -1,12 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
 """Tasks of a hand as lines between two processes."""
 
 from __future__ import annotations
 
 import pytest
 
-from fivebar_bringup.commission.person import Lead, PutAt, Task, Turn
-from fivebar_bringup.commission.practice_tasks import Led, task_line, task_of
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_commission.person import Lead, PutAt, Task, Turn
+from fivebar_commission.practice_tasks import Led, task_line, task_of
 
 
 @pytest.mark.parametrize("task", [Turn(1, -0.35), PutAt(0.0, 0.14)])

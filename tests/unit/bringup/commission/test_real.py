@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A commissioning on drives that are there, by their own frames in real time, as far as no controller moves them."""
 
 from __future__ import annotations
@@ -8,17 +9,17 @@ from pathlib import Path
 import pytest
 from served_motors import UNHURRIED, bridge_file, served
 
-from fivebar_bringup.commission.record import STATE_FILE
-from fivebar_bringup.commission.session import DRIVES_FILE
-from fivebar_bringup.commission.steps import begin, breakaway
-from fivebar_bringup.commission.steps.begin import begun
-from fivebar_bringup.commission.steps.sequence import commission
+from fivebar_commission.record import STATE_FILE
+from fivebar_commission.session import DRIVES_FILE
+from fivebar_commission.steps import begin, breakaway
+from fivebar_commission.steps.begin import begun
+from fivebar_commission.steps.sequence import commission
 from fivebar_control.hardware.motors_file import load_motors
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError, yaml_text
+from fivebar_odrive_emulation.odrive_bus import ERRORS, ODriveBus
 from fivebar_sim.motors.emulation import MotorsEmulation
-from fivebar_sim.motors.odrive import ERRORS, ODriveBus
 
 BUS = "odrive"
 TURN = math.radians(20.0)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The steps of a commissioning with drives alone: what they find and correct, and how they end."""
 
 from __future__ import annotations
@@ -10,16 +11,16 @@ from typing import Any
 import pytest
 from toy_bench import FRICTION, ToyBench
 
-from fivebar_bringup.commission.record import STATE_FILE, CommissionState, resumed
-from fivebar_bringup.commission.session import DRIVES_FILE, ROBOT_FILE, Session
-from fivebar_bringup.commission.steps.assessment import study_folder
-from fivebar_bringup.commission.steps.sequence import Ended, commission
-from fivebar_bringup.studies.assess.assess import ASSESSMENT, QUICK
-from fivebar_bringup.studies.engine.directory import opened
+from fivebar_commission.record import STATE_FILE, CommissionState, resumed
+from fivebar_commission.session import DRIVES_FILE, ROBOT_FILE, Session
+from fivebar_commission.steps.assessment import study_folder
+from fivebar_commission.steps.sequence import Ended, commission
 from fivebar_control.fault import Fault
 from fivebar_description.robot_file import read_robot
 from fivebar_description.strict_yaml import InputError, load_yaml, yaml_text
 from fivebar_description.transmission import Transmission
+from fivebar_studies.assess.assess import ASSESSMENT, QUICK
+from fivebar_studies.engine.directory import opened
 
 LAST = "zero"
 """The last step that needs no more than drives."""
@@ -72,7 +73,7 @@ def test_an_interrupted_assessment_resumes_unless_it_is_finished_or_the_robot_ha
         return study_folder(session, ASSESSMENT, {"robot": str(session.robot_path), **QUICK})
 
     def begin(path: Path) -> Path:
-        return opened(ASSESSMENT, path, {"robot": str(session.robot_path), **QUICK})[0].page
+        return opened(ASSESSMENT, path, {"robot": str(session.robot_path), **QUICK})[0].directory.page
 
     first = folder()
     assert first.name == "assess_1" and not first.exists()

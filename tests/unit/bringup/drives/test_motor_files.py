@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The files of a rehearsal, of which one part is a function of whoever adds an interface."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The drawing of a graph: every node and topic once, a mark for each publisher and each subscriber."""
 
 from __future__ import annotations

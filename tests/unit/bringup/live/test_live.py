@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The live page: who may look, what may be asked for, and what is shown."""
 
 from __future__ import annotations
@@ -16,16 +17,16 @@ import pytest
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
-from fivebar_bringup.live import bounded_server
-from fivebar_bringup.live.bounded_server import MOST_CONNECTIONS
-from fivebar_bringup.live.commands import Command, CommandRefused, read_command
-from fivebar_bringup.live.page import live_page, live_scene
-from fivebar_bringup.live.recovery import ADVICE, UNKNOWN, advice
-from fivebar_bringup.live.samples import COLUMNS, JointStateSample, Messages, row, thinned
-from fivebar_bringup.live.server import LiveServer
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import sample_stamp_ns
 from fivebar_description.robot_file import load_robot
+from fivebar_live import bounded_server
+from fivebar_live.bounded_server import MOST_CONNECTIONS
+from fivebar_live.commands import Command, CommandRefused, read_command
+from fivebar_live.page import live_page, live_scene
+from fivebar_live.recovery import ADVICE, UNKNOWN, advice
+from fivebar_live.samples import COLUMNS, JointStateSample, Messages, row, thinned
+from fivebar_live.server import LiveServer
 
 FAULTS_PAGE = Path(__file__).parents[4] / "docs/reference/graph.md"
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the live page says of a run: finished, stopped, interrupted and stale are told from each other."""
 
 from __future__ import annotations
@@ -9,13 +10,13 @@ from typing import Any, cast
 
 import pytest
 
-from fivebar_bringup.live.ending import ended_message, ended_text
-from fivebar_bringup.live.page import live_page
-from fivebar_bringup.live.run_state import node_level, run_state
 from fivebar_bringup.pages.scripts import page_scripts
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.replay import SCRIPTS
+from fivebar_live.ending import ended_message, ended_text
+from fivebar_live.page import live_page
+from fivebar_live.run_state import node_level, run_state
 
 ENDED = "drives_off: the plant has ended"
 NOT_ACTIVE = "drives_off: dextar_bridge is not active"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command `fivebar goto`: plans, refuses, runs, and goes on from an earlier run."""
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
 """Models of a robot for tools of others: they move as the plant does, and begin with the loop closed."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -17,6 +19,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.motions.model_file import model_text
 from fivebar_bringup.motions.model_format import ModelFormat
+from fivebar_bringup.runs.description import described_robot
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_joints
@@ -81,7 +84,7 @@ def test_the_motors_of_the_urdf_are_commanded_and_all_joints_are_read() -> None:
     assert begins == list(inverse_geometry(file.five_bar(), 1, -1, *file.home_m))
     root.remove(section)
     # all else is what `fivebar urdf` prints
-    told = ElementTree.fromstring(robot_description(file.five_bar(), file.name, weighed=file.weighed()))
+    told = ElementTree.fromstring(described_robot("dextar"))
     assert ElementTree.canonicalize(
         ElementTree.tostring(root, encoding="unicode"), strip_text=True
     ) == ElementTree.canonicalize(ElementTree.tostring(told, encoding="unicode"), strip_text=True)
@@ -185,3 +188,44 @@ def test_a_robot_is_named_alike_by_all_that_describe_one() -> None:
     by_option = CliRunner().invoke(app, ["urdf", "--robot", "unequal"])
     assert by_option.stdout == CliRunner().invoke(app, ["urdf", "unequal"]).stdout
     assert 'robot name="unequal"' in by_option.stdout
+
+
+def limited(folder: Path) -> str:
+    """A robot with motors of its own, whose motor 1 stops at 1 and at 2.5 rad, motor 2 nowhere; home is between."""
+    content = yaml.safe_load(robot_path("dextar").read_text(encoding="utf-8"))
+    content["drives"] = {"torque_limit": 1.25, "joint_speed_limit": 7.5}
+    content["forbidden"] = [
+        {"name": "stop", "q11": [2.5, 1.0 + 2.0 * math.pi]},
+        {"name": "table", "q21": [0.0, 0.1], "y": [0.0, 0.05]},
+    ]
+    path = folder / "limited.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    return str(path)
+
+
+def test_the_limits_of_a_model_are_those_of_the_robot(tmp_path: Path) -> None:
+    """Passive joints have no motor; what no file says limits nothing."""
+    robot = limited(tmp_path)
+    for text in (described_robot(robot), model_text(ModelFormat.URDF, robot)):
+        model = pin.buildModelFromXML(text)
+        np.testing.assert_allclose(model.effortLimit, [1.25, 0.0, 1.25, 0.0])
+        np.testing.assert_allclose(model.velocityLimit[[0, 2]], 7.5)
+        assert model.velocityLimit[[1, 3]].min() >= 1e9
+        np.testing.assert_allclose((model.lowerPositionLimit[0], model.upperPositionLimit[0]), (1.0, 2.5))
+    file = read_robot(robot)
+    home = dict(zip(JOINTS, inverse_geometry(file.five_bar(), 1, -1, *file.home_m), strict=True))
+    root = ElementTree.fromstring(model_text(ModelFormat.SDF, robot))
+    limits = {
+        joint.get("name"): {one.tag: float(str(one.text)) for one in joint.findall("axis/limit/*")}
+        for joint in root.findall("model/joint")
+    }
+    motor = {"effort": 1.25, "velocity": 7.5}
+    assert limits["q11"] == pytest.approx({**motor, "lower": 1.0 - home["q11"], "upper": 2.5 - home["q11"]})
+    assert (limits["q21"], limits["q12"], limits["q22"]) == (motor, {}, {})
+
+
+def test_the_sdf_tells_how_its_angles_become_those_of_the_urdf() -> None:
+    file = read_robot("unequal")
+    home = inverse_geometry(file.five_bar(), 1, -1, *file.home_m)
+    told = ", ".join(f"{name} + {angle!r}" for name, angle in zip(JOINTS, home, strict=True))
+    assert f"Those of the URDF and of joint_states are {told} (rad)" in model_text(ModelFormat.SDF, "unequal")

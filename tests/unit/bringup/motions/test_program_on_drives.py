@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Programs on emulated drives: the robot goes on after the plan of the run, and a payload needs one that carries it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Other time laws and places are tried where no duration is likely enough, and only there."""
 
 from __future__ import annotations
@@ -13,9 +14,9 @@ from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
 from fivebar_bringup.odds.trials import LAST_ROBOTS, OTHER_ROBOTS, ROBOTS, Trials
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.alternative_courses import TimedCourse
 from fivebar_control.planning.course import Course
-from fivebar_control.planning.places import TimedCourse
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, SEPTIC
+from fivebar_control.trajectory.time_laws import OPTIMAL, QUINTIC, SEPTIC
 
 START, GOAL = (0.0, 0.15), (0.0, 0.02)
 ROUND = Course((START, (0.03, 0.1), (0.03, 0.05), GOAL), (0.0, 0.0), QUINTIC)

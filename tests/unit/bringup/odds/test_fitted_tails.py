@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Limits of the estimator's watch follow from what sound robots reach, with an honest distance from it."""
 
 from __future__ import annotations

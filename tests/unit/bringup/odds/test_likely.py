@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A motion is made if it is likely enough; with too little time it is not known whether it is."""
 
 from __future__ import annotations
@@ -13,9 +14,10 @@ from fivebar_bringup.odds.alternatives import Alternatives, Candidate
 from fivebar_bringup.odds.choice import Choice
 from fivebar_bringup.odds.likely import LikelyMotion, likely_motion
 from fivebar_bringup.odds.odds import Odds, told_odds
+from fivebar_bringup.odds.robot_errors import RobotErrors
 from fivebar_bringup.odds.trials import Trials
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.planning.places import TimedCourse
+from fivebar_control.planning.alternative_courses import TimedCourse
 from fivebar_description.strict_yaml import InputError
 
 
@@ -38,6 +40,13 @@ def planned(timed: TimedCourse) -> Candidate[str]:
 OTHERS = Alternatives(planned, lambda course: [course._replace(time_law="septic")], list, 500)
 
 
+def trying(first: Odds, fresh: Odds | None = None) -> Callable[..., Trials]:
+    def trials_of(scenario: Scenario, errors: RobotErrors, seed: int, robots: range, *more: float) -> Trials:
+        return Trials(first if robots.start == 0 or fresh is None else fresh)
+
+    return trials_of
+
+
 def found_with(
     monkeypatch: pytest.MonkeyPatch,
     first: Odds,
@@ -45,12 +54,14 @@ def found_with(
     given: bool = False,
     until: float = math.inf,
     law: bool = False,
+    fresh: Odds | None = None,
 ) -> LikelyMotion[str]:
     """Return what becomes of a motion of 2 s with such odds, and with these in the best other duration, 1 s.
 
-    With `law` it is another time law that is best in that duration.
+    With `law` it is another time law that is best in that duration. Of the robots that had no part in accepting any
+    motion `fresh` make it, by default as many as of those that decide about the first one.
     """
-    monkeypatch.setattr(likely, "trials_of", lambda *arguments: Trials(first))
+    monkeypatch.setattr(likely, "trials_of", trying(first, fresh))
     monkeypatch.setattr(likely, "most_relieved", lambda *arguments: "with a level base 24 of 24 would")
 
     def choose(
@@ -71,11 +82,33 @@ def test_a_likely_motion_is_made_and_an_unlikely_one_in_the_duration_with_the_be
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert found_with(monkeypatch, Odds(22, 24), None).motion == "2 s"
-    found = found_with(monkeypatch, Odds(21, 24), Odds(23, 24))
-    assert (found.motion, found.odds, found.better, found.decided) == ("1 s", Odds(23, 24), None, True)
+    found = found_with(monkeypatch, Odds(21, 24), Odds(23, 24), fresh=Odds(20, 24))
+    assert (found.motion, found.odds, found.better, found.decided) == ("1 s", Odds(20, 24), None, True)
     assert found.scenario.durations() == (1.0,)
-    with pytest.raises(InputError, match=r"at best, in 1 s, 20 of 24 .* \(risk.success\); with a level base 24 of 24"):
+    with pytest.raises(InputError, match=r"at best, in 1 s, 20 of 24 .*; with a level base 24 of 24"):
         found_with(monkeypatch, Odds(8, 24), Odds(20, 24))
+
+
+def test_the_odds_of_an_accepted_motion_are_those_of_other_robots_than_have_accepted_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found = found_with(monkeypatch, Odds(24, 24), None, fresh=Odds(21, 24))
+    assert (found.motion, found.odds) == ("2 s", Odds(21, 24))
+
+
+def test_a_refusal_says_how_the_robots_fail_and_what_to_type_next(monkeypatch: pytest.MonkeyPatch) -> None:
+    failed = {24: "fault state_stale", 25: "peak error 3.12 mm", 26: "peak error 2.5 mm", 27: "final error 1.4 mm"}
+    monkeypatch.setattr(likely, "trials_of", trying(Odds(8, 24)))
+    monkeypatch.setattr(likely, "most_relieved", lambda *arguments: "")
+    monkeypatch.setattr(
+        likely, "best_of_all", lambda motions, *more: Choice(motions[0], Odds(20, 24), range(24, 48), failed)
+    )
+    with pytest.raises(InputError) as refusal:
+        likely_motion(in_seconds(2.0), OTHERS, given=False)
+    assert str(refusal.value).endswith(
+        "failed: 2 with a peak error of up to 3.12 mm (limit 2.00 mm), 1 with fault state_stale, 1 with a final error"
+        " of up to 1.4 mm (limit 1.00 mm); nothing alone raises that; more: fivebar assess dextar"
+    )
 
 
 def test_a_duration_that_is_given_is_kept_and_a_better_one_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,7 +129,7 @@ def test_what_was_chosen_in_place_of_the_first_motion_is_said(monkeypatch: pytes
 
 def test_the_first_motion_is_not_said_to_be_chosen_in_place_of_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     def chosen_of(best: Callable[[list[Candidate[str]]], Candidate[str]]) -> str:
-        monkeypatch.setattr(likely, "trials_of", lambda *arguments: Trials(Odds(21, 24)))
+        monkeypatch.setattr(likely, "trials_of", trying(Odds(21, 24)))
         monkeypatch.setattr(likely, "best_of_all", lambda motions, *more: Choice(best(motions), Odds(23, 24)))
         return likely_motion(in_seconds(2.0), OTHERS, given=False).chosen
 
@@ -105,12 +138,13 @@ def test_the_first_motion_is_not_said_to_be_chosen_in_place_of_itself(monkeypatc
 
 
 def test_a_search_that_the_clock_cuts_short_does_not_name_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(likely, "trials_of", lambda *arguments: Trials(Odds(8, 24)))
+    monkeypatch.setattr(likely, "trials_of", trying(Odds(8, 24)))
     monkeypatch.setattr(likely, "best_of_all", lambda motions, *more: Choice(motions[0], Odds(20, 24)))
-    cut_short = r"20 of 24 .* \(risk.success\), and no time was left to try more \(risk.odds_time\)$"
+    monkeypatch.setattr(likely, "most_relieved", lambda *arguments: "")
+    cut_short = r"20 of 24 .* \(risk.success\).*, and no time was left to try more \(risk.odds_time\)$"
     with pytest.raises(InputError, match=cut_short):
         likely_motion(in_seconds(2.0), OTHERS, given=False, until=time.monotonic())
-    with pytest.raises(InputError, match=r"20 of 24 .* \(risk.success\)$"):
+    with pytest.raises(InputError, match=r"20 of 24 .* \(risk.success\)(?!.*no time)"):
         likely_motion(in_seconds(2.0), OTHERS, given=False, until=time.monotonic() + 1e6)
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The odds of a motion: robots are drawn within what is declared, and how many of them make it decides."""
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from fivebar_bringup.odds.robot_errors import (
     has_odds,
     with_drawn_robot,
 )
-from fivebar_bringup.odds.trials import ROBOTS, Trials, declared_odds, trials_of
+from fivebar_bringup.odds.trials import ROBOTS, Trials, deciding_trials, trials_of
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -165,7 +166,9 @@ def test_a_motion_that_the_formula_for_loads_refuses_is_admitted_where_nine_of_t
         refuse_unfit(slow())
     found = re.search(r"; (\d+) of 24 drawn robots succeed: .* expected are at least 90%", str(refusal.value))
     assert found is not None
-    assert Odds(int(found[1]), 24) == declared_odds(slow())
+    decided = deciding_trials(slow())
+    assert Odds(int(found[1]), 24) == decided.odds and len(decided.failed) == 24 - decided.odds.successes
+    assert "failed: " in str(refusal.value)
     refuse_unfit(slow(risk={"success": 0.5}))
 
 
@@ -218,9 +221,9 @@ def test_what_relieves_most_is_found_with_no_more_robots_than_decide(
     errors = NO_ERRORS._replace(length=1e-4, tilt=0.1, push=2.0)
     first = sorted(range(24, 48), key=lambda robot: robot not in failed)
     found = most_relieved(slow(), errors, 1, Odds(15, 24), first)
-    assert found == "with no push 22 of 24 would"
-    # eight failures leave fewer than two robots more
-    assert asked == [8, 9, 24]
+    assert found == "with no push 22 of 24 would succeed"
+    # eight failures leave fewer than two robots more; frictionless passive joints, tried last, mend none
+    assert asked == [8, 9, 24, 2]
     assert most_relieved(slow(), errors._replace(push=0.0), 1, Odds(22, 24), first) == ""
 
 
@@ -262,10 +265,20 @@ def test_a_run_keeps_its_odds(tmp_path: Path) -> None:
     assert "odds.json: successes: -1" in refused.stderr
 
 
-def test_no_odds_of_a_robot_of_which_nothing_is_declared() -> None:
-    done = CliRunner().invoke(app, ["odds", "unified_middle"])
-    assert done.exit_code == 2
-    assert "unified_middle: expected tolerances or loads" in done.stderr
+@pytest.mark.extra
+def test_the_odds_of_a_robot_of_which_nothing_is_declared_say_what_is_assumed() -> None:
+    done = CliRunner().invoke(app, ["odds", "unified_middle", "--robots", "3"])
+    assert done.exit_code == 0
+    assert done.stdout.startswith("dextar declares no errors; assumed: masses and inertias ±5 %, friction ±15 %")
+    assert "3 of 3 drawn robots succeed" in done.stdout
+
+
+def test_a_scenario_for_which_no_robots_can_be_drawn_is_refused_by_the_key_that_forbids_it(tmp_path: Path) -> None:
+    file = tmp_path / "mujoco.yaml"
+    file.write_text("name: m\nwaypoints: [[0, 0.15], [0, 0.02]]\nplant: {engine: mujoco}\n", encoding="utf-8")
+    done = CliRunner().invoke(app, ["odds", str(file)])
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+    assert "plant.engine: mujoco: drawn robots are simulated by the engine pinocchio alone" in done.stderr
 
 
 def test_the_command_offers_the_distributions_of_drawn_errors() -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Errors as they are told: an error is within what is said of it."""
 
 from __future__ import annotations

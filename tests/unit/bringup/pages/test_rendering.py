@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pages: what comes from outside is escaped, what is missing is an error, and nothing asks for the network."""
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from fivebar_bringup.pages.content import LONG, Cell, Picture, Table
 from fivebar_bringup.pages.rendering import render
 
 TEMPLATES = Path(rendering.__file__).parent / "templates"
+BRINGUP = TEMPLATES.parents[2]
 
 MALICE = "\"'><script>alert(1)</script>&"
 
@@ -39,7 +41,7 @@ class Page(HTMLParser):
 
 def comparison(tables: list[Table], pictures: list[Picture] | None = None, title: str = "t") -> Page:
     content = {"verdicts": [], "words": {}, "tables": tables, "pictures": pictures or [], "command": ""}
-    return Page(render("comparison.html", title=title, setting=title, **content))
+    return Page(render("comparison.html", package="fivebar_studies", title=title, setting=title, **content))
 
 
 def test_texts_are_escaped_wherever_they_stand() -> None:
@@ -66,11 +68,14 @@ def test_a_folded_table_shows_its_title_only() -> None:
 
 
 def test_a_value_that_a_page_lacks_is_an_error() -> None:
+    content = {"verdicts": [], "words": {}, "tables": [], "pictures": [], "command": ""}
     with pytest.raises(UndefinedError, match="setting"):
-        render("comparison.html", title="t", verdicts=[], words={}, tables=[], pictures=[], command="")
+        render("comparison.html", package="fivebar_studies", title="t", **content)
 
 
 def test_no_template_asks_for_the_network_or_turns_escaping_off() -> None:
-    for path in TEMPLATES.iterdir():
+    others = [path for folder in BRINGUP.glob("*/templates") for path in folder.iterdir()]
+    assert len(others) > 5
+    for path in (*TEMPLATES.iterdir(), *others):
         text = path.read_text(encoding="utf-8")
         assert not re.search(r"https?:|<script|<link|@import|url\(|\|\s*safe|autoescape", text), path.name

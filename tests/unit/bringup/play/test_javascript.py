@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The translation into JavaScript: what it says, and that it refuses whatever it does not know."""
 
 from __future__ import annotations
@@ -8,8 +9,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from fivebar_bringup.play.javascript import Translation, Untranslatable
 from fivebar_control.compiling import bound
+from fivebar_play.javascript import Translation, Untranslatable
 
 
 class Pair(NamedTuple):

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The page of the documentation is the one that the present model and scripts make."""
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from fivebar_bringup.play.content import PUSH_TIME
-from fivebar_bringup.play.page import data, rendered
+from fivebar_play.content import PUSH_TIME
+from fivebar_play.page import data, rendered
 
 PAGE = Path(__file__).parents[4] / "docs" / "play.html"
 DATA = re.compile(r'(?<=id="play-data">).*?(?=</script>)', re.DOTALL)

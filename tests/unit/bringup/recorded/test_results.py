@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Results reach the disk whole, and a disk that takes nothing is an error of one line."""
 
 from __future__ import annotations
@@ -10,8 +11,8 @@ import pytest
 from full_disk import full_at
 
 from fivebar_bringup.pages.content import Picture
+from fivebar_bringup.pages.study_directory import StudyDirectory
 from fivebar_bringup.recorded.results import json_text, new_directory, write_results
-from fivebar_bringup.studies.study_directory import StudyDirectory
 from fivebar_description.strict_yaml import InputError
 
 

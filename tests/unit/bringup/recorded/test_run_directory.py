@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run's directory: what it keeps so that the run stays what it was."""
 
 from __future__ import annotations

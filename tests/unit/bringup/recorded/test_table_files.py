@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The table of a run as a file: other programs read the numbers that the run has, bit for bit."""
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import pytest
 from scipy.io import loadmat
 
 import fivebar
+from fivebar_bringup.extras import how_to_install
 from fivebar_bringup.recorded.series import UNITS
 
 
@@ -67,5 +69,11 @@ def test_a_place_that_cannot_be_written_is_refused_in_one_line(run: fivebar.Run,
 
 def test_without_pandas_the_error_says_what_to_install(run: fivebar.Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(fivebar.InputError, match=r"pandas is not installed: pip install 'fivebar\[data\]'"):
+    with pytest.raises(fivebar.InputError, match="pandas is not installed: make extras"):
         run.to_dataframe()
+
+
+def test_an_extra_is_installed_by_make_in_a_clone_and_by_pip_elsewhere(tmp_path: Path) -> None:
+    assert how_to_install("cluster", tmp_path) == "pip install 'fivebar[cluster]'"
+    (tmp_path / "Makefile").touch()
+    assert how_to_install("cluster", tmp_path) == "make extras"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is read out of a bag: series joined by stamp, and a summary whose figures are those written here by hand."""
 
 from __future__ import annotations
@@ -16,14 +17,15 @@ from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.recorded.outcome import RunOutcome
+from fivebar_bringup.recorded.outcome import RunOutcome, outcome_of
 from fivebar_bringup.recorded.series import RunSeries, read_series
-from fivebar_bringup.recorded.summary import CycleTime, PlannedCrossing, Summary, peak, rms, sign_changes, summarize
+from fivebar_bringup.recorded.summary import CycleTime, PlannedCrossing, Summary, peak, rms, summarize
 from fivebar_bringup.recorded.timing import RunTiming, read_timing
 from fivebar_bringup.report.outcome_words import outcome_details, outcome_rows
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_bringup.simulation.column_metrics import sign_changes
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
@@ -636,3 +638,24 @@ def test_the_middle_crossing_offline(tmp_path: Path) -> None:
     assert recording.count(IMU_DATA) == 1001
     # worked out anew by stamp, and the same to the last bit
     assert read_series(recording, scenario).acceleration_error.tolist() == recorded.tolist()
+
+
+FAULT, SIGNAL = "drive_fault: q21 (node 2)", "interrupted: stopped by a signal to the launcher"
+
+
+@pytest.mark.parametrize(
+    ("recorded", "launcher", "outcome"),
+    [
+        ([], [SIGNAL], RunOutcome.INTERRUPTED),
+        ([FAULT], [FAULT, SIGNAL], RunOutcome.STOPPED),
+        # the bag has the fault, of which the launcher has heard after the signal, or never
+        ([FAULT], [SIGNAL, FAULT], RunOutcome.STOPPED),
+        ([FAULT], [SIGNAL], RunOutcome.STOPPED),
+        # the launcher alone has heard of it, since the bag could not be written
+        ([], [FAULT, SIGNAL], RunOutcome.STOPPED),
+    ],
+)
+def test_a_signal_after_the_first_fault_does_not_make_an_interrupted_run(
+    recorded: list[str], launcher: list[str], outcome: RunOutcome
+) -> None:
+    assert outcome_of(300, False, False, recorded, launcher) is outcome

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The moving figure of a report: what it shows is what was recorded, it stays small, and it runs no foreign script."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The report that a run leaves behind: figures, page and summary, whatever the run came to."""
 
 from __future__ import annotations
@@ -16,13 +17,14 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from PIL import Image
 
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.pages.content import Picture
-from fivebar_bringup.pages.style import house_style, new_figure, png
+from fivebar_bringup.pages.style import BLUE, VERMILION, house_style, new_figure, png
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.series import read_series
@@ -30,9 +32,11 @@ from fivebar_bringup.recorded.summary import CycleTime, Summary, summarize
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.report import figures
 from fivebar_bringup.report.analysis import RunAnalysis
+from fivebar_bringup.report.animation import animate
 from fivebar_bringup.report.gallery import REPLAYED, draw
+from fivebar_bringup.report.outcome_words import mode_changes
 from fivebar_bringup.report.page import html_page
-from fivebar_bringup.report.report import write_report
+from fivebar_bringup.report.report import read_analysis, write_report
 from fivebar_bringup.report.thesis import counterpart, thesis_figures
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -211,6 +215,34 @@ def test_the_page_leaves_out_what_the_run_does_not_have_and_tells_known_odds(
     told = [{"goal": [0.0, 0.02], "odds": odds}, {"goal": [0.0, 0.1], "odds": {"unknown": "no time was left"}}]
     page = html_page(load_scenario("middle"), replace(summary, requested_odds=told), [])
     assert "to (0.0000, 0.0200) m 21 of 24; to (0.0000, 0.1000) m not known" in page
+
+
+def test_times_between_samples_are_those_of_a_run_by_the_clock(reported: tuple[RunDirectory, Summary]) -> None:
+    _, summary = reported
+    for mode, told in (("lockstep", False), ("realtime", True)):
+        page = html_page(
+            load_scenario("middle"), replace(summary, mode=mode, cycle_time_ms=CycleTime(2.0, 2.1, 9.0)), []
+        )
+        assert ("time between samples" in page, "samples late, samples missing" in page) == (told, told)
+        assert "samples missing" in page
+
+
+def test_changes_are_counted_in_the_singular_and_the_plural() -> None:
+    assert mode_changes(1) == "1 change of assembly mode"
+    assert mode_changes(2, 1) == "2 changes of assembly mode and 1 of working mode"
+
+
+def test_the_trail_of_the_moving_picture_has_the_colours_of_the_assembly_modes(
+    reported: tuple[RunDirectory, Summary],
+) -> None:
+    picture = Image.open(io.BytesIO(animate(read_analysis(reported[0]), "gif")))
+    picture.seek(picture.n_frames - 1)
+    pixels = np.asarray(picture.convert("RGB"), dtype=int).reshape(-1, 3)
+    width = picture.size[0]
+    plan = pixels.reshape(-1, width, 3)[:, : width // 2]
+    for colour in (BLUE, VERMILION):
+        wanted = [int(colour[at : at + 2], 16) for at in (1, 3, 5)]
+        assert np.count_nonzero(np.abs(plan - wanted).max(axis=2) < 24) > 50
 
 
 def test_everything_on_the_page_is_escaped(reported: tuple[RunDirectory, Summary]) -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The plan of a run with requests, as its statuses tell it: motions that pause and go on, and splines."""
 
 from __future__ import annotations

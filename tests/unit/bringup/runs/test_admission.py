@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What runs a scenario screens it first: nothing that is admitted fails on a perfect robot, half of the rest does."""
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from random_scenarios import NAMES, anywhere, near_the_locus, run_of
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.runs.admission import load_admitted, refuse_unfit, screened
+from fivebar_bringup.runs.admission import load_admitted, refuse_unfit
+from fivebar_bringup.runs.screening import screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of, sampled

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The robot that the launch file for RViz describes."""
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from fivebar_bringup.runs.launching import described_by_command, installed_comma
 from fivebar_description.files import share_file
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import frame_prefix
-from fivebar_description.robot_description import robot_description
+from fivebar_description.robot_description import MotorLimits, robot_description
 from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
@@ -24,10 +25,14 @@ def test_a_robot_is_that_of_its_file_or_of_a_scenario(tmp_path: Path) -> None:
     scenario = tmp_path / "turned.yaml"
     content = {"name": "turned", "robot": "unequal", "waypoints": [[0.0, 0.1], [0.0, 0.12]], "imu": {"yaw": 0.5}}
     scenario.write_text(yaml.safe_dump(content), encoding="utf-8")
-    assert described_robot() == described_robot("dextar") == robot_description(load_robot("dextar"), "dextar")
+
+    def described(name: str, imu: ImuSettings | None = None) -> str:
+        return robot_description(load_robot(name), name, imu, limits=MotorLimits(2.0, 50.0))
+
+    assert described_robot() == described_robot("dextar") == described("dextar")
     turned = ImuSettings(yaw=0.5)
-    assert described_robot(scenario=str(scenario)) == robot_description(load_robot("unequal"), "unequal", turned)
-    assert described_robot("dextar", str(scenario)) == robot_description(load_robot("dextar"), "dextar", turned)
+    assert described_robot(scenario=str(scenario)) == described("unequal", turned)
+    assert described_robot("dextar", str(scenario)) == described("dextar", turned)
     with pytest.raises(InputError, match="hexapod"):
         described_robot("hexapod")
 

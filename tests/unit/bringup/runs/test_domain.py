@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A domain is reserved on the whole machine, whoever the users are and whatever their environment says."""
 
 from __future__ import annotations

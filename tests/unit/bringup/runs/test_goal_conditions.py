@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """By what the node that takes requests, and whoever plans the same ones, judges them."""
 
 from __future__ import annotations
@@ -8,21 +9,22 @@ import pytest
 from generator_parameters import generator_parameters
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.sweep.drawing import draw
-from fivebar_bringup.studies.sweep.planning import limits_for
-from fivebar_control.laws.unified import UnifiedSettings
-from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import task_of
-from fivebar_control.safety.stages import EVERYWHERE, Area
+from fivebar_control.laws.gains import UnifiedSettings
+from fivebar_control.planning.order_planning import follower_of, task_of
+from fivebar_control.planning.orders import PlanningRequest
+from fivebar_control.safety.settings import EVERYWHERE, Area
 from fivebar_control.scenario.goal_conditions import conditions_of
-from fivebar_control.scenario.keys import scenario_of
 from fivebar_control.scenario.motion_limits import scenario_limits
+from fivebar_control.scenario.parameters import scenario_of
+from fivebar_control.scenario.sensors import sensing_of
 from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.loads import Loads
 from fivebar_description.robot_file import read_robot
 from fivebar_description.scenario_file import shipped_scenarios
 from fivebar_description.sensors import PassiveEncoder, Sensors
 from fivebar_description.tolerances import Tolerances
+from fivebar_studies.sweep.drawing import draw
+from fivebar_studies.sweep.planning import limits_for
 
 
 def test_they_are_what_the_scenario_declares() -> None:
@@ -38,7 +40,7 @@ def test_they_are_what_the_scenario_declares() -> None:
     assert (conditions.robot, conditions.rate_hz) == (scenario.robot, scenario.rate_hz)
     assert conditions.error_tolerance == scenario.error_tolerance
     assert conditions.loads == Loads(tilt=0.02, push=0.3)
-    assert conditions.sensing == scenario.sensing()
+    assert conditions.sensing == sensing_of(scenario)
 
 
 def test_they_hold_what_stops_the_robot() -> None:
@@ -58,7 +60,7 @@ def test_they_hold_what_stops_the_robot() -> None:
 def test_they_have_the_controller_of_the_run(controller: str, changed: dict[str, Any]) -> None:
     scenario = load_scenario("unified_middle").model_copy(update={"controller": controller, **changed})
     conditions = conditions_of(scenario)
-    assert conditions.follower(read_robot(scenario.robot)) == scenario.tuned()
+    assert follower_of(conditions, read_robot(scenario.robot)) == scenario.tuned()
 
 
 @pytest.mark.extra

@@ -1,7 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is injected when, and how the death of a process is noticed."""
 
 from __future__ import annotations
 
+import math
 import queue
 import subprocess
 import sys
@@ -9,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_bringup.drives.kinds import CANOPEN_DRIVES, MOTKIN_BOARD
+from fivebar_bringup.drives.kinds import CANOPEN_DRIVES
 from fivebar_bringup.graph.crossing_graph import crossing_graph
 from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.runs.injection import kills, read_injection, refuse_late
@@ -17,7 +19,10 @@ from fivebar_bringup.runs.launcher import Kill
 from fivebar_bringup.runs.process_watch import watch_processes
 from fivebar_bringup.runs.processes import processes
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_description.files import share_file
 from fivebar_description.strict_yaml import InputError
+from fivebar_sim.emulators.hardware_kinds import open_hardware
+from fivebar_vendor_drives.kinds import MOTKIN_BOARD
 
 WAIT = 10.0
 
@@ -52,6 +57,17 @@ def test_a_motor_board_has_faults_of_its_own() -> None:
     assert read_injection("1 fault 3", MOTKIN_BOARD) == (1.0, "fault 3")
     with pytest.raises(InputError, match="expected seconds and one of"):
         read_injection("1 bus_off", MOTKIN_BOARD)
+
+
+def test_a_file_of_emulated_drives_says_which_they_are(tmp_path: Path) -> None:
+    shipped = share_file("fivebar_sim", "config", "boards", "motkin_emulated.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "board.yaml"
+    path.write_text(shipped.replace("interface: motkin\n", ""), encoding="utf-8")
+    with pytest.raises(InputError, match="interface: expected that of the drives, one of canopen, moteus, motkin, od"):
+        open_hardware(str(path))
+    for hardware, _ in (open_hardware(str(path), "motkin"), open_hardware("motkin_emulated")):
+        assert hardware.resolution == pytest.approx(math.tau / 16384)
+        hardware.close()
 
 
 def test_a_node_is_killed_with_the_process_that_it_lives_in() -> None:

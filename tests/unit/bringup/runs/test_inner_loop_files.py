@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bridge's file and node of a run whose motor board closes an inner loop."""
 
 from __future__ import annotations
@@ -7,8 +8,8 @@ from pathlib import Path
 from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.graph.robot_nodes import bridge
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.hardware.board_file import load_board
 from fivebar_description.interface import JOINT_STATES, REFERENCE
+from fivebar_motkin.board_file import load_board
 
 
 def test_a_run_takes_gains_from_the_named_file_and_the_zone_from_its_plan(tmp_path: Path) -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The processes that `control.launch.py` starts: those of the runner's graph, as far as they are asked for."""
 
 from __future__ import annotations
@@ -117,8 +118,8 @@ def test_a_robot_that_stays_goes_on_after_its_motion() -> None:
         ({"drives": "mine.yaml"}, "drives: expected hardware:=emulated"),
         ({"activate": True, "hardware": "simulated"}, "activate: expected hardware:=emulated"),
         ({"port": "/dev/ttyACM0"}, "port: expected together with hardware:=usb"),
-        ({"hardware": "usb"}, "expected a robot whose drives are motkin, found canopen: dextar"),
-        ({"hardware": "external"}, "expected a robot whose drives are ros2_control, found canopen: dextar"),
+        ({"hardware": "usb"}, "--hardware usb: the drives are canopen: expected socketcan or real: dextar"),
+        ({"hardware": "external"}, "--hardware external: the drives are canopen: expected socketcan or real: dextar"),
         ({"stay": True}, "stay: expected hardware:=simulated or emulated"),
         ({"shutdown": True, "hardware": "emulated"}, "shutdown: expected hardware:=simulated"),
         ({"camera": "true"}, "camera: a run of middle on hardware:=none has none"),

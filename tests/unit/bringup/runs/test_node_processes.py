@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How the processes of a run start, run and end, with processes that are no nodes."""
 
 from __future__ import annotations
@@ -94,6 +95,10 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RunDirectory:
     folder.mkdir(parents=True)
     for name, program in PROGRAMS.items():
         (folder / f"{name}.py").write_text(textwrap.dedent(program), encoding="utf-8")
+    executables = [f'{name} = Executable("{PACKAGE}.nodes.{name}")\n' for name in PROGRAMS]
+    executable = "from fivebar_description.executable import Executable\n"
+    (folder.parent / "executables.py").write_text("".join([executable, *executables]), encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path / "modules")
     before = os.environ.get("PYTHONPATH")
     path = os.pathsep.join(filter(None, (str(tmp_path / "modules"), before)))
     monkeypatch.setenv("PYTHONPATH", path)

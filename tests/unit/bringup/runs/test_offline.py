@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A run without ROS that a signal ends: it leaves what it has."""
 
 from __future__ import annotations

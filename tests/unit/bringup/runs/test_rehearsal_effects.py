@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The emulated drives move the robot that a scenario describes, with its effects."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A path with rounded corners as the nodes get it: the plan of the scenario."""
 
 from __future__ import annotations
@@ -7,7 +8,7 @@ from generator_parameters import generator_parameters
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.scenario.keys import scenario_of
+from fivebar_control.scenario.parameters import scenario_of
 from fivebar_description.strict_yaml import InputError, validate
 
 

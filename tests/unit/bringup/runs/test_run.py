@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What is told of a run of the graph whose bag cannot be read: a summary with its outcome, in every case."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`fivebar run` refuses processors that are none, or not there, before it starts a node."""
 
 from __future__ import annotations

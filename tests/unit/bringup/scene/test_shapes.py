@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The shapes of a scene against the model: where they are, and that they stay finite and few."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The shipped crossings of the MOTKIN bench, from its two encoders: on exact geometry, and off its file."""
 
 from __future__ import annotations

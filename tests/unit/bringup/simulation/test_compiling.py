@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Compiled functions against the plain ones bit for bit, and that no stale machine code is ever used."""
 
 from __future__ import annotations
@@ -20,13 +21,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar_control.compiling import compiled, compiled_and_kept, digest, kept_by_itself
-from fivebar_control.estimation.ekf import EkfSettings, filter_model, predicted
+from fivebar_control.estimation.ekf import filter_model, predicted
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.measurements import corrected, homed_belief
+from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.laws.ctc import ctc_torque
+from fivebar_control.laws.gains import RESOLUTIONS, UnifiedSettings
 from fivebar_control.laws.reference import reference_from_platform
-from fivebar_control.laws.resolution import RESOLUTIONS
-from fivebar_control.laws.unified import INITIAL_MEMORY, UnifiedSettings, unified_step
+from fivebar_control.laws.unified import INITIAL_MEMORY, unified_step
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.laws.vhc_joint import vhc_joint_torque
 from fivebar_control.loop.closed_loop import run_loop
@@ -190,6 +192,23 @@ def test_code_is_kept_on_disk_until_any_function_or_constant_down_the_line_chang
     # and what nobody will load any more does not stay
     left = set(Path(first.stats.cache_path).glob("changing.sum_of_*"))
     assert (len(kept), len(left), kept & left) == (2, 2, set())
+
+
+def test_machine_code_is_not_loaded_where_others_could_have_written_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    kept = compiled_and_kept(module_with(tmp_path, 2.0).sum_of)
+    assert kept(3.0) == 12.0
+    folder = Path(kept.stats.cache_path)
+    for path, mode in ((folder, 0o777), (next(folder.glob("*.nbi")), 0o666)):
+        usual = path.stat().st_mode
+        path.chmod(mode)
+        again = compiled_and_kept(module_with(tmp_path, 2.0).sum_of)
+        assert again(3.0) == 12.0 and sum(again.stats.cache_hits.values()) == 0
+        assert f"fivebar: {path.resolve()}: others can write to it" in capsys.readouterr().err
+        path.chmod(usual)
+    again = compiled_and_kept(module_with(tmp_path, 2.0).sum_of)
+    assert again(3.0) == 12.0 and sum(again.stats.cache_hits.values()) == 1
 
 
 def test_a_part_that_is_kept_by_itself_is_compiled_once_for_all_its_callers(tmp_path: Path) -> None:

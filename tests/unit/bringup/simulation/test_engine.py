@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The compiled closed loop against the offline runner: another plant (Pinocchio), the same laws uncompiled.
 
 Integration steps of 1 ms, friction as shipped (width 0.02 rad/s), which both have. Measured agreement is 1e-14 m and
@@ -250,7 +251,7 @@ def test_the_work_is_that_of_torque_and_turned_angle() -> None:
     assert outcome.work > 0.1
 
 
-def test_a_run_is_repeated_to_the_last_bit_and_with_or_without_trace() -> None:
+def test_a_run_is_repeated_to_the_last_bit() -> None:
     case, plan = prepared(changed("middle_encoders", OFF_MODEL))
     once = crossing(case, plan)
     assert crossing(case, plan) == traced_crossing(case, plan)[0] == once

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The estimator with a camera: the compiled loop against the offline runner, and what the camera makes possible."""
 
 from __future__ import annotations

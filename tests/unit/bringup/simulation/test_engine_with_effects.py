@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The compiled loop and the offline runner have one source for a robot with effects: they agree, effect by effect."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Crossings of MuJoCo's robot against those of the plant that this project has otherwise."""
 
 from __future__ import annotations
@@ -15,11 +16,11 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_bringup.studies.compare.cases import AS_GIVEN, COMPARED_RIGS, on_rig
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.settings import sections
 from fivebar_description.strict_yaml import InputError
 from fivebar_sim.effects.settings import MUJOCO, PINOCCHIO, PlantSettings
+from fivebar_studies.compare.cases import AS_GIVEN, COMPARED_RIGS, on_rig
 
 EFFECTS: dict[str, dict[str, Any]] = {
     "links": {"l_11": 2e-5, "l_12": -1e-5, "l_21": -1e-5, "l_22": 2e-5, "base_2": 1e-5, "distal_inertia": -7e-5}

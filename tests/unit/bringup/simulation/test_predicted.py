@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The prediction on the compiled engine is the one that a screen makes without it."""
 
 from __future__ import annotations

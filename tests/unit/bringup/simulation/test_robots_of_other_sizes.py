@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot's own settings follow from its file: one that is heavier and stronger by a factor moves in the same way."""
 
 from __future__ import annotations

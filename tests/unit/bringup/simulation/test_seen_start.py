@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A start that nobody declares: seen in a rendered picture, planned from there, and run."""
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from fivebar_bringup.motions.start import start_seen
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
@@ -46,7 +48,7 @@ def test_a_motion_is_planned_from_where_the_camera_sees_the_robot(tmp_path: Path
     assert 0.0 < math.hypot(x + 0.02, y - 0.03) < 5e-4
     assert goal == (0.0, 0.14)
     assert scenario.working_mode == (1, -1)
-    assert scenario.homing().assembly == -1
+    assert homing_of(scenario).assembly == -1
     # the simulated robot stands where it did, not where it is thought to be
     assert scenario.initial_joints() == inverse_geometry(load_robot("dextar"), 1, -1, -0.02, 0.03)
     run = simulate(scenario)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Laws that numba cannot compile are run by the loop of the engine, interpreted, with what the offline runner finds."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`fivebar calibrate` from a bag to a robot file, and what it says of bags that cannot serve."""
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.writer import BagWriter
+from fivebar_bringup.calibrate.calibrate import calibrate_bag
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.studies.calibrate.calibrate import calibrate_bag
 from fivebar_control.calibration.record import CalibrationRecord, TouchedPoint
 from fivebar_control.hardware.configuration import load_drives
 from fivebar_control.model.geometry import inverse_geometry
@@ -26,6 +27,7 @@ from fivebar_description.interface import (
     IMU_DATA,
     IMU_FRAME,
     MOTOR_STATES,
+    NANOSECONDS,
     late_stamp_ns,
     sample_stamp_ns,
 )
@@ -68,6 +70,32 @@ def bag(record: CalibrationRecord, tmp_path_factory: pytest.TempPathFactory) -> 
 def command(arguments: Sequence[str | Path]) -> tuple[int, str, str]:
     done = CliRunner().invoke(app, ["calibrate", *map(str, arguments)])
     return done.exit_code, done.stdout, done.stderr
+
+
+def test_an_imu_upside_down_is_no_result_and_is_named(record: CalibrationRecord, tmp_path: Path) -> None:
+    """The robot's mirror image explains its readings up to some tenths of a millimetre."""
+    write(tmp_path / "bag", record._replace(angular_velocity=-record.angular_velocity))
+    code, text, error = command([tmp_path / "bag", "--robot", "dextar", "--out", tmp_path / "out"])
+    assert (code, text) == (2, "")
+    assert "contradicts the robot: the gyroscope's readings have the opposite sign: is it mounted upside down" in error
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_clock_that_is_set_back_is_named_and_no_sensor(record: CalibrationRecord, tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag", [MOTOR_STATES, IMU_DATA]) as bag:
+        for number in range(len(record.times)):
+            logged = sample_stamp_ns(number, RATE)
+            stamp = logged - (2 * NANOSECONDS if number >= 500 else 0)
+            q11, q21 = record.motors[number].tolist()
+            bag.write(MOTOR_STATES, logged, serialize.joint_state(stamp, ACTIVE_JOINTS, (q11, q21), effort=(0.0, 0.0)))
+            x, y, z = record.angular_velocity[number].tolist()
+            bag.write(IMU_DATA, logged, serialize.imu(stamp, IMU_FRAME, (x, y, z), (0.0, 0.0, 9.8)))
+    code, _, error = command([tmp_path / "bag", "--robot", "dextar", "--out", tmp_path / "out"])
+    assert code == 2
+    assert error == (
+        f"fivebar: {tmp_path / 'bag'}: /motor_states: its stamps go back by 2.000 s, 0.998 s after the first:"
+        " was a clock set while it was recorded?\n"
+    )
 
 
 @pytest.mark.extra

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The comparison: its rigs, its runs, its verdicts with numbers beside them, and what it leaves."""
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import (
+from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_studies.compare.cases import (
     AS_GIVEN,
     COMPARED_RIGS,
     TIGHT_LIMIT,
@@ -28,14 +31,13 @@ from fivebar_bringup.studies.compare.cases import (
     default_rigs,
     given_on,
 )
-from fivebar_bringup.studies.compare.compare import COMPARISON, ComparisonSettings, cases_of, command_of, html_page
-from fivebar_bringup.studies.compare.results import ComparisonResult, result_of, row_of, run_case
-from fivebar_bringup.studies.compare.screening import quickest_durations
-from fivebar_bringup.studies.compare.tables import overview_table, run_tables, tight_table
-from fivebar_bringup.studies.compare.verdicts import findings, lost
-from fivebar_bringup.studies.engine.running import run_study
-from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_studies.compare.compare import COMPARISON, ComparisonSettings, cases_of, command_of, html_page
+from fivebar_studies.compare.figures import compare_figures
+from fivebar_studies.compare.results import ComparedRun, ComparisonRow, run_case
+from fivebar_studies.compare.screening import quickest_durations
+from fivebar_studies.compare.tables import overview_table, run_tables, tight_table
+from fivebar_studies.compare.verdicts import findings, lost
+from fivebar_studies.engine.running import run_study
 
 MIDDLE = load_scenario("middle")
 
@@ -96,12 +98,12 @@ def test_the_quickest_pace_is_allowed_and_a_tenth_less_is_not() -> None:
     case = ComparisonCase(MIDDLE, "unified", None, "ideal", TIGHT_LIMIT)
     scenario = case.scenario()
     assert all(1.0 < duration < 1.5 for duration in scenario.durations())
-    assert run_case(case).objections == ()
+    assert run_case(0, case).screen_says == ""
     quicker = [0.9 * duration for duration in scenario.durations()]
     hurried = Scenario.model_validate({**scenario.model_dump(), "segment_duration": tuple(quicker)})
     # on the ideal rig nothing else is refused than the torque
-    (objection,) = run_case(ComparisonCase(hurried, "unified", quicker[0], AS_GIVEN)).objections
-    assert objection.startswith("reference torque")
+    says = run_case(0, ComparisonCase(hurried, "unified", quicker[0], AS_GIVEN)).screen_says
+    assert says.startswith("reference torque") and ";" not in says
 
 
 def test_only_straight_motions_have_a_quickest_pace() -> None:
@@ -109,32 +111,59 @@ def test_only_straight_motions_have_a_quickest_pace() -> None:
         quickest_durations(changed(time_law="criterion"))
 
 
+TOLD_APART = ("succeeded", "refused", "could not run")
+
+
+def compared(case: ComparisonCase) -> ComparedRun:
+    return ComparedRun(case, run_case(0, case))
+
+
 def test_a_motion_that_a_controller_cannot_make_is_a_result() -> None:
     both = load_scenario("type2_and_type1")
-    result = run_case(ComparisonCase(both, "multi_cartesian", 1.0, "ideal"))
-    assert not result.made
-    assert not result.completed
-    assert "multi_cartesian cannot meet Type 1" in result.why_not[0]
-    assert row_of(0, result).refused_by_screen is None
+    result, too_far = map(
+        compared,
+        (
+            ComparisonCase(both, "multi_cartesian", 1.0, "ideal"),
+            ComparisonCase(changed(waypoints=((0.0, 0.15), (0.0, 0.5))), "unified", 1.0, "ideal"),
+        ),
+    )
+    assert not result.row.made
+    assert not result.row.completed
+    assert "multi_cartesian cannot meet Type 1" in result.row.why_not
+    assert result.row.refused_by_screen is None
+    assert [run.row.outcome for run in (result, too_far)] == [RunOutcome.COULD_NOT_RUN, RunOutcome.REFUSED]
+    # the table tells them apart, and none of them counts as a failure
+    overview = overview_table([result, too_far, made(rig="wrong")])
+    told = [[row[overview.columns.index(one)].text for one in TOLD_APART] for row in overview.rows]
+    assert told == [["–", "0", "1"], ["–", "1", "0"], ["1 of 1", "0", "0"]]
+    assert "cannot meet Type 1" in overview.rows[0][-1].text
+    nothing_ran = findings([result._replace(case=result.case._replace(controller="unified"))], [])[0]
+    assert nothing_ran.met is None and nothing_ran.measured.startswith("nothing ran: ")
+
+
+@pytest.mark.parametrize("rig", ["ideal", AS_GIVEN])
+def test_settings_of_the_law_of_a_scenario_are_not_those_of_another_law(rig: str) -> None:
+    given = changed(controller="toy_law:LAW", law={"ki": 7.0})
+    kept, other = (ComparisonCase(given, name, 1.0, rig).scenario() for name in ("toy_law:LAW", "unified"))
+    assert (kept.law, other.law) == ({"ki": 7.0}, {})
 
 
 @pytest.fixture(scope="module")
-def crossing() -> ComparisonResult:
+def crossing() -> ComparedRun:
     """The quick crossing on the realistic rig."""
-    return run_case(ComparisonCase(MIDDLE, "unified", 0.5, "realistic"))
+    return compared(ComparisonCase(MIDDLE, "unified", 0.5, "realistic"))
 
 
-def test_a_run_on_the_realistic_rig_has_all_figures(crossing: ComparisonResult) -> None:
-    assert crossing.completed
-    assert 1e-5 < (crossing.tracking_rms or 0.0) < (crossing.tracking_error or 0.0) < 0.8e-3
-    assert 0.7 < (crossing.applied or 0.0) < 1.5
-    assert (crossing.margin or 0.0) + (crossing.applied or 0.0) == pytest.approx(10.0)
-    assert crossing.margin_share == pytest.approx((crossing.margin or 0.0) / 10.0)
-    assert (crossing.saturated, crossing.at_limit) == (0, 0)
-    assert 0.0 < (crossing.net_work or 0.0) < (crossing.energy or 0.0) < 2.0
-    row = row_of(0, crossing)
+def test_a_run_on_the_realistic_rig_has_all_figures(crossing: ComparedRun) -> None:
+    row = crossing.row
+    assert row.completed
+    assert 1e-5 < (row.tracking_error_rms_m or 0.0) < (row.tracking_error_peak_m or 0.0) < 0.8e-3
+    assert 0.7 < (row.torque_peak_nm or 0.0) < 1.5
+    assert (row.margin_nm or 0.0) + (row.torque_peak_nm or 0.0) == pytest.approx(10.0)
+    assert row.margin_share == pytest.approx((row.margin_nm or 0.0) / 10.0)
+    assert (row.torque_saturated_samples, row.samples_at_limit) == (0, 0)
+    assert 0.0 < (row.net_work_j or 0.0) < (row.energy_j or 0.0) < 2.0
     assert None not in row
-    assert result_of(crossing.case, row) == crossing
 
 
 def test_an_estimated_run_in_memory_is_what_its_bag_holds(tmp_path: Path) -> None:
@@ -150,30 +179,38 @@ def test_an_estimated_run_in_memory_is_what_its_bag_holds(tmp_path: Path) -> Non
 
 def made(
     controller: str = "unified", rig: str = "ideal", duration: float | None = 1.0, **figures: object
-) -> ComparisonResult:
-    """A result that nobody ran, of figures within the bounds."""
-    case = ComparisonCase(MIDDLE, controller, duration, rig)
-    usual = {"made": True, "tracking_error": 0.3e-3, "applied": 0.9, "limit": 10.0, "saturated": 0}
+) -> ComparedRun:
+    """A run that nobody made, of figures within the bounds."""
     done = figures.get("completed", True)
-    usual |= {"completed": done, "outcome": RunOutcome.SUCCEEDED if done else RunOutcome.STOPPED}
-    return ComparisonResult(case, **{**usual, **figures})  # type: ignore[arg-type]
+    usual = {
+        "completed": done,
+        "outcome": RunOutcome.SUCCEEDED if done else RunOutcome.STOPPED,
+        "refused_by_screen": False,
+        "tracking_error_peak_m": 0.3e-3,
+        "torque_peak_nm": 0.9,
+        "torque_limit_nm": 10.0,
+        "torque_saturated_samples": 0,
+        "margin_nm": 9.1,
+    }
+    row = ComparisonRow(0, "middle", rig, controller, duration, **{**usual, **figures})  # type: ignore[arg-type]
+    return ComparedRun(ComparisonCase(MIDDLE, controller, duration, rig), row)
 
 
 @pytest.mark.parametrize(
     ("rig", "figures", "met"),
     [
         ("ideal", {}, True),
-        ("ideal", {"tracking_error": 0.41e-3}, False),
-        ("ideal", {"applied": 1.01}, False),
+        ("ideal", {"tracking_error_peak_m": 0.41e-3}, False),
+        ("ideal", {"torque_peak_nm": 1.01}, False),
         ("ideal", {"completed": False}, False),
-        ("ideal", {"tracking_error": None}, False),
-        ("realistic", {"tracking_error": 0.79e-3, "applied": 1.49}, True),
-        ("realistic", {"tracking_error": 0.81e-3}, False),
-        ("realistic", {"applied": 1.51}, False),
+        ("ideal", {"tracking_error_peak_m": None}, False),
+        ("realistic", {"tracking_error_peak_m": 0.79e-3, "torque_peak_nm": 1.49}, True),
+        ("realistic", {"tracking_error_peak_m": 0.81e-3}, False),
+        ("realistic", {"torque_peak_nm": 1.51}, False),
     ],
 )
 def test_the_bounds_decide(rig: str, figures: dict[str, object], met: bool) -> None:
-    others = [made("ctc", rig, tracking_error=1.0), made(rig="encoders", applied=5.0)]
+    others = [made("ctc", rig, tracking_error_peak_m=1.0), made(rig="encoders", torque_peak_nm=5.0)]
     judged = {
         finding.title: finding.met for finding in findings([made(rig=rig), made(rig=rig, **figures), *others], [])
     }
@@ -182,24 +219,24 @@ def test_the_bounds_decide(rig: str, figures: dict[str, object], met: bool) -> N
 
 
 def test_a_verdict_states_where_the_worst_was() -> None:
-    quick = made(duration=0.5, tracking_error=0.2e-3, applied=0.95)
+    quick = made(duration=0.5, tracking_error_peak_m=0.2e-3, torque_peak_nm=0.95)
     finding = findings([made(), quick], [])[0]
     assert finding.measured == "2 of 2 completed, 300 µm (middle 1 s), 0.950 Nm (middle 0.5 s)"
 
 
-REFUSED = {"objections": ("reference torque is 0.9 Nm",)}
+REFUSED = {"screen_says": "reference torque is 0.9 Nm"}
 
 
 @pytest.mark.parametrize(
     ("asked", "slowed", "met"),
     [
         ({**REFUSED, "completed": False}, {}, True),
-        ({**REFUSED, "tracking_error": 5e-3}, {}, True),
+        ({**REFUSED, "tracking_error_peak_m": 5e-3}, {}, True),
         ({}, {}, True),
         ({"completed": False}, {}, False),
-        ({"tracking_error": 5e-3}, {}, False),
+        ({"tracking_error_peak_m": 5e-3}, {}, False),
         (REFUSED, {"completed": False}, False),
-        (REFUSED, {"tracking_error": 5e-3}, False),
+        (REFUSED, {"tracking_error_peak_m": 5e-3}, False),
     ],
 )
 def test_the_screen_has_to_see_what_the_limit_does_not_save(
@@ -222,13 +259,22 @@ def test_no_verdict_is_passed_on_what_cannot_be_run() -> None:
 
 
 def test_a_rig_without_bounds_is_only_lost_where_a_run_fails() -> None:
-    assert not lost(made(rig="wrong", tracking_error=5e-3))
+    assert not lost(made(rig="wrong", tracking_error_peak_m=5e-3))
     assert lost(made(rig="wrong", completed=False))
 
 
 def test_the_tables_hold_the_worst_and_each_run() -> None:
-    fast = made(duration=0.5, applied=2.5, requested=12.0, saturated=4, tracking_error=1e-3, **REFUSED)
-    failed = made("ctc", completed=False, why_not=("tracking_lost: <far> away",))
+    fast = made(
+        duration=0.5,
+        margin_nm=7.5,
+        margin_share=0.75,
+        torque_peak_nm=2.5,
+        torque_requested_peak_nm=12.0,
+        torque_saturated_samples=4,
+        tracking_error_peak_m=1e-3,
+        **REFUSED,
+    )
+    failed = made("ctc", completed=False, why_not="tracking_lost: <far> away")
     results = [fast, made(), failed]
     overview = overview_table(results)
     unified, ctc = (dict(zip(overview.columns, row, strict=True)) for row in overview.rows)
@@ -244,12 +290,14 @@ def test_the_tables_hold_the_worst_and_each_run() -> None:
     # a run that made its motion, but beyond the tolerance, has not succeeded
     beyond = overview_table([made(outcome=RunOutcome.OFF_REFERENCE), made()])
     assert dict(zip(beyond.columns, beyond.rows[0], strict=True))["succeeded"].text == "1 of 2"
-    quickest = made(duration=None, durations=(1.02, 1.25))
+    quickest = made(duration=None, segments_s="1.02 1.25")
     assert tight_table([quickest]).rows[0][3].text == "quickest: 1.02–1.25 s"
 
 
 def test_a_verdict_that_is_missed_is_called_so() -> None:
-    page = html_page(findings([made(applied=1.2), made(rig="realistic")], []), [], [], "<setting>", "fivebar compare")
+    page = html_page(
+        findings([made(torque_peak_nm=1.2), made(rig="realistic")], []), [], [], "<setting>", "fivebar compare"
+    )
     verdicts = page.partition("<h2>")[0]
     order = [verdicts.index(word) for word in ("<strong>Not met</strong>", "<strong>Met</strong>", "<strong>Not known")]
     assert order == sorted(order)
@@ -291,7 +339,7 @@ def test_a_comparison_leaves_page_json_and_csv(tmp_path: Path) -> None:
     slowed = by_run["unified", TIGHT_LIMIT, None]
     assert slowed["samples_at_limit"] == 0
     assert slowed["completed"] and not slowed["refused_by_screen"] and slowed["tracking_error_peak_m"] < 0.4e-3
-    assert [finding.met for finding in compared.shown.verdicts] == [True, None, True]
+    assert [finding.met for finding in compared.shown[0]] == [True, None, True]
     page = compared.page.read_text(encoding="utf-8")
     assert page.count("data:image/png;base64,") == 1
     assert "http://" not in page and "https://" not in page
@@ -342,9 +390,9 @@ def test_bounds_go_with_the_size_and_the_torque_of_the_robot() -> None:
     motkin = load_scenario("motkin_middle")
     case = ComparisonCase(motkin, "unified", 1.0, "ideal")
     assert (case.size, case.torque) == (pytest.approx(0.08 / 0.09), pytest.approx(0.035 / 0.55))
-    within = ComparisonResult(case, True, made=True, tracking_error=0.35e-3, applied=0.06)
-    for change, met in (({}, True), ({"tracking_error": 0.36e-3}, False), ({"applied": 0.065}, False)):
-        (finding, *_) = findings([within._replace(**change)], [])  # type: ignore[arg-type]
+    within = made(tracking_error_peak_m=0.35e-3, torque_peak_nm=0.06)._replace(case=case)
+    for change, met in (({}, True), ({"tracking_error_peak_m": 0.36e-3}, False), ({"torque_peak_nm": 0.065}, False)):
+        (finding, *_) = findings([within._replace(row=within.row._replace(**change))], [])  # type: ignore[arg-type]
         assert finding.met is met and "in proportion" in finding.expected
 
 
@@ -359,11 +407,12 @@ def test_another_robot_makes_the_motion_in_proportion_and_is_judged_by_its_own_l
     declared = ComparisonCase(given, "unified", 1.0, f"robot:{belt}").scenario()
     assert (declared.plant.transmission.frequency, declared.unified.kp) == (60.0, pytest.approx(37.7**2))
     # what DexTAR's drives could not, and its bound would not, let pass
-    run = ComparisonResult(ComparisonCase(given, "unified", 1.0, "ideal"), True, made=True, tracking_error=0.7e-3)
-    judged = [findings([run._replace(applied=applied)], [])[0].met for applied in (7.2, 7.3)]
+    case = ComparisonCase(given, "unified", 1.0, "ideal")
+    runs = [made(tracking_error_peak_m=0.7e-3, torque_peak_nm=torque)._replace(case=case) for torque in (7.2, 7.3)]
+    judged = [findings([run], [])[0].met for run in runs]
     assert judged == [True, False]
     tight = [
-        ComparisonResult(ComparisonCase(given, "unified", duration, "ideal", torque * TIGHT_LIMIT))
+        made(completed=False)._replace(case=ComparisonCase(given, "unified", duration, "ideal", torque * TIGHT_LIMIT))
         for duration in (1.0, None)
     ]
     assert findings([], tight)[-1].title == "unified with 4.36 Nm per motor"
@@ -379,3 +428,18 @@ def test_a_law_from_elsewhere_is_compared() -> None:
     assert len(cases_of(settings).asked) == 1
     (row,) = COMPARISON.run(settings, 0)
     assert (row.controller, row.completed, row.samples) == ("toy_law:LAW", True, 1001)
+
+
+@pytest.mark.parametrize(
+    "figures",
+    [
+        {"tracking_error_peak_m": None},
+        {"tracking_error_peak_m": None, "torque_requested_peak_nm": None},
+        {"tracking_error_peak_m": 1.0, "torque_requested_peak_nm": 100.0},
+    ],
+)
+def test_the_figures_are_drawn_without_a_warning_whatever_is_known(
+    crossing: ComparedRun, figures: dict[str, object], recwarn: pytest.WarningsRecorder
+) -> None:
+    (picture,) = compare_figures([crossing._replace(row=crossing.row._replace(**figures))])  # type: ignore[arg-type]
+    assert picture.name.startswith("middle") and not [str(one.message) for one in recwarn]

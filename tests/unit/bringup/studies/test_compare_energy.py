@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The motors' work against the balance of energy: what is not left in the robot, friction has taken."""
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from fivebar_bringup.recorded.series import read_series
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.compare.cases import ComparisonCase
-from fivebar_bringup.studies.compare.results import motor_work
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.robot_file import load_robot
 from fivebar_sim.plant import Plant
+from fivebar_studies.compare.cases import ComparisonCase
+from fivebar_studies.compare.results import motor_work
 
 
 def test_work_by_hand() -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """`fivebar estimate`: the recorded settings give the recorded estimate bit for bit, others what they are."""
 
 from __future__ import annotations
@@ -14,22 +15,17 @@ from rosbags.rosbag2 import Reader
 from typer.testing import CliRunner
 
 from fivebar_bringup.bag import serialize
+from fivebar_bringup.bag.definitions import TYPESTORE
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.recording import FloatArray, Recording
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.identify.reading import find_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import Sample, simulate, write_bag
-from fivebar_bringup.simulation.settings import estimator_of
-from fivebar_bringup.studies.estimate.changes import changed_scenario
-from fivebar_bringup.studies.estimate.estimate import estimate_bag
-from fivebar_bringup.studies.estimate.page import SETTINGS_FILE
-from fivebar_bringup.studies.estimate.record import read_estimator_record
-from fivebar_bringup.studies.estimate.replay import with_payloads_as_taken
-from fivebar_bringup.studies.estimate.study import ESTIMATION
-from fivebar_bringup.studies.identify.reading import find_bag
 from fivebar_description.interface import (
     IMU_DATA,
     MOTOR_STATES,
@@ -42,6 +38,12 @@ from fivebar_description.interface import (
 )
 from fivebar_description.parameters import laden
 from fivebar_description.strict_yaml import InputError
+from fivebar_studies.estimate.changes import changed_scenario
+from fivebar_studies.estimate.estimate import estimate_bag
+from fivebar_studies.estimate.page import SETTINGS_FILE
+from fivebar_studies.estimate.record import read_estimator_record
+from fivebar_studies.estimate.replay import with_payloads_as_taken
+from fivebar_studies.estimate.study import ESTIMATION
 
 
 def recorded(path: Path, faults: dict[str, float] | None = None) -> RunDirectory:
@@ -85,6 +87,30 @@ def test_recorded_settings_give_the_recorded_estimate(run: RunDirectory) -> None
     assert figures["fault"] == ""
     assert figures["nees_position"] is not None
     assert figures["innovations_gyro"] is not None
+
+
+def test_joints_are_taken_by_their_names(run: RunDirectory, tmp_path: Path) -> None:
+    """A driver may name them in any order, and another one in each message."""
+    other = RunDirectory(tmp_path)
+    with Reader(run.bag) as reader:
+        topics = {one.topic: Topic(one.topic.removeprefix("/"), one.msgtype) for one in reader.connections}
+        with BagWriter(other.bag, list(topics.values())) as writer:
+            for number, (connection, log_time, data) in enumerate(reader.messages()):
+                if connection.msgtype == MOTOR_STATES.type:
+                    data = rotated(data, number)
+                writer.write(topics[connection.topic], log_time, data)
+    shutil.copy(run.scenario, other.scenario)
+    replay = estimate_bag(other.path, None, ()).after
+    assert replay.same
+    assert replay.as_json() == estimate_bag(run.path, None, ()).after.as_json()
+
+
+def rotated(data: bytes, by: int) -> bytes:
+    """A JointState with its names, and the values beside them, moved on by some places."""
+    message = TYPESTORE.deserialize_cdr(data, MOTOR_STATES.type)
+    stamp = message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
+    fields = [np.roll(getattr(message, name), by).tolist() for name in ("position", "velocity", "effort")]
+    return serialize.joint_state(stamp, np.roll(message.name, by).tolist(), *fields)
 
 
 @pytest.mark.extra
@@ -221,8 +247,8 @@ def test_a_payload_whose_sample_cannot_be_told_stays_where_it_was_recorded(tmp_p
 @pytest.mark.parametrize(
     ("arguments", "what"),
     [
-        (["--set", "ekf.gyro_noise"], "expected SECTION.NAME=VALUE"),
-        (["--set", "gains.kp=1"], "expected SECTION.NAME=VALUE"),
+        (["--set", "ekf.gyro_noise"], "expected KEY=VALUE"),
+        (["--set", "gains.kp=1"], "--set gains.kp: expected a key of the sections ekf and tolerances"),
         (["--set", "ekf.gyro_noise=loud"], "expected a number"),
         (["--set", "ekf.loudness=1"], "ekf.loudness: unknown key"),
         (["--set", "ekf.gyro_noise=-1"], "ekf.gyro_noise"),

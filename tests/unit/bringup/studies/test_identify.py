@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A bag of a robot with secret parameters: `fivebar identify` finds them, and its file makes a better controller."""
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.bag.recording import FloatArray, Recording
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.identify.identify import ROBOT_FILE, identify_bag, write_identification
+from fivebar_bringup.identify.reading import Source, read_record
+from fivebar_bringup.identify.result import IdentificationResult
 from fivebar_bringup.pages import style
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation import offline
 from fivebar_bringup.simulation.offline import OfflineRun, simulate, write_bag
-from fivebar_bringup.studies.identify.identify import ROBOT_FILE, identify_bag, write_identification
-from fivebar_bringup.studies.identify.reading import Source, read_record
-from fivebar_bringup.studies.identify.result import IdentificationResult
 from fivebar_control.identification.equations import PARAMETERS, Record
 from fivebar_control.identification.identification import parameter_values
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
@@ -265,17 +266,37 @@ def test_a_motion_that_does_not_excite_is_refused(folder: Path) -> None:
     assert not (folder / "unused").exists()
 
 
-@pytest.mark.extra
-@pytest.mark.parametrize("factor", [1e3, 1e-3])
-def test_torques_in_another_unit_are_noticed(factor: float, counted: RunDirectory) -> None:
+def with_torques_scaled(factor: float, run_directory: RunDirectory, robot: Path | None = None) -> IdentificationResult:
+    """Identify the robot of a bag whose torques are a factor times what they were."""
+
     def scaled(source: Source, start: RobotFile) -> Record:
         record = read_record(source, start)
         return record._replace(torques=factor * record.torques)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fivebar_bringup.studies.identify.identify.read_record", scaled)
-        with pytest.raises(InputError, match=r"times those of robot .*: are the recorded torques in Nm?"):
-            identify_bag(counted.path)
+        patch.setattr("fivebar_bringup.identify.identify.read_record", scaled)
+        return identify_bag(run_directory.path, None if robot is None else str(robot))
+
+
+@pytest.mark.extra
+@pytest.mark.parametrize("factor", [1e3, 1e-3, 20.0, 9.0, 1.0 / 9.0])
+def test_torques_in_another_unit_are_noticed(factor: float, counted: RunDirectory) -> None:
+    with pytest.raises(InputError, match=r"times those of robot .*: are the recorded torques in Nm?"):
+        with_torques_scaled(factor, counted)
+
+
+@pytest.mark.parametrize(("factor", "written"), [(2.0, "2"), (0.5, "0.5")])
+def test_currents_of_a_known_robot_are_noticed_by_one_factor(
+    factor: float, written: str, counted: RunDirectory, folder: Path
+) -> None:
+    """Motors of 0.5 or 2 Nm/A: what estimates are off by, but never all by the same."""
+    with pytest.raises(InputError, match=rf"friction come out all {written} times those of robot secret: are the rec"):
+        with_torques_scaled(factor, counted, folder / "secret.yaml")
+
+
+def test_an_error_of_the_torque_constants_is_no_other_unit(counted: RunDirectory, folder: Path) -> None:
+    findings = with_torques_scaled(1.2, counted, folder / "secret.yaml")
+    assert {one.name: one.value for one in findings.parameters()}["m"] == pytest.approx(1.2 * 0.431, rel=0.01)
 
 
 def test_another_robot_is_noticed(counted: RunDirectory, tmp_path: Path) -> None:

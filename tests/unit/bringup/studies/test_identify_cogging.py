@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The bag of the bench's exciting motion: `fivebar identify --cogging` finds the motors that its scenario simulates."""
 
 from __future__ import annotations

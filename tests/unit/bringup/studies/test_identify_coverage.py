@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The stated intervals hold the true values about as often as they say, over robots drawn at random.
 
 Bags come from the compiled loop with the shipped motion, encoders and torque steps in the loop; white noise on the

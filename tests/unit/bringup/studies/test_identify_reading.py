@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """From bags to records: which topics count, gaps, and bags that cannot serve."""
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.studies.identify.reading import Source, read_record
+from fivebar_bringup.identify.reading import Source, read_record
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import ACTIVE_JOINTS, JOINT_STATES, JOINTS, MOTOR_STATES, sample_stamp_ns
 from fivebar_description.robot_file import read_robot

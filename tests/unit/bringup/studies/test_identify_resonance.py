@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The chirp of an elastic plant, its bag, the command, and a crossing with the robot file that the command leaves."""
 
 from __future__ import annotations

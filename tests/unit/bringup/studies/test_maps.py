@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Maps: the loci and areas against geometry done by other means, and the command that draws them."""
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
+from fivebar_bringup.map.map import make_map, read_mappable_robot
+from fivebar_bringup.map.measures import measure
 from fivebar_bringup.pages import style
-from fivebar_bringup.studies.map.map import make_map, read_mappable_robot
-from fivebar_bringup.studies.map.measures import measure
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State
@@ -260,7 +261,7 @@ def test_type_2_is_the_rim_of_the_area_where_the_loop_closes(robot: FiveBar, loc
 
 
 def run(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> tuple[int, str, str]:
-    monkeypatch.setattr("fivebar_bringup.studies.map.map.make_map", partial(make_map, cells=24))
+    monkeypatch.setattr("fivebar_bringup.map.map.make_map", partial(make_map, cells=24))
     monkeypatch.setattr(style, "DPI", 30)
     result = CliRunner().invoke(app, ["map", *arguments])
     return result.exit_code, result.stdout, result.stderr

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The command `fivebar posture`: what it refuses, and when it says how to get off the Type 2 locus."""
 
 from __future__ import annotations
@@ -19,6 +20,9 @@ from fivebar_description.parameters import FiveBar
         (("nan", "1"), "Q11: nan: expected a finite number"),
         (("1.2", "-inf"), "Q21: -inf: expected a finite number"),
         (("1.2", "1.9", "--rate", "nan"), "--rate: nan: expected a finite number"),
+        (("95", "85"), "Q11: 95: expected at most 12.57 rad, two turns: is it in degrees or mrad?"),
+        (("1.2", "-1484"), "Q21: -1484: expected at most 12.57 rad, two turns: is it in degrees or mrad?"),
+        (("1.2", "1.9", "--rate", "200"), "--rate: 200: expected at most 100 rad/s: is it in deg/s or rpm?"),
         (("--after", "run", "--robot", "motkin"), "--robot: expected without --after: the robot is that of the run"),
         (("1.2",), "Q11 Q21 and --after: expected one of them"),
         (("1.2", "1.9", "--platform", "0", "0.1"), "--platform: 0.0 0.1: expected two finite numbers with --release"),

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reproduction: its rules with numbers beside them, its runs against their bags, and the page that it leaves."""
 
 from __future__ import annotations
@@ -24,15 +25,19 @@ from fivebar_bringup.report.criterion_figure import crossing_residuals, referenc
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_bringup.studies.engine.running import run_study
-from fivebar_bringup.studies.reproduce import claims_model, claims_simulation, claims_vision, tables
-from fivebar_bringup.studies.reproduce.cases import FULL, QUICK, VARIANTS, ReproductionCase
-from fivebar_bringup.studies.reproduce.free_dynamics import free_dynamics, rotated
-from fivebar_bringup.studies.reproduce.joint_law import OBLIQUE, shares_as_printed
-from fivebar_bringup.studies.reproduce.reproduce import CLAIMS, REPRODUCTION, html_page
-from fivebar_bringup.studies.reproduce.rows import ClaimRow, largest
-from fivebar_bringup.studies.reproduce.runner import ReproductionResult, result_of, row_of, run_case
-from fivebar_bringup.studies.reproduce.verdicts import (
+from fivebar_description.camera import NO_CAMERA, CameraSettings
+from fivebar_description.scenario_file import shipped_scenarios
+from fivebar_description.strict_yaml import InputError
+from fivebar_studies.engine.running import run_study
+from fivebar_studies.reproduce import tables
+from fivebar_studies.reproduce.cases import FULL, QUICK, VARIANTS, ReproductionCase
+from fivebar_studies.reproduce.claims import CLAIMS, ClaimRow
+from fivebar_studies.reproduce.free_dynamics import free_dynamics, rotated
+from fivebar_studies.reproduce.joint_law import OBLIQUE, shares_as_printed
+from fivebar_studies.reproduce.measured import largest
+from fivebar_studies.reproduce.reproduce import REPRODUCTION, html_page
+from fivebar_studies.reproduce.runner import ReproductionResult, ReproductionRow, result_of, run_case
+from fivebar_studies.reproduce.verdicts import (
     Judgement,
     PairedRuns,
     Verdict,
@@ -49,12 +54,10 @@ from fivebar_bringup.studies.reproduce.verdicts import (
     some_fail,
     some_not_across,
     some_setting_works,
+    undecided,
     vanishing,
     within,
 )
-from fivebar_description.camera import NO_CAMERA, CameraSettings
-from fivebar_description.scenario_file import shipped_scenarios
-from fivebar_description.strict_yaml import InputError
 
 AGREED, BETTER, NOT = Verdict.AGREED, Verdict.BETTER, Verdict.NOT_REPRODUCED
 
@@ -106,6 +109,12 @@ def test_zero_is_zero_against_the_forces_there_are() -> None:
 def test_printed_results_are_compared_entry_by_entry() -> None:
     assert as_printed(9e-4, 1e-3).verdict == AGREED
     assert as_printed(1.64, 1e-3).verdict == NOT
+
+
+def test_what_cannot_decide_does_not_agree_but_can_contradict() -> None:
+    judged = undecided(within([1e-3], 2e-3), "the thesis has no result")
+    assert judged.verdict == Verdict.UNDECIDED and judged.reason.endswith("; the thesis has no result")
+    assert undecided(within([3e-3], 2e-3), "the thesis has no result") == within([3e-3], 2e-3)
 
 
 def pair(completed_without: bool = True, error_without: float | None = 1.5e-4) -> PairedRuns:
@@ -167,9 +176,10 @@ def test_an_accuracy_holds_for_every_error() -> None:
 
 @pytest.mark.extra
 def test_the_camera_is_as_accurate_as_was_asked_for() -> None:
-    (claim,) = (claim for claim in claims_vision.CLAIMS if claim.name == "vision in motion")
-    row = claim.make(QUICK, {})
-    assert row.judgement.verdict == AGREED
+    (claim,) = (claim for claim in CLAIMS if claim.name == "vision in motion")
+    row = claim.row(QUICK, {})
+    # which is as far as it goes: the thesis has no result
+    assert row.judgement.verdict == Verdict.UNDECIDED
     assert row.numbers["seen"] == row.numbers["pictures"]
 
 
@@ -233,8 +243,8 @@ def test_a_run_in_memory_is_the_run_in_its_bag(case: ReproductionCase, camera: C
 
 
 def test_a_result_survives_its_row() -> None:
-    result = run_case(ReproductionCase("ctc", duration=0.5))
-    text = REPRODUCTION.table.lines([row_of(7, result)])
+    result = run_case(ReproductionCase("ctc", duration=0.5), number=7)
+    text = REPRODUCTION.table.lines([result.row])
     (row,) = REPRODUCTION.table.read(text)
     assert result_of(result.case, row, ()) == result
 
@@ -257,9 +267,10 @@ def test_a_refused_motion_is_a_result_too() -> None:
 def test_the_criterion_time_law_meets_the_criterion_and_the_quintic_does_not() -> None:
     quintic = run_case(ReproductionCase("multi_model_ctc", "early", 0.3))
     criterion = run_case(ReproductionCase("multi_model_ctc", "early", 0.3, time_law="criterion"))
-    assert quintic.crossing_residual == pytest.approx(2.033, abs=1e-3)
-    assert criterion.crossing_residual is not None and criterion.crossing_residual < 1e-9
-    assert quintic.crossing_fractions == pytest.approx((0.2413, 0.2413), abs=1e-4)
+    assert quintic.row.crossing_residual_n == pytest.approx(2.033, abs=1e-3)
+    residual = criterion.row.crossing_residual_n
+    assert residual is not None and residual < 1e-9
+    assert (quintic.row.least_fraction, quintic.row.largest_fraction) == pytest.approx((0.2413, 0.2413), abs=1e-4)
     assert quintic.requested is not None and criterion.requested is not None
     assert quintic.requested > 10.0 > 3.0 > criterion.requested
 
@@ -359,7 +370,7 @@ def test_a_quick_reproduction_leaves_a_page_and_strict_json(tmp_path: Path) -> N
     text = (tmp_path / "out" / "reproduce.json").read_text(encoding="utf-8")
     content = json.loads(text, parse_constant=refuse)
     assert content == json.loads(json.dumps(made.content))
-    assert content["verdicts"] == {"agreed": 1, "better": 1, "not reproduced": 1}
+    assert content["verdicts"] == {"agreed": 1, "better": 1, "not reproduced": 1, "undecided": 0}
     assert content["rows"][1]["numbers"]["torque_requested_max_nm"]["1 s"] == pytest.approx(0.554, abs=1e-3)
     page = made.page.read_text(encoding="utf-8")
     tags = Tags(page)
@@ -393,7 +404,7 @@ def test_the_tables_of_a_quick_reproduction_can_be_made() -> None:
     """With every run refused: nothing is known, nothing is completed, and nothing breaks."""
     cases = [*tables.crossing_cases(QUICK), *tables.comparison_cases(QUICK), *tables.far_cases()]
     cases += tables.imu_cases(QUICK)
-    results = {case: ReproductionResult(case, refused="out of reach") for case in cases}
+    results = {case: ReproductionResult(case, ReproductionRow(0, case.label, "out of reach")) for case in cases}
     made = [
         tables.crossing_table(QUICK, results),
         tables.variants_table(QUICK, results),
@@ -420,5 +431,8 @@ def test_numbers_that_json_lacks_become_null() -> None:
 
 
 def test_the_joint_claims_of_the_model_need_no_run() -> None:
-    assert [len(claim.needs(QUICK)) for claim in claims_model.CLAIMS] == [0, 0, 0, 1, 0]
-    assert len(claims_simulation.CLAIMS) == 12
+    names = ("1.17", "1.18", "appendix", "3.2", "3.45")
+    assert [(claim.name, len(claim.needs(QUICK))) for claim in CLAIMS[:5]] == list(
+        zip(names, (0, 0, 0, 1, 0), strict=True)
+    )
+    assert len(CLAIMS) == 29

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rigs of a sweep: their robots are what the page says, the motions are the same, and each can be run again."""
 
 from __future__ import annotations
@@ -15,23 +16,23 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.odds.robot_errors import drawn_effects
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.studies.compare.cases import COMPARED_RIGS
-from fivebar_bringup.studies.rigs.named import find_rig, rig_directory, shipped_rigs
-from fivebar_bringup.studies.rigs.rig import merged
-from fivebar_bringup.studies.sweep.drawing import VARIED, Draw, draw, on_robot, plan_of
-from fivebar_bringup.studies.sweep.planning import screened, timed_for_loads
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, SweepRow
-from fivebar_bringup.studies.sweep.running import made
-from fivebar_bringup.studies.sweep.statistics import silence_table, within_table
 from fivebar_control.laws.lqr import LqrSettings, linearised, lqr_gains
 from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.state import Platform
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC
+from fivebar_control.trajectory.time_laws import OPTIMAL, QUINTIC
 from fivebar_description.robot_file import load_robot, read_robot, robot_path
 from fivebar_description.strict_yaml import InputError, validate
 from fivebar_sim.effects.encoders import EncoderErrors
 from fivebar_sim.effects.links import LinkErrors
 from fivebar_sim.effects.settings import PlantSettings, has_effects
+from fivebar_studies.compare.cases import COMPARED_RIGS
+from fivebar_studies.rigs.named import find_rig, rig_directory, shipped_rigs
+from fivebar_studies.rigs.rig import merged
+from fivebar_studies.sweep.drawing import VARIED, Draw, draw, on_robot, plan_of
+from fivebar_studies.sweep.planning import screened, timed_for_loads
+from fivebar_studies.sweep.rows import FEASIBLE, SweepRow
+from fivebar_studies.sweep.running import run_and_judge
+from fivebar_studies.sweep.statistics import silence_table, within_table
 
 SEED = 11
 DOCUMENT = Path(__file__).parents[4] / "docs/sweeps.md"
@@ -222,7 +223,7 @@ def test_a_drawn_robot_is_a_scenario_that_is_run_again(numbers: tuple[int, ...])
     scenario = case.scenario("unified")
     written = validate(yaml.safe_load(scenario.to_yaml()), Scenario, "again")
     assert written.plant == scenario.plant != PlantSettings()
-    assert made(written, written.plan()) == made(scenario, plan_of(case))
+    assert run_and_judge(written, written.plan()) == run_and_judge(scenario, plan_of(case))
 
 
 def test_a_robot_is_drawn_by_seed_number_and_rig_alone(numbers: tuple[int, ...]) -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The study of robustness: every effect changes the robot and grows, and failures are found where they begin."""
 
 from __future__ import annotations
@@ -14,68 +15,53 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.outcome import Outcome
-from fivebar_bringup.studies.assess.assess import ASSESSMENT
-from fivebar_bringup.studies.benchmark.study import BENCHMARK
-from fivebar_bringup.studies.engine.study import Study
-from fivebar_bringup.studies.rigs.named import find_rig
-from fivebar_bringup.studies.robustness.bursts import (
-    BURSTS,
-    LIMIT,
-    LOSSES,
-    Losses,
-    LossRow,
-    LossSettings,
-    Lost,
-    losses_of,
-    losses_table,
-    series_of,
-)
-from fivebar_bringup.studies.robustness.effects import DRAWS, EFFECTS, STEPS, Condition, Effect, FaultyRobot
-from fivebar_bringup.studies.robustness.figures import place_of
-from fivebar_bringup.studies.robustness.robustness import ROBUSTNESS
-from fivebar_bringup.studies.robustness.running import (
-    FAR,
-    WRONG_MODE,
-    Climb,
-    RobustnessSettings,
-    cause_of,
-    climbs_of,
-    failure_of,
-    failures_without,
-    limit_of,
-    prepared,
-)
-from fivebar_bringup.studies.robustness.sensor_effects import ALL_EFFECTS
-from fivebar_bringup.studies.robustness.tables import first_failures
-from fivebar_bringup.studies.sweep.sweep import SWEEP
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
 from fivebar_description.files import share_file
-from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_file import load_robot
-from fivebar_description.tolerances import EXACT
 from fivebar_sim.effects.mechanism import mechanism_of
-from fivebar_sim.effects.settings import PlantSettings
+from fivebar_studies.assess.assess import ASSESSMENT
+from fivebar_studies.benchmark.study import BENCHMARK
+from fivebar_studies.engine.study import Study
+from fivebar_studies.rigs.named import find_rig
+from fivebar_studies.robustness.effects import BURSTS, DRAWS, EFFECTS, LONGEST_BURST, STEPS, Effect, with_keys
+from fivebar_studies.robustness.equipment import prepared
+from fivebar_studies.robustness.figures import place_of
+from fivebar_studies.robustness.robustness import ROBUSTNESS
+from fivebar_studies.robustness.running import (
+    FAR,
+    WRONG_MODE,
+    RobustnessRow,
+    RobustnessSettings,
+    cause_of,
+    limit_of,
+    middle_crossing,
+    runs_of,
+)
+from fivebar_studies.robustness.sensor_effects import SENSOR_EFFECTS
+from fivebar_studies.robustness.tables import Climb, climbs_of, errors_table, failures_without, first_failures
+from fivebar_studies.sweep.sweep import SWEEP
 
 DOCUMENT = Path(__file__).parents[4] / "docs/results/faults.md"
-EXACT_ROBOT = FaultyRobot(PlantSettings(encoder_counts=20_000), ImuSettings(), EXACT)
+SETTINGS = RobustnessSettings()
 GYRO = "unified, gyro"
 OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
 
 
-@pytest.mark.parametrize("effect", ALL_EFFECTS.values(), ids=list(ALL_EFFECTS))
+@pytest.mark.parametrize("effect", [*EFFECTS.values(), *SENSOR_EFFECTS.values()], ids=lambda effect: effect.name)
 def test_every_size_of_an_effect_is_a_robot_of_its_own(effect: Effect) -> None:
+    exact = prepared(GYRO, 1.0)[0]
     assert len(effect.sizes) == STEPS
     assert list(effect.sizes) == sorted(set(effect.sizes), reverse=effect.falls)
-    robots = [effect.on(EXACT_ROBOT, size, Condition(0, 0.5)) for size in effect.sizes]
-    assert len({*robots, EXACT_ROBOT}) == STEPS + 1
+    robots = [with_keys(exact, effect.keys(size, 0, 0.5)) for size in effect.sizes]
+    assert len({(robot.plant, robot.imu) for robot in (*robots, exact)}) == STEPS + 1
     for robot in (robots[0], robots[-1]):
         for draw in range(DRAWS):
             # does not refuse any of them
-            mechanism_of(load_robot("dextar"), effect.on(robot, effect.sizes[-1], Condition(draw, 0.5)).plant, 500)
+            mechanism_of(load_robot("dextar"), with_keys(robot, effect.keys(effect.sizes[-1], draw, 0.5)).plant, 500)
 
 
 def test_what_is_wrong_with_the_geometry_is_declared_where_it_can_be() -> None:
-    robot = EFFECTS["lengths"].on(EXACT_ROBOT, 0.2, Condition(1, 0.5))
+    robot = with_keys(prepared("unified, encoders", 1.0)[0], EFFECTS["lengths"].keys(0.2, 1, 0.5))
     assert robot.tolerances.length == pytest.approx(2e-4)
     assert robot.plant.links.l_11 == pytest.approx(-2e-4)
     assert robot.plant.links.l_12 == pytest.approx(2e-4)
@@ -108,7 +94,6 @@ def test_any_robot_is_judged_by_its_size_and_has_settings_in_proportion() -> Non
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--losses", "--robot", "motkin"], "--robot: motkin: expected none in the study of --losses"),
         (["--rig", "good", "--effects", "mass"], "--effects: mass: expected none in the study of --rig"),
         (
             ["--sensors", "good", "--seed", "1", "--quick"],
@@ -154,21 +139,23 @@ def test_a_law_from_elsewhere_climbs_its_ladder() -> None:
     rows = [row for number in (0, 1, 2, 13) for row in ROBUSTNESS.run(settings, number)]
     assert {row.equipment for row in rows} == {"toy_law:LAW, encoders", "toy_law:LAW, gyro"}
     assert set(failures_without(rows)) == {"toy_law:LAW, encoders", "toy_law:LAW, gyro"}
-    (climb,) = climbs_of(settings, rows)
+    (climb,) = climbs_of(rows)
     assert (climb.effect, climb.equipment, climb.runs, len(climb.failed)) == ("mass", "toy_law:LAW, encoders", 1, 2)
 
 
 @pytest.mark.extra
 def test_a_gyroscope_saves_a_robot_whose_lengths_are_wrong() -> None:
-    lengths = EFFECTS["lengths"]
-    assert failure_of("unified, encoders", lengths, 0.2, 0.5, 0) is not None
-    assert failure_of("unified, gyro", lengths, 0.2, 0.5, 0) is None
+    causes = {
+        name: middle_crossing(RobustnessRow(0, "lengths", 0.2, name, 0.5, 0), SETTINGS).cause
+        for name in ("unified, encoders", GYRO)
+    }
+    assert causes["unified, encoders"] and not causes[GYRO]
 
 
 def test_the_help_names_the_controllers_that_run_by_default() -> None:
-    command = get_command(app).commands["robustness"]  # type: ignore[attr-defined]
+    command: Any = get_command(app).get_command(None, "robustness")  # type: ignore[attr-defined]
     (option,) = (one for one in command.params if one.name == "controllers")
-    assert f"[default: {','.join(RobustnessSettings().controllers)}, or" in option.help
+    assert f"[default: {','.join(SETTINGS.compared)}, or" in option.help
 
 
 def test_an_unknown_effect_is_refused() -> None:
@@ -226,39 +213,48 @@ def test_good_and_middling_robots_have_what_the_rigs_of_that_name_have(rig: str)
     assert stated == pytest.approx(found)
 
 
-def losses_with(lost: Lost) -> Losses:
-    """What the loss of commands or samples at a few moments costs, of the equipment with a gyroscope."""
-    settings = LossSettings(controllers=("unified",), every=125)
-    wanted = [number for number, one in enumerate(series_of(settings)) if (one.equipment, one.lost) == (GYRO, lost)]
-    (losses,) = losses_of([row for number in wanted for row in LOSSES.run(settings, number)])
-    return losses
+def rows_with_burst(name: str, draws: tuple[int, ...]) -> list[RobustnessRow]:
+    """Return what becomes of runs with a gyroscope without a burst, and with each at a few moments."""
+    runs = [RobustnessRow(0, "", 0.0, GYRO, 1.0, 0)]
+    runs += [RobustnessRow(0, name, size, GYRO, 1.0, draw) for size in BURSTS[name].sizes for draw in draws]
+    return [middle_crossing(run, SETTINGS) for run in runs]
 
 
 def test_bursts_of_lost_commands_are_borne() -> None:
     """As many as the drives hold their torque for by default, before, on and after the locus."""
-    losses = losses_with(Lost.COMMANDS)
-    assert losses.failures == (0,) * len(BURSTS[Lost.COMMANDS])
-    assert losses.without < losses.errors[BURSTS[Lost.COMMANDS].index(10)].max() < 1e-3
-    assert losses.errors.shape == (len(BURSTS[Lost.COMMANDS]), len(losses.moments))
-    assert losses.as_json()["worst_m"][-1] == losses.errors[-1].max()
-    assert losses.moments[0] == 0.0
+    rows = rows_with_burst("commands", (0, 62, 125, 187))
+    (climb,) = climbs_of(rows)
+    assert climb.failed == (0,) * 4
+    assert climb.errors[2] is not None and rows[0].error < climb.errors[2] < 1e-3
+    cells = dict(zip(errors_table(rows, [climb]).columns, errors_table(rows, [climb]).rows[0], strict=True))
+    assert (cells["none"].value, cells["15"].value) == (rows[0].error, climb.errors[-1])
 
 
 def test_a_burst_that_no_run_bears_has_no_largest_error() -> None:
-    rows = [LossRow(0, GYRO, "commands", burst, 0.5, 1e-3 if burst < 15 else None, "") for burst in (0, 1, 5, 10, 15)]
-    (losses,) = losses_of(rows)
-    assert (losses.worst[-2:], losses.failures[-2:]) == ((1e-3, None), (0, 1))
-    shown = dict(zip(losses_table([losses]).columns, losses_table([losses]).rows[0], strict=True))
-    assert (shown["none"].text, shown["10"].value, shown["15"].text) == ("1.00 mm", 1e-3, "")
+    runs = [RobustnessRow(0, "commands", size, GYRO, 1.0, 0, error=1e-3) for size in (1.0, 5.0, 10.0)]
+    rows = [*runs, runs[0]._replace(size=15.0, cause="tracking_lost")]
+    (climb,) = climbs_of(rows)
+    assert (climb.errors, climb.failed) == ((1e-3, 1e-3, 1e-3, None), (0, 0, 0, 1))
+    shown = dict(zip(errors_table(rows, [climb]).columns, errors_table(rows, [climb]).rows[0], strict=True))
+    assert (shown["none"].text, shown["10"].text, shown["15"].text) == ("", "1.00 mm", "")
 
 
 def test_bursts_of_lost_samples_are_borne() -> None:
     """As many as the estimator predicts over: the torque that is held is known to it, where it should be is not."""
-    losses = losses_with(Lost.SAMPLES)
-    assert losses.failures == (0,) * len(BURSTS[Lost.SAMPLES])
-    assert losses.without < losses.errors[-1].max() < 1e-3
-    assert BURSTS[Lost.SAMPLES][-1] == LIMIT - 1
-    assert losses.moments.tolist() == [0.25, 0.5, 0.75]
+    rows = rows_with_burst("samples", (62, 125, 187))
+    (climb,) = climbs_of(rows)
+    assert climb.failed == (0,) * 3
+    assert climb.errors[-1] is not None and rows[0].error < climb.errors[-1] < 1e-3
+    assert BURSTS["samples"].sizes[-1] == LONGEST_BURST - 1
+
+
+def test_a_burst_begins_at_every_second_sample_of_the_crossing() -> None:
+    settings = RobustnessSettings(effects=("commands", "samples"), controllers=("mpc",), durations=(0.5,))
+    runs = [run for run in runs_of(settings) if (run.equipment, run.size) == ("mpc, gyro", 1)]
+    begins = {name: [2 * run.draw for run in runs if run.effect == name] for name in settings.effects}
+    # without sample 0 there is no run
+    assert begins == {"commands": [*range(0, 250, 2)], "samples": [*range(2, 250, 2)]}
+    assert BURSTS["samples"].keys(5, 3, 0.25)["missing"] == (6, 5)
 
 
 @pytest.mark.parametrize("study", [ASSESSMENT, BENCHMARK, ROBUSTNESS, SWEEP], ids=lambda study: study.name)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The sweep: cases from their numbers, the same bytes however they were made, the rule of success, what is refused."""
 
 from __future__ import annotations
@@ -20,40 +21,40 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.odds.odds import shortcomings
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import Outcome
-from fivebar_bringup.studies.engine import running as engine
-from fivebar_bringup.studies.engine.directory import StudyFiles
-from fivebar_bringup.studies.engine.directory import opened as opened_study
-from fivebar_bringup.studies.engine.program import deciding_files, matching
-from fivebar_bringup.studies.engine.running import Progress, Tally, run_study, silent
-from fivebar_bringup.studies.sweep import figures
-from fivebar_bringup.studies.sweep import sweep as sweeping
-from fivebar_bringup.studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
-from fivebar_bringup.studies.sweep.explanations import CHANGES, explained
-from fivebar_bringup.studies.sweep.rows import FEASIBLE, REFUSED, ROWS, SCREENED_OUT, SweepRow
-from fivebar_bringup.studies.sweep.running import SWEPT, counted, run_case, use_of
-from fivebar_bringup.studies.sweep.statistics import (
+from fivebar_control.estimation.trips import ESTIMATE_AMBIGUOUS
+from fivebar_control.laws.registry import find_controller
+from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
+from fivebar_control.planning.alternative_courses import TimedCourse
+from fivebar_control.planning.course import Course
+from fivebar_control.planning.figures import Figure
+from fivebar_control.planning.postures import WORKING_MODES
+from fivebar_control.safety.stages import TRACKING_LOST
+from fivebar_control.trajectory.time_laws import OPTIMAL
+from fivebar_description.robot_file import load_robot
+from fivebar_description.strict_yaml import InputError
+from fivebar_studies.engine import running as engine
+from fivebar_studies.engine.directory import StudyFiles
+from fivebar_studies.engine.directory import opened as opened_study
+from fivebar_studies.engine.program import deciding_files, matching
+from fivebar_studies.engine.running import Progress, run_study, silent
+from fivebar_studies.sweep import figures
+from fivebar_studies.sweep import sweep as sweeping
+from fivebar_studies.sweep.drawing import ENCODERS, LONGEST, SHORTEST, SPREAD, Draw, draw
+from fivebar_studies.sweep.explanations import CHANGES, explained
+from fivebar_studies.sweep.rows import FEASIBLE, REFUSED, ROWS, SCREENED_OUT, SweepRow
+from fivebar_studies.sweep.running import SWEPT, counted, run_case, use_of
+from fivebar_studies.sweep.statistics import (
     branch_table,
     error_table,
     overview_table,
     planner_reason,
     refusals_table,
 )
-from fivebar_bringup.studies.sweep.sweep import DECIDING, SWEEP, SweepSettings
-from fivebar_control.estimation.trips import ESTIMATE_AMBIGUOUS
-from fivebar_control.laws.registry import find_controller
-from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
-from fivebar_control.planning.course import Course
-from fivebar_control.planning.figures import Figure
-from fivebar_control.planning.places import TimedCourse
-from fivebar_control.planning.postures import WORKING_MODES
-from fivebar_control.safety.stages import TRACKING_LOST
-from fivebar_control.trajectory.planner import OPTIMAL
-from fivebar_description.robot_file import load_robot
-from fivebar_description.strict_yaml import InputError
+from fivebar_studies.sweep.sweep import DECIDING, SWEEP, SweepSettings
 
 SEED, CASES = 3, 5
 ROBOT = load_robot("dextar")
-BATCH = SWEEP.chunk
+BATCH = SWEEP.chunk(SWEEP.settings())
 HEAD = ROWS.head
 
 Files = StudyFiles[SweepSettings, SweepRow]
@@ -67,8 +68,8 @@ def opened(path: Path, seed: int | None, cases: int | None, **others: Any) -> tu
     return opened_study(SWEEP, path, {"seed": seed, "cases": cases, **others})
 
 
-def complete_rows(path: Path, controllers: tuple[str, ...] = SWEPT) -> dict[int, list[SweepRow]]:
-    return StudyFiles(SWEEP, path).complete_rows(SweepSettings(controllers=controllers))
+def rows_in(path: Path) -> list[SweepRow]:
+    return StudyFiles(SWEEP, path).read_rows()
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +82,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rows(made: Path) -> list[SweepRow]:
-    return [row for rows in complete_rows(made).values() for row in rows]
+    return rows_in(made)
 
 
 def side(case: Draw, x: float, y: float) -> float:
@@ -246,17 +247,14 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.extra
 @pytest.mark.usefixtures("no_figures")
 def test_resumed_halves_give_the_same_bytes(made: Path, rows: list[SweepRow], tmp_path: Path) -> None:
-    """A later batch was there already, and one whose last line is torn; what is left over is dropped."""
-    begun, _ = opened(tmp_path / "halves", SEED, CASES)
-    first = [row for row in rows if row.case < BATCH]
-    last = max(row.case for row in rows) // BATCH
-    ahead = [row for number in range(BATCH * (last + 2), BATCH * (last + 3)) for row in run_case(SEED, number)]
-    lines = HEAD + ROWS.lines(ahead) + ROWS.lines(first)
-    begun.rows.write_text(lines[: -len(lines.splitlines()[-1]) // 2])
-    assert max(complete_rows(begun.path)) == ahead[-1].case and first[-1].case not in complete_rows(begun.path)
-    sweep(begun.path)
-    assert begun.rows.read_bytes() == (made / "sweep.csv").read_bytes()
-    assert (begun.path / "sweep.json").read_bytes() == (made / "sweep.json").read_bytes()
+    """One batch is whole, and the next one is torn: in a line, or between two rows of a case."""
+    lines = [HEAD, *ROWS.lines(row for row in rows if row.case < 2 * BATCH).splitlines(keepends=True)]
+    for name, torn in (("row", "".join(lines[:-1])), ("line", "".join(lines)[: -len(lines[-1]) // 2])):
+        begun, _ = opened(tmp_path / name, SEED, CASES)
+        begun.rows.write_text(torn)
+        sweep(begun.path)
+        assert begun.rows.read_bytes() == (made / "sweep.csv").read_bytes()
+        assert (begun.path / "sweep.json").read_bytes() == (made / "sweep.json").read_bytes()
 
 
 @pytest.mark.extra
@@ -272,8 +270,7 @@ def test_what_an_interruption_leaves_can_be_continued(made: Path, tmp_path: Path
     path = tmp_path / "interrupted"
     with pytest.raises(KeyboardInterrupt):
         sweep(path, SEED, CASES, interrupt)
-    kept = complete_rows(path)
-    assert 0 < len(kept) < len(complete_rows(made))
+    assert 0 < len(rows_in(path)) < len(rows_in(made))
     assert not (path / "sweep.html").exists()
     sweep(path)
     assert (path / "sweep.csv").read_bytes() == (made / "sweep.csv").read_bytes()
@@ -302,7 +299,7 @@ def test_an_interrupted_sweep_says_what_is_kept_and_how_to_resume(
         signal.raise_signal(signal.SIGINT)
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(engine, "_all_rows", interrupted)
+    monkeypatch.setattr(engine, "further_rows", interrupted)
     called = CliRunner().invoke(app, ["sweep", "--quick"])
     (made_here,) = Path("runs").iterdir()
     assert called.exit_code == 130
@@ -333,8 +330,7 @@ def test_a_sweep_of_one_controller_has_its_rows_of_the_sweep_of_all(rows: list[S
         ],
     )
     assert done.exit_code == 0, done.output
-    alone = [row for found in complete_rows(path, ("unified",)).values() for row in found]
-    assert alone == [row for row in rows if row.controller in ("", "unified")]
+    assert rows_in(path) == [row for row in rows if row.controller in ("", "unified")]
     assert f"fivebar sweep --seed {SEED} --controllers unified --cases {CASES}" in (path / "sweep.html").read_text()
     with pytest.raises(InputError, match="controllers unified, not ctc, unified"):
         opened(path, None, None, controllers=("ctc", "unified"))
@@ -370,24 +366,6 @@ def test_the_crossings_that_count_are_those_of_unified_or_of_the_first_controlle
     assert [counted(names) for names in (SWEPT, ("lqr", "unified"), ("mpc", "lqr"))] == ["unified", "unified", "mpc"]
 
 
-def test_the_order_in_which_batches_come_does_not_matter() -> None:
-    def batch(number: int, feasible: bool) -> list[SweepRow]:
-        plain = draw(SEED, number * BATCH)[1:]
-        status = FEASIBLE if feasible else SCREENED_OUT
-        return [SweepRow(number * BATCH, controller, status, "", True, "", *plain) for controller in SWEPT]
-
-    batches = [batch(number, number in (1, 3, 4)) for number in range(6)]
-    found = []
-    for order in ([0, 1, 2, 3, 4, 5], [5, 3, 1, 4, 2, 0]):
-        tally = Tally(SWEEP, SweepSettings(seed=SEED, cases=2))
-        for number in order:
-            tally.add(batches[number])
-        assert tally.enough
-        found.append(tally.rows)
-    assert found[0] == found[1] == [row for one in batches[:4] for row in one]
-    assert next(Tally(SWEEP, SweepSettings(seed=SEED)).missing())[2:] == (0, BATCH)
-
-
 @pytest.mark.extra
 def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="seed 3, not 4"):
@@ -407,7 +385,9 @@ def test_other_settings_are_refused(made: Path, tmp_path: Path, monkeypatch: pyt
 @pytest.mark.extra
 def test_the_digest_covers_every_module_that_a_run_of_a_case_loads(tmp_path: Path) -> None:
     code = (
-        "import sys, fivebar_bringup.studies.sweep.running\n"
+        "import sys, fivebar_studies.sweep.running\n"
+        "from fivebar_description.optional import CAMERA_FRAMES, optional_part\n"
+        "optional_part(CAMERA_FRAMES, 'a camera')\n"
         "for name, module in list(sys.modules.items()):\n"
         "    if name.startswith('fivebar_') and not module.__file__.endswith('__init__.py'): print(module.__file__)"
     )
@@ -422,14 +402,20 @@ def test_a_spoilt_directory_is_refused(tmp_path: Path) -> None:
     begun, _ = opened(tmp_path / "spoilt", SEED, CASES)
     begun.rows.write_text("case,something\n1,2\n")
     with pytest.raises(InputError, match="another line"):
-        complete_rows(begun.path)
+        rows_in(begun.path)
     begun.rows.write_text(HEAD + "1,2\n")
     with pytest.raises(InputError, match="expected"):
-        complete_rows(begun.path)
-    begun.content.write_text(begun.content.read_text().replace('"unified"', '"nobody"'))
+        rows_in(begun.path)
+    begun.rows.write_text(
+        HEAD + ROWS.lines(SweepRow(case, "", REFUSED, "", None, "", *draw(SEED, case)[1:]) for case in (0, 2))
+    )
+    with pytest.raises(InputError, match="lacks cases"):
+        rows_in(begun.path)
+    content = begun.directory.content
+    content.write_text(content.read_text().replace('"unified"', '"nobody"'))
     with pytest.raises(InputError, match="not the file of a sweep"):
         opened(begun.path, None, None)
-    begun.content.write_text("{}")
+    content.write_text("{}")
     with pytest.raises(InputError, match="not the file of a sweep"):
         opened(begun.path, None, None)
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The calibration on robots whose readings come from the closed-form geometry of the model, an independent path."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Positions by the camera in the filter: late ones count as if they had come at once, wrong ones not at all."""
 
 from __future__ import annotations
@@ -5,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings, as_vector
+from fivebar_control.estimation.ekf import as_vector
 from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at, seen_assembly
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition

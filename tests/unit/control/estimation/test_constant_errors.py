@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a motion shows of the constant errors of robot and sensors, and what it leaves open."""
 
 from __future__ import annotations
@@ -10,14 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar_control.estimation import covariance as cov
-from fivebar_control.estimation.constants import Drives, estimator_model
-from fivebar_control.estimation.ekf import NO_ERRORS, Belief, EkfSettings, as_vector, error_deviations, from_vector
+from fivebar_control.estimation.constants import estimator_model
+from fivebar_control.estimation.ekf import NO_ERRORS, Belief, as_vector, error_deviations, from_vector
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.history import belief_at, empty_history, keep_belief
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.measurements import corrected, encoder_row, homed_belief
 from fivebar_control.estimation.platform_motion import leg_at_rest
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import Tolerances

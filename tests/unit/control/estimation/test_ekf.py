@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filter as a whole: is it as good as it says, where does it lead, and what do the disturbances do."""
 
 from __future__ import annotations
@@ -10,13 +11,12 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.constants import Drives, estimator_model
+from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.covariance import CLOCK_ERROR, ERRORS, PASSIVE, SCALE, SIZE
 from fivebar_control.estimation.ekf import (
     NO_ERRORS,
     STIFFNESS_LIMIT,
     Belief,
-    EkfSettings,
     Estimate,
     FilterModel,
     advanced,
@@ -31,6 +31,7 @@ from fivebar_control.estimation.history import keep_belief
 from fivebar_control.estimation.measurements import corrected, homed_belief
 from fivebar_control.estimation.platform_motion import acceleration_derivatives, leg_motion, platform_acceleration
 from fivebar_control.estimation.readings import with_motors, with_rate
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The mirror mode: where it is, how far off it is, and that an estimate which may be the wrong one is not passed on."""
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_control.estimation.covariance import ERRORS, SIZE
-from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, filter_model
+from fivebar_control.estimation.ekf import Belief, Estimate, filter_model
 from fivebar_control.estimation.mirror import (
     AmbiguityLimits,
     Mirror,
@@ -24,6 +25,7 @@ from fivebar_control.estimation.mirror import (
     mirrored,
 )
 from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_description.parameters import FiveBar

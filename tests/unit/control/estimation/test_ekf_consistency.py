@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Is the filter as good as it says on robots that are not as their file says: NEES over robots drawn from tolerances.
 
 The truth is Pinocchio's plant with the actual lengths, friction and encoders' counts, driven open loop by the torques
@@ -19,10 +20,9 @@ from scipy.stats import chi2
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_description.imu import ImuSettings

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filter forgets where it was: estimates of the same readings approach each other, whatever the tolerances.
 
 With a gyroscope constant errors are estimated, and do not forget: a part of what moved the estimate stays in them, and
@@ -16,10 +17,12 @@ from numpy.typing import NDArray
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.estimation.constants import EstimatorModel, estimator_model
-from fivebar_control.estimation.ekf import EkfSettings, Estimate
+from fivebar_control.estimation.ekf import Estimate
 from fivebar_control.estimation.history import keep_belief
 from fivebar_control.estimation.readings import EstimatorMemory, with_motors, with_rate
+from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.estimation.step import first_update, next_update
+from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.tolerances import Tolerances
 
 PERTURBED = 150
@@ -72,7 +75,7 @@ def motions(found: list[Estimate]) -> NDArray[np.float64]:
 @pytest.mark.parametrize("length", [0.0, 5e-5, 4e-4, 2e-3])
 def test_a_small_error_dies_out(gyro: bool, length: float) -> None:
     scenario, run = run_of_gyroscope()
-    homing = scenario.homing()
+    homing = homing_of(scenario)
     model = estimator_model(
         scenario.five_bar(),
         homing.mode1,

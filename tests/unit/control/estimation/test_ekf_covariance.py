@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The covariance of the filter's states and of the constant errors, against joint linear-Gaussian algebra."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What counts say: unbiased angles whose errors are as large as they claim, at any speed."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The start: a declared posture that is possible and that the encoders confirm, or none."""
 
 from __future__ import annotations
@@ -8,11 +9,11 @@ from contextlib import nullcontext
 import pytest
 from scipy.optimize import brentq
 
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import NO_ERRORS, EkfSettings, Estimate, FilterModel, advanced, filter_model
+from fivebar_control.estimation.ekf import NO_ERRORS, Estimate, FilterModel, advanced, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import MIN_HOMING_KAPPA, Homing, HomingContradicted, homing_at
 from fivebar_control.estimation.readings import LONGEST_GAP
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filter's process model against the controllers' model, and its derivatives against finite differences."""
 
 from __future__ import annotations

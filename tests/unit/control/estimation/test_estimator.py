@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the estimator publishes, and what it does around the filter: gaps, commands, warming up, latched faults."""
 
 from __future__ import annotations
@@ -9,10 +10,9 @@ import numpy as np
 import pytest
 
 from fivebar_control.estimation.compiled import compiled_step
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import JointEstimate, PositionFix, StateEstimator
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.robot_file import load_robot

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A frozen encoder is noticed within a few samples wherever its motor turns, and never where none is frozen."""
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ from estimate_replay import OFF_MODEL, encoder_scenario
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_control.estimation.constants import Drives, estimator_model
-from fivebar_control.estimation.ekf import EkfSettings, Estimate
+from fivebar_control.estimation.constants import estimator_model
+from fivebar_control.estimation.ekf import Estimate
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.frozen import (
     AWAY,
@@ -26,6 +27,7 @@ from fivebar_control.estimation.frozen import (
     nothing_read,
 )
 from fivebar_control.estimation.gyro_watch import not_used, unheard, used, waited
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.trips import (
     ENCODER_FROZEN,
     ESTIMATE_INCONSISTENT,
@@ -36,6 +38,7 @@ from fivebar_control.estimation.trips import (
 )
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import EXACT, Tolerances
 
@@ -209,7 +212,7 @@ def test_a_frozen_reading_is_noticed(crossing: tuple[Scenario, OfflineRun], firs
     """The reference is on the locus at sample 50, where the motors turn round; they move on both sides of it."""
     scenario, run = crossing
     estimator = StateEstimator(
-        scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), scenario.ekf
+        scenario.five_bar(), homing_of(scenario), scenario.rate_hz, scenario.drives(), scenario.ekf
     )
     frozen = None
     for sample in run.samples:
@@ -245,7 +248,7 @@ def test_the_commanded_torque_decides(crossing: tuple[Scenario, OfflineRun], coa
     """Two readings that stay from a sample on are of a robot at rest if the guard has taken the torque before."""
     scenario, run = crossing
     estimator = StateEstimator(
-        scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), scenario.ekf
+        scenario.five_bar(), homing_of(scenario), scenario.rate_hz, scenario.drives(), scenario.ekf
     )
     stands = 35
     for sample in run.samples[: stands + FEWEST + 2]:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A declared gyroscope that is not heard, cannot be used, or repeats itself has a fault of its own name."""
 
 from __future__ import annotations
@@ -7,8 +8,6 @@ import math
 import pytest
 from estimator_at_rest import ANGLES, HOME, RATE_HZ, ROBOT
 
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.gyro_watch import (
     FEWEST,
@@ -20,6 +19,7 @@ from fivebar_control.estimation.gyro_watch import (
     waited,
 )
 from fivebar_control.estimation.homing import Homing
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.trips import GYROSCOPE_FROZEN, TRIP_NAMES
 from fivebar_control.safety.stages import NO_FAULT
 

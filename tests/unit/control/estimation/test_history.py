@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The last samples of the filter: what is kept of an entry, and which entry a late reading belongs to."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The acceleration check of section 4.3: what the IMU adds is taken off, and what the robot does wrong is left."""
 
 from __future__ import annotations

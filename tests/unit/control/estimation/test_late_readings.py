@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A reading counts at the time of its stamp, however late and in whatever order it comes, also by another clock."""
 
 from __future__ import annotations
@@ -9,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.covariance import CLOCK_ERROR, PASSIVE
-from fivebar_control.estimation.ekf import Belief, EkfSettings, Estimate, advanced, as_vector, filter_model
+from fivebar_control.estimation.ekf import Belief, Estimate, advanced, as_vector, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot

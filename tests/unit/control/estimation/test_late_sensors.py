@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Crossings with an encoder on a passive joint, and with a gyroscope whose clock is not the robot's."""
 
 from __future__ import annotations

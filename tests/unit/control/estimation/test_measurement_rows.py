@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the filter's sensors measure, as it linearises it, against differences of the robot's geometry."""
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from fivebar_control.estimation.ekf import (
     NO_ERRORS,
     Belief,
     ConstantErrors,
-    EkfSettings,
     Estimate,
     as_vector,
     error_deviations,
@@ -35,6 +35,7 @@ from fivebar_control.estimation.measurements import (
     turned,
 )
 from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.state import State

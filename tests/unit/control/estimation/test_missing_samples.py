@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Samples and commands that a bus loses or delays contradict no model; an encoder that has slipped does."""
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.step import estimator_step
+from fivebar_control.scenario.sensors import homing_of
 
 EVERY = 8
 """Samples from one that is missing to the next."""
@@ -41,7 +43,7 @@ def crossing() -> tuple[Scenario, list[Reading]]:
 def fault_of(scenario: Scenario, readings: dict[int, Reading]) -> tuple[int, str]:
     """Return the sample and the name of the estimator's first fault, (-1, "") for none."""
     estimator = StateEstimator(
-        scenario.five_bar(), scenario.homing(), scenario.rate_hz, scenario.drives(), scenario.ekf
+        scenario.five_bar(), homing_of(scenario), scenario.rate_hz, scenario.drives(), scenario.ekf
     )
     for number, (angles, torques, command) in readings.items():
         estimator.take(number, *angles, *torques)
@@ -89,7 +91,7 @@ def test_machine_code_estimates_the_same(crossing: tuple[Scenario, list[Reading]
     readings = with_missing(complete[:60], 0, False)
     told = []
     for step in (estimator_step, compiled_step()):
-        estimator = StateEstimator(scenario.five_bar(), scenario.homing(), *settings, step=step)
+        estimator = StateEstimator(scenario.five_bar(), homing_of(scenario), *settings, step=step)
         estimator.warm_up()
         told.append([estimator.take(number, *one.angles, *one.torques) for number, one in readings.items()])
     assert told[0] == told[1]

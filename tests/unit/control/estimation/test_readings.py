@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a reading is put in the estimator's history."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Where a robot rests by motors and camera: told once it rests and is seen, and where its modes can be told."""
 
 from __future__ import annotations
@@ -6,11 +7,10 @@ import math
 
 import pytest
 
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import PositionFix, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at
 from fivebar_control.estimation.resting import REST_TIME, MotorReading, Resting
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.robot_file import load_robot
 

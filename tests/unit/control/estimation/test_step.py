@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The steps of the estimator's sample, each by itself."""
 
 from __future__ import annotations
@@ -9,12 +10,19 @@ import pytest
 from estimator_at_rest import ANGLES, HOME, MODES, RATE_HZ, ROBOT, TIGHT, model_of, started
 
 from fivebar_control.estimation.causes import causes_of, inconsistency_reason
-from fivebar_control.estimation.constants import Drives
 from fivebar_control.estimation.ekf import Belief, advanced, as_vector, guessed, predicted
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.history import ELBOW, angle_at, keep_belief, row_of
-from fivebar_control.estimation.measurements import corrected, elbow_speed, motor_speeds, seen_at, turn_rate
+from fivebar_control.estimation.measurements import (
+    CAMERA_GATE,
+    corrected,
+    elbow_speed,
+    motor_speeds,
+    seen_at,
+    turn_rate,
+)
 from fivebar_control.estimation.readings import Misfit, Pattern, Trend, with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.settings import Drives
 from fivebar_control.estimation.step import Mean, first_update, mean_of, next_update, prediction
 from fivebar_control.estimation.trips import ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.model.geometry import inverse_geometry
@@ -130,7 +138,7 @@ def test_a_position_by_the_camera_counts_at_its_exposure(made: float, variance: 
     placed = with_seen(model, memory, made, *place, variance)
     assert placed.start == 4
     found = next_update(model, placed.memory, placed.start).memory.belief
-    expect_same(found, seen_at(plain, *place, (made - 4.0) / RATE_HZ, counted, model.camera_gate).belief)
+    expect_same(found, seen_at(plain, *place, (made - 4.0) / RATE_HZ, counted, CAMERA_GATE).belief)
     assert found.estimate.x != plain.estimate.x
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The CAN interface in bad company: whatever is received or cannot be sent, nothing is raised into the loop."""
 
 from __future__ import annotations

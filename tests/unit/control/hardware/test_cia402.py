@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The CiA 402 state machine, by table: every statusword, every state and goal, and the drive's own transitions."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Drive configurations: the shipped ones are read, and every mistake is named by file and key."""
 
 from __future__ import annotations

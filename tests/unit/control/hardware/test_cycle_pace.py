@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Cycles that are numbered by the clock."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the bus object puts on the bus for drives in given states; no drive is on it to answer."""
 
 from __future__ import annotations

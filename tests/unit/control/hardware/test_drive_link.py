@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """One drive's frames turned into readings and faults, with a clock that the test turns."""
 
 from __future__ import annotations
@@ -80,6 +81,21 @@ def test_a_position_counter_that_wraps_goes_on(drive: Drive, before: int, after:
     assert cycle(link, after, 0, None) == pytest.approx(((before + moved) * step, moved * step / 0.002, 0.0))
     assert cycle(link, after, 0, None) == pytest.approx(((before + moved) * step, 0.0, 0.0))
     assert cycle(link, before, 0, None) == pytest.approx((before * step, -moved * step / 0.002, 0.0))
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_an_encoder_that_counts_no_turns_goes_on(drive: Drive, way: int) -> None:
+    """Its counts begin again with every revolution of the motor, whether a cycle is missed or not."""
+    link = DriveLink("q11", drive.model_copy(update={"velocity_in_pdo": False}), PERIOD_US, LIMIT)
+    turn = drive.counts_per_revolution
+    step, moved = 2.0 * math.pi / turn, way * turn // 12
+    assert cycle(link, 0, 0, None) == pytest.approx((0.0, 0.0, 0.0))
+    for number in range(1, 30):
+        reading = cycle(link, number * moved % turn, 0, None)
+        assert reading == pytest.approx((number * moved * step, moved * step / 0.002, 0.0))
+    link.expect()
+    assert link.close_cycle() is None
+    assert cycle(link, 31 * moved % turn, 0, None) == pytest.approx((31 * moved * step, moved * step / 0.002, 0.0))
 
 
 def test_the_age_of_the_heartbeat_counts_and_not_the_last_state(link: DriveLink) -> None:

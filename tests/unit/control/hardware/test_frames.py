@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Frames: what the known ones say, and that no other frame says anything or raises."""
 
 from __future__ import annotations

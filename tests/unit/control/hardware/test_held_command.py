@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A torque that is held and not renewed is overdue, while the bridge drives the controller and until it is ended."""
 
 from __future__ import annotations

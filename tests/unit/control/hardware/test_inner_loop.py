@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The inner loop of a motor board: where it fades, and that all currents together keep the limit."""
 
 from __future__ import annotations
@@ -7,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from fivebar_control.hardware.board_file import BoardDrive, BoardFile
 from fivebar_control.hardware.drive_interface import JointTarget
-from fivebar_control.hardware.inner_loop import OPEN, InnerLoop, set_point
 from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.robot_file import load_robot
+from fivebar_motkin.board_file import BoardDrive, BoardFile
+from fivebar_motkin.inner_loop import OPEN, BoardTargets, set_point
 
 ROBOT = load_robot("motkin")
 STILL = (0.0,) * 4
@@ -28,7 +29,7 @@ def board(**inner_loop: Any) -> BoardFile:
 
 
 def target(y: float, state_y: float | None = None, mode: tuple[int, int] = (1, -1)) -> JointTarget | None:
-    loop = InnerLoop(board(stiffness=1.0, epsilon=0.05))
+    loop = BoardTargets(board(stiffness=1.0, epsilon=0.05))
     position = tuple(joints_of(state_from_platform(ROBOT, *mode, 0.0, y if state_y is None else state_y, 0.0, 0.0)))[:4]
     return loop.target((0.0, y, 0.0, -0.1), position, STILL)
 

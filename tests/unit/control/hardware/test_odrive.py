@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two ODrives on a bus within this process, whose side puts its frames together by itself."""
 
 from __future__ import annotations
@@ -24,15 +25,15 @@ from served_motors import (
     served,
 )
 
-from fivebar_bringup.drives.odrive_files import private_link
-from fivebar_control.hardware import odrive
+from fivebar_bringup.drives.run_files import private_bus_link
 from fivebar_control.hardware.fault import DriveError
-from fivebar_control.hardware.odrive import FAULTS, ODrives, error_names, frame_id
 from fivebar_control.hardware.two_motors import TwoMotors
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.motors import odrive as emulated
+from fivebar_odrive import odrive
+from fivebar_odrive.odrive import FAULTS, ODrives, error_names, frame_id
+from fivebar_odrive_emulation import odrive_bus as emulated
+from fivebar_odrive_emulation.odrive_bus import ODriveBus
 from fivebar_sim.motors.emulation import MotorsEmulation
-from fivebar_sim.motors.odrive import ODriveBus
 
 
 def drives(**changed: Any) -> AbstractContextManager[MotorsEmulation]:
@@ -87,7 +88,7 @@ def test_an_error_has_the_vendor_s_name_and_is_cleared_by_a_reset(name: str, cyc
 @pytest.mark.parametrize(("order", "silent"), [("silent 2", r"q21 \(id 1\)"), ("unplug", r"q.1 \(id .\)")])
 def test_a_cable_that_is_pulled_is_a_fault(order: str, silent: str) -> None:
     with drives() as emulation:
-        motors = enabled(connected(missing_limit=3, gather_deadline_us=500))
+        motors = enabled(connected(missing_limit=3, gather_deadline_us=1500))
         expect_a_pulled_cable_to_be_a_fault(emulation, motors, order, silent)
 
 
@@ -146,7 +147,7 @@ def test_both_sides_know_the_same_errors() -> None:
 def test_a_wrong_link_is_refused() -> None:
     with pytest.raises(InputError, match="link: interface"):
         ODrives(bridge_file("odrive", link={"interface": "canusb", "channel": "can0"}))
-    assert private_link({}, Path())["interface"] == "udp_multicast"
+    assert private_bus_link({}, Path())["interface"] == "udp_multicast"
 
 
 @pytest.mark.extra

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Samples by the board's clock: jitter changes nothing, what was lost is counted, and two clocks may drift."""
 
 from __future__ import annotations
@@ -5,7 +6,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_control.hardware.sample_clock import WRAP_US, SampleClock
+from fivebar_motkin.sample_clock import WRAP_US, SampleClock
 
 PERIOD = 2000
 

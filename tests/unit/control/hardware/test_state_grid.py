@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Joint states with stamps and a rate of their own become samples on the grid of the run."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Two motors on a driver, against emulated ones that the driver calls directly: gears, signs, limits and stops."""
 
 from __future__ import annotations

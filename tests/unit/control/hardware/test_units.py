@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Raw figures and joint quantities: exact by hand for one drive, and consistent for any."""
 
 from __future__ import annotations

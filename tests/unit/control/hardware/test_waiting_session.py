@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A cycle that waits for its torque, for a robot that moves on with the commands alone."""
 
 from __future__ import annotations

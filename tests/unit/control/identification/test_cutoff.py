@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The cut-offs follow from the encoder's resolution, the sampling rate and the motion."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Identification from made-up records: what it finds in them, and which it refuses by name.
 
 Motions are sums of sines in the motors' angles, torques are Pinocchio's for them, averaged over every period.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Weighted least squares: what textbooks give, and intervals that cover where residuals are correlated."""
 
 from __future__ import annotations

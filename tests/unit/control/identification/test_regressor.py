@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The regressor against Pinocchio's closed loop, which shares no equation with it."""
 
 from __future__ import annotations

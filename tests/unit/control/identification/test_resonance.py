@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Transmissions come back from a chirp on the two-mass model; a rigid robot and unsuitable records are refused."""
 
 from __future__ import annotations

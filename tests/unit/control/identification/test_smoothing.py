@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The filters of the identification: one response for all derivatives, torques aligned with what they bring about."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The error-based adaptive gain (4.1.3)."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The blending weight and the blend."""
 
 from __future__ import annotations

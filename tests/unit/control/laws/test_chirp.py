@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The excitation for the transmissions' resonance: its frequency, its sweeps, and the soft hold beside it."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Computed torque control: with an exact model the motors' errors obey a linear second-order equation."""
 
 from __future__ import annotations

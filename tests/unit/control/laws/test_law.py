@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a law declares of its settings, and what follows for one that declares nothing."""
 
 from __future__ import annotations
@@ -7,9 +8,9 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.law import Feedback, Law, TunedLaw
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
-from fivebar_control.laws.unified import UnifiedSettings
 
 
 class Named(NamedTuple):

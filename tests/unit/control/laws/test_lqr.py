@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The linear-quadratic regulator along a plan: its gains, and crossings that meet the criterion or do not."""
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.planning.predicted_run import PredictedRun, predict_run
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The predictive law: quadratic programs solved exactly within the limits, and crossings ten times as close."""
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from fivebar_control.laws.unified import unified_step
 from fivebar_control.loop.plan_sample import reference_ahead
 from fivebar_control.model.line import Line
 from fivebar_control.planning.predicted_run import predict_run
-from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import as_numbers
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The quadratic program of the predictive law against its cost, summed up over a simulated horizon, and its limits."""
 
 from __future__ import annotations

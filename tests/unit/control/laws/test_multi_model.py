@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The multi-model law and its sigmoid, and the trajectories that meet the dynamic criterion for it."""
 
 from __future__ import annotations
@@ -18,7 +19,9 @@ from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import distal_acceleration, joint_acceleration, state_from_platform
 from fivebar_control.model.state import Platform, State
 from fivebar_control.trajectory.criterion import CriterionLaw, criterion_law, criterion_residual
-from fivebar_control.trajectory.planner import CRITERION, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import PlanRefused, plan_motion
+from fivebar_control.trajectory.time_laws import CRITERION
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 
 States = Callable[[int, int], list[State]]

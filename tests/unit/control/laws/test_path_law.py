@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The path law: what it does not do along the path, how a late robot goes on, and what the torque limit leaves."""
 
 from __future__ import annotations
@@ -7,11 +8,11 @@ import math
 import numpy as np
 import pytest
 
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.law import Instant
 from fivebar_control.laws.path import (
     FASTEST_CHANGE,
     LAW,
-    NO_PLAN,
     PathMemory,
     PathSettings,
     followed,
@@ -23,7 +24,7 @@ from fivebar_control.laws.path import (
 from fivebar_control.laws.reference import Reference, held_torque, reference_from_platform
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
-from fivebar_control.laws.unified import UnifiedSettings, input_map, normal_matrix, unified_law_step
+from fivebar_control.laws.unified import input_map, normal_matrix, unified_law_step
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform, State
@@ -273,6 +274,6 @@ def test_without_a_plan_and_for_a_reference_outside_of_it_it_is_the_unified_law(
     wanted, _ = unified_law_step(
         dextar, instant(state, held), NOTHING_OBSERVED, as_numbers(UnifiedSettings(torque_limit=10.0))
     )
-    for memory in (memory_of(dextar, one), NO_PLAN):
+    for memory in (memory_of(dextar, one), PathMemory(np.zeros((0, 6)), 0, 0.0, NOTHING_OBSERVED)):
         found, _ = LAW.step(dextar, instant(state, held), memory, one)
         assert found == wanted

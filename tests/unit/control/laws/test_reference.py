@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The desired instant: what it says of friction, disturbances and rest."""
 
 from __future__ import annotations

@@ -1,14 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
 """Settings of the laws that follow from a robot: the torque of its crossings and its bandwidth scale the defaults."""
 
 from __future__ import annotations
 
 import pytest
 
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.lqr import LqrSettings
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.laws.robot_sizes import DEXTAR_CROSSING, law_sizes, torque_ratio, tuning_for
-from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_description.known_drives import KnownDrives
 from fivebar_description.robot_file import RobotFile, read_robot
 from fivebar_description.tuning import Tuning

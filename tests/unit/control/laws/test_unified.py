@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The unified law: its input map, its box-constrained least squares, and what it does on the locus."""
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import Reference, reference_from_motors, reference_from_platform
 from fivebar_control.laws.torque import Torque
@@ -20,7 +22,6 @@ from fivebar_control.laws.unified import (
     Box,
     InputMap,
     UnifiedMemory,
-    UnifiedSettings,
     box_least_squares,
     input_map,
     observed_disturbance,
@@ -30,7 +31,8 @@ from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import state_from_joints, state_from_motors, state_from_platform
 from fivebar_control.model.state import Platform, State
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_description.robot_file import load_robot

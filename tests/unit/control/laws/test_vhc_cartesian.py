@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The virtual holonomic constraint u3 and its three resolutions, on and off the locus."""
 
 from __future__ import annotations
@@ -9,8 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fivebar_control.laws.gains import RESOLUTIONS
 from fivebar_control.laws.reference import Reference, reference_from_platform
-from fivebar_control.laws.resolution import RESOLUTIONS, resolved
+from fivebar_control.laws.resolution import resolved
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.vhc_cartesian import line_constraint, vhc_cartesian_torque
 from fivebar_control.model.dynamics import direct_dynamics

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The virtual holonomic constraint in joint coordinates, u2, and its constraints."""
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_control.laws.adaptive_gain import NO_MEMORY, GainMemory
+from fivebar_control.laws.gains import RESOLUTIONS
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant
 from fivebar_control.laws.reference import Reference, reference_from_platform
-from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.laws.vhc_joint import VhcJointSettings, path_constraints, vhc_joint_step, vhc_joint_torque

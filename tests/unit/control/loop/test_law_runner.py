@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The laws of a run: which sample they look at, and what they are bound to."""
 
 from __future__ import annotations
@@ -7,10 +8,10 @@ from bound_laws import bound_law
 from scipy.optimize import brentq
 
 from fivebar_control.laws.ctc import ctc_torque
+from fivebar_control.laws.gains import RESOLUTIONS
 from fivebar_control.laws.multi_model import reduced_ctc_torque
 from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.laws.vhc_joint import vhc_joint_torque
 from fivebar_control.loop.law_runner import LawRunner
@@ -19,7 +20,8 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import Platform, State
-from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 
 RATE_HZ = 500

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed loop on a robot of one number, which is where its command has put it."""
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform
 from fivebar_control.safety.brake import brake_of
-from fivebar_control.safety.stages import NO_FAULT, SafetySettings, guard_limits_of
+from fivebar_control.safety.settings import SafetySettings
+from fivebar_control.safety.stages import NO_FAULT, guard_limits_of
 from fivebar_description.robot_file import load_robot
 
 ROBOT, RATE_HZ, LAST = load_robot("dextar"), 100, 6

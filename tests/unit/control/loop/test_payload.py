@@ -1,24 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
 """A payload on the platform: law, guard and estimator go on as those of a robot with that mass do."""
 
 from __future__ import annotations
 
 import pytest
 
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.plan_sample import planned_references
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import Conditions, plan_order
+from fivebar_control.planning.order_planning import plan_order
+from fivebar_control.planning.orders import Conditions, PlanningRequest
 from fivebar_control.safety.guard import Guard
-from fivebar_control.safety.stages import SafetySettings
+from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar, laden
 
 RATE = 500

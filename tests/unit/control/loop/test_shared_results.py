@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What nodes of one process share: the same objects give the same result once, equal ones their own."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Section 1.4.3 again: the inverse dynamics against an independent multi-body model, along one long motion.
 
 The thesis moved both motors by sin(t) / 10 and found 1e-8 Nm between its model and ADAMS; here it is Pinocchio.
@@ -14,18 +15,12 @@ from numpy.typing import NDArray
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import det_a, platform_acceleration, state_from_platform
-from fivebar_control.model.state import Leg, State
+from fivebar_control.model.state import State
 from fivebar_description.closed_loop import ClosedLoop
-from fivebar_description.parameters import FiveBar, LegParameters
+from fivebar_description.parameters import FiveBar
+from fivebar_studies.reproduce.cosimulation import distal_acceleration
 
 Vectors = Callable[[State], tuple[NDArray[np.float64], NDArray[np.float64]]]
-
-
-def distal_acceleration(parameters: LegParameters, leg: Leg, ddq1: float, ax: float, ay: float) -> float:
-    """Solve xddot = l1 (ddq1 n - dq1^2 r) + l2 (ddtheta n' - dtheta^2 u) for ddtheta, along n'."""
-    rest_x = ax - parameters.proximal * (-ddq1 * leg.r_y - leg.dq1**2 * leg.r_x)
-    rest_y = ay - parameters.proximal * (ddq1 * leg.r_x - leg.dq1**2 * leg.r_y)
-    return (-leg.u_y * rest_x + leg.u_x * rest_y) / parameters.distal
 
 
 def test_torque_agrees_to_1e_10_nm_while_both_motors_swing_for_10_s(

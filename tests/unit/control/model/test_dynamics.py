@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reduced model of 1.30 and 1.31 against Pinocchio's closed loop, energy and the dynamic criterion."""
 
 from __future__ import annotations

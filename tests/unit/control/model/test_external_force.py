@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Gravity in the plane, a payload and a constant force: model, laws and plants against Pinocchio and virtual work."""
 
 from __future__ import annotations
@@ -12,14 +13,16 @@ import pytest
 import yaml
 from estimate_replay import summary_of
 from numpy.typing import NDArray
+from scipy.optimize import brentq, linprog
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.estimation.platform_motion import acceleration_derivatives, platform_acceleration
 from fivebar_control.identification.regressor import platform_load
+from fivebar_control.laws.gains import RESOLUTIONS
 from fivebar_control.laws.reference import DAMPING, reference_at_rest
 from fivebar_control.laws.registry import default_tuning, find_controller
-from fivebar_control.laws.resolution import RESOLUTIONS, fall_along_locus, resolved
+from fivebar_control.laws.resolution import fall_along_locus, resolved
 from fivebar_control.laws.unified import acceleration, input_map
 from fivebar_control.model.dynamics import (
     direct_dynamics,
@@ -43,13 +46,14 @@ from fivebar_control.planning.limits import motion_limits_of
 from fivebar_control.planning.release import ReleaseRefused, plan_release
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
-from fivebar_control.safety.stages import SafetySettings
+from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.trajectory.criterion import criterion_residual
-from fivebar_control.trajectory.planner import PlanRefused, ZoneSettings, plan_motion
+from fivebar_control.trajectory.planner import PlanRefused, plan_motion
+from fivebar_control.trajectory.zones import ZoneSettings
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
 from fivebar_description.loads import NO_FORCES, Forces
-from fivebar_description.parameters import FiveBar, external_acceleration, weight_torque
+from fivebar_description.parameters import FiveBar, external_acceleration, external_force, weight_torque
 from fivebar_description.robot_file import RobotFile, load_robot, read_robot
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings
@@ -240,6 +244,54 @@ def test_a_time_law_falls_with_the_platform_at_the_crossing(
             torques.append(inverse_dynamics_of_platform(robot, here, moved.ax, moved.ay, *legs_weight(robot, here)))
     assert np.abs(torques).max() < 8.0
     assert np.ptp(torques, axis=0).max() < 1.0
+
+
+@pytest.mark.parametrize("x", [0.01, 0.02, 0.03])
+def test_across_t_s_a_curved_path_has_one_pace_and_a_straight_one_none(x: float) -> None:
+    """Torques 1 mm to 10 um from the locus: bounded at that pace, beyond any motor 10 % beside it."""
+    robot, radius = under("dextar", VERTICAL), 0.025
+    y = brentq(lambda one: det_a(state_from_platform(robot, 1, -1, x, one, 0.0, 0.0)), 0.05, 0.1)
+    svd = parallel_svd(state_from_platform(robot, 1, -1, x, y, 0.0, 0.0))
+    along, across = np.array((svd.v_x, svd.v_y)), np.array((svd.t_x, svd.t_y))
+    fall = float(across @ external_force(robot)) / robot.mass
+
+    def largest(way: float, pace: float, bend: float) -> float:
+        """Torque on an arc that leaves the locus point along v_1; a `bend` of 0 makes it straight."""
+        turn = way * bend
+        right = across * math.copysign(1.0, fall)
+        heading = math.cos(turn) * along + math.sin(turn) * right
+        inwards = math.cos(turn) * right - math.sin(turn) * along
+        sideways = 0.5 * way * turn * np.sinc(0.5 * turn / math.pi) ** 2
+        place = np.array((x, y)) + way * np.sinc(turn / math.pi) * along + sideways * right
+        state = state_from_platform(robot, 1, -1, *place.tolist(), *(pace * heading).tolist())
+        ax, ay = (pace * pace * bend * inwards).tolist()
+        return max(map(abs, inverse_dynamics_of_platform(robot, state, ax, ay, *legs_weight(robot, state))))
+
+    ways, pace = (1e-3, 1e-4, 1e-5, -1e-5), math.sqrt(abs(fall) * radius)
+    assert max(largest(way, pace, 1.0 / radius) for way in ways) < 0.2
+    assert min(largest(1e-5, share * pace, 1.0 / radius) for share in (0.9, 1.1)) > 1000.0
+    assert min(largest(1e-5, share * pace, 0.0) for share in (0.5, 1.0, 2.0)) > 1000.0
+
+
+@pytest.mark.parametrize(("crossed", "most"), [(0.05, 18.1), (0.15, 13.7), (0.5, 11.2), (0.65, 9.2), (0.9, 4.0)])
+def test_how_far_a_forwards_polynomial_of_seventh_order_accelerates(crossed: float, most: float) -> None:
+    """A linear program over its two free coefficients, for each share of the duration at which it may cross."""
+    powers = np.arange(8)
+
+    def row(u: float, order: int) -> Vector:
+        factors = np.prod([powers - one for one in range(order)], axis=0) if order else np.ones(8)
+        values: Vector = factors * np.where(powers >= order, u ** np.clip(powers - order, 0, None), 0.0)
+        return values
+
+    forwards = -np.array([row(u, 1) for u in np.linspace(0.0, 1.0, 401)])
+    ends = [row(u, order) for u in (0.0, 1.0) for order in range(3)]
+    found = []
+    for u in np.linspace(0.02, 0.98, 97):
+        equal = [*ends, row(u, 0)]
+        wanted = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, crossed]
+        solved = linprog(-row(u, 2), forwards, np.full(401, 1e-9), equal, wanted, (None, None), method="highs")
+        found.append(-solved.fun if solved.status == 0 else 0.0)
+    assert max(found) == pytest.approx(most, rel=0.02)
 
 
 def test_other_time_laws_of_the_locus_are_refused() -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Inverse and direct geometry against each other, against circles, and against the thesis' posture."""
 
 from __future__ import annotations

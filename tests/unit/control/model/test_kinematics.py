@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Velocities and accelerations against finite differences of the geometry, and against Pinocchio."""
 
 from __future__ import annotations

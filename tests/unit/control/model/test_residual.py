@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Residual inertias of the distal links against Pinocchio, whose bodies are the links themselves."""
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ from fivebar_control.model.kinematics import platform_acceleration as platform_a
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import MotorMotion, Platform, State
 from fivebar_control.trajectory.criterion import criterion_residual
-from fivebar_control.trajectory.planner import ZoneSettings, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneSettings
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar, has_residual
 from fivebar_description.robot_file import (

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The closed-form singular values against numpy, the distances against a search, and the classes."""
 
 from __future__ import annotations
@@ -15,8 +16,6 @@ from fivebar_control.model.kinematics import det_a, state_from_joints, state_fro
 from fivebar_control.model.singularity import (
     FOLDED,
     STRETCHED,
-    SingularityType,
-    classify,
     distal_links,
     inverse_condition,
     inverse_condition_rate,
@@ -238,43 +237,23 @@ def type_3_robot(dextar: FiveBar) -> FiveBar:
 
 
 def test_every_class_is_told(dextar: FiveBar) -> None:
+    """Type 1 by |sin q_i2|, Type 2 by kappa, either by itself or both."""
     regular = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.0, 0.0)
     stretched = dextar.leg1.base_x + 0.18 * math.cos(1.1), 0.18 * math.sin(1.1)
     serial = state_from_platform(dextar, 1, -1, *stretched, 0.0, 0.0)
     parallel = state_from_platform(dextar, 1, -1, 0.0, math.sqrt(0.0081 - 0.000961), 0.0, 0.0)
-    assert classify(dextar, regular).kind is SingularityType.REGULAR
-    assert classify(dextar, serial).kind is SingularityType.TYPE_1
-    assert classify(dextar, parallel).kind is SingularityType.TYPE_2
-    robot = type_3_robot(dextar)
-    both = state_from_joints(robot, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    both = state_from_joints(type_3_robot(dextar), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert (both.x, both.y) == pytest.approx((0.15, 0.0), abs=1e-16)
-    assert classify(robot, both).kind is SingularityType.TYPE_3
+    margins = [(type1_margin(one), inverse_condition(one)) for one in (regular, serial, parallel, both)]
+    assert [(one <= 1e-6, two <= 1e-6) for one, two in margins] == [
+        (False, False),
+        (True, False),
+        (False, True),
+        (True, True),
+    ]
 
 
-@pytest.mark.parametrize("tolerance", [1e-6, 0.01, 0.3])
-def test_what_is_within_the_tolerance_is_singular(dextar: FiveBar, tolerance: float) -> None:
-    """Type 1 by |sin q_i2|, Type 2 by kappa, either by itself, the bound included."""
-    q = math.asin(tolerance)
-    for inside, kind in ((0.99, SingularityType.TYPE_1), (1.01, SingularityType.REGULAR)):
-        nearly_stretched = state_from_joints(dextar, 1.0, inside * q, 2.0, 1.1, 0.0, 0.0, 0.0, 0.0)
-        assert inverse_condition(nearly_stretched) > tolerance
-        assert classify(dextar, nearly_stretched, tolerance).kind is kind
-    # kappa is tan(delta / 2) of the angle between the distal links
-    delta = 2.0 * math.atan(tolerance)
-    for inside, kind in ((0.99, SingularityType.TYPE_2), (1.01, SingularityType.REGULAR)):
-        nearly_aligned = state_from_joints(dextar, 1.0, 1.5, 1.4, 1.1 + inside * delta, 0.0, 0.0, 0.0, 0.0)
-        assert type1_margin(nearly_aligned) > tolerance
-        assert classify(dextar, nearly_aligned, tolerance).kind is kind
-    on_bound = state_from_joints(dextar, 1.0, 0.4, 2.0, 1.1, 0.0, 0.0, 0.0, 0.0)
-    assert classify(dextar, on_bound, type1_margin(on_bound)).kind is SingularityType.TYPE_1
-    on_bound = state_from_joints(dextar, 1.0, 1.5, 1.4, 1.3, 0.0, 0.0, 0.0, 0.0)
-    assert type1_margin(on_bound) > inverse_condition(on_bound) > 0.0
-    assert classify(dextar, on_bound, inverse_condition(on_bound)).kind is SingularityType.TYPE_2
-
-
-def test_class_distances_and_tolerance(dextar: FiveBar) -> None:
+def test_distances_from_both_loci(dextar: FiveBar) -> None:
     near = state_from_platform(dextar, 1, -1, 0.0, math.sqrt(0.0081 - 0.000961) + 1e-4, 0.0, 0.0)
-    strict, loose = classify(dextar, near), classify(dextar, near, tolerance=0.01)
-    assert (strict.kind, loose.kind) == (SingularityType.REGULAR, SingularityType.TYPE_2)
-    assert strict.type2_distance == pytest.approx(1e-4, rel=2e-3)
-    assert strict.type1_distance == pytest.approx(0.18 - math.hypot(0.059, near.y), abs=1e-16)
+    assert type2_distance(dextar, near) == pytest.approx(1e-4, rel=2e-3)
+    assert type1_distance(dextar, near) == pytest.approx(0.18 - math.hypot(0.059, near.y), abs=1e-16)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The screen's functions of whole runs as machine code: bit for bit what the plain ones find."""
 
 from __future__ import annotations
@@ -10,12 +11,11 @@ import numpy as np
 import pytest
 
 from fivebar_control import compiling
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.passage import displacement
-from fivebar_control.planning.predicted_estimate import Sensing, predict_estimate
+from fivebar_control.planning.predicted_estimate import predict_estimate
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.planning.reference_scan import samples_of
 from fivebar_control.trajectory.desired import (
@@ -27,7 +27,8 @@ from fivebar_control.trajectory.desired import (
 )
 from fivebar_control.trajectory.path import StraightWay, locus_fractions, write_determinants
 from fivebar_control.trajectory.path_distance import PATH, TIMED
-from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import PassiveEncoder

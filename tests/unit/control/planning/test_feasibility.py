@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The feasibility screen: each figure against another way to find it, and every limit's refusal."""
 
 from __future__ import annotations
@@ -7,10 +8,10 @@ import math
 import numpy as np
 import pytest
 
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
-from fivebar_control.laws.unified import UnifiedSettings
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.feasibility import screen
@@ -27,16 +28,11 @@ from fivebar_control.planning.figures import (
     Feasibility,
     Figure,
 )
-from fivebar_control.planning.limits import (
-    MotionLimits,
-    Risk,
-    exceeded_share,
-    motion_limits_of,
-    reach_within,
-    speed_step_of,
-)
+from fivebar_control.planning.limits import MotionLimits, exceeded_share, motion_limits_of, reach_within, speed_step_of
 from fivebar_control.planning.reference_scan import ReferenceTorque, dwells_near_locus
-from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
+from fivebar_control.planning.risk import Risk
+from fivebar_control.trajectory.planner import Plan, plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar

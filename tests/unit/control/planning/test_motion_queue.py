@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reference of a robot that takes requests: one motion at a time, from rest to rest, none when refused."""
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ import pytest
 
 from fivebar_control.planning.motion_queue import MOST_VIA, Goal, GoalRefused, MotionQueue, read_goal, via_fields
 from fivebar_control.trajectory.path import Path
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 
 RATE_HZ = 100

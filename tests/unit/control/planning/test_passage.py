@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The passage condition: the closed form, the response against the other plant, and what screen and planner do."""
 
 from __future__ import annotations
@@ -7,7 +8,8 @@ import re
 
 import pytest
 
-from fivebar_bringup.runs.admission import refuse_unfit, screened
+from fivebar_bringup.runs.admission import refuse_unfit
+from fivebar_bringup.runs.screening import screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import Case, case_of, sampled
@@ -16,16 +18,18 @@ from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import LOADS, Feasibility
-from fivebar_control.planning.limits import MotionLimits, Risk
+from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
-from fivebar_control.planning.passage import LOST, displacement, exposure, unavoidable
+from fivebar_control.planning.passage import LOST, displacement
+from fivebar_control.planning.risk import Risk
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.path_distance import PATH, TIMED, judged_distance
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
+from fivebar_control.trajectory.planner import PlanRefused
+from fivebar_control.trajectory.time_laws import OPTIMAL, QUINTIC
 from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.robot_file import load_robot
-from passage_study import passage
+from passage_study import exposure, passage, unavoidable
 
 ROBOT = load_robot()
 UNIFIED = default_tuning(CONTROLLERS["unified"])

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Planning beside the control loop: answers, refusals, a planner that dies, and that nothing is left behind."""
 
 from __future__ import annotations
@@ -15,18 +16,16 @@ from pathlib import Path
 
 import pytest
 
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
+from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.mpc import MpcSettings
-from fivebar_control.laws.unified import UnifiedSettings
-from fivebar_control.planning import planning_process
-from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import Conditions, Planned, PlanningProcess, plan_order
+from fivebar_control.planning import order_planning
+from fivebar_control.planning.order_planning import plan_order
+from fivebar_control.planning.orders import Conditions, Planned, PlanningRequest, StopRequest
+from fivebar_control.planning.planning_process import PlanningProcess
 from fivebar_control.planning.planning_worker import NICENESS
-from fivebar_control.planning.predicted_estimate import Sensing
 from fivebar_control.planning.ride_through import HeldTorque
-from fivebar_control.planning.stopping import StopRequest
-from fivebar_control.safety.stages import Area
+from fivebar_control.safety.settings import Area
 from fivebar_description.loads import Loads
 from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
@@ -227,7 +226,7 @@ def test_a_request_is_predicted_to_stay_where_nothing_stops_it() -> None:
 def test_a_request_has_to_bear_the_time_for_which_the_torque_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
     held = CONDITIONS._replace(held=0.03)
     assert plan_order(held, NEAR).refused == ""
-    monkeypatch.setattr(planning_process, "longest_hold", lambda *motion: HeldTorque(0.014, 1.9e-3, 0.25))
+    monkeypatch.setattr(order_planning, "longest_hold", lambda *motion: HeldTorque(0.014, 1.9e-3, 0.25))
     refused = plan_order(held, NEAR).refused
     assert "may be held for 20 ms, the motion bears 14 ms of it at 0.250 s" in refused
     assert plan_order(CONDITIONS, NEAR).refused == ""
@@ -264,10 +263,8 @@ def test_closing_ends_a_plan_under_way(planning: PlanningProcess) -> None:
 
 PARENT = f"""
 import time
-from fivebar_control.estimation.ekf import EkfSettings
-from fivebar_control.estimation.constants import Drives
-from fivebar_control.planning.motion_queue import PlanningRequest
-from fivebar_control.planning.planning_process import Conditions, PlanningProcess
+from fivebar_control.planning.orders import Conditions, PlanningRequest
+from fivebar_control.planning.planning_process import PlanningProcess
 if __name__ == "__main__":
     planning = PlanningProcess(Conditions(*{tuple(CONDITIONS[:4])!r}))
     planning.ask(PlanningRequest(*{tuple(NEAR)!r}))

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What an estimate is predicted to be worth, against the estimator's own opinion later."""
 
 from __future__ import annotations
@@ -8,24 +9,20 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.constants import Drives, estimator_model
-from fivebar_control.estimation.ekf import EkfSettings
+from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.encoder import angle_variance, next_angle, repetitions
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import leg_motion
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.planning.predicted_estimate import (
-    PredictedEstimate,
-    Sensing,
-    predict_estimate,
-    wrong_mode_probability,
-)
+from fivebar_control.planning.predicted_estimate import PredictedEstimate, predict_estimate, wrong_mode_probability
 from fivebar_control.planning.predicted_run import Peak, predict_run
 from fivebar_control.trajectory.path_distance import PATH, TIMED
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances

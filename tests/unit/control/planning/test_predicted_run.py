@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The predicted run: exact where nothing goes wrong, and the judge of what becomes of a motion."""
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from fivebar_control.planning.figures import (
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.predicted_run import LOST, Peak, Stretch, predict_run, stretches_of
 from fivebar_control.trajectory.path_distance import PATH, TIMED
-from fivebar_control.trajectory.planner import ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 
 RATE_HZ = 500

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Programs: read strictly, laid out in the order in which they are carried out, and handed out one by one."""
 
 from __future__ import annotations

@@ -1,17 +1,20 @@
+# SPDX-License-Identifier: Apache-2.0
 """Off the Type 2 locus from rest: what a torque does there, and releases, against MuJoCo's dynamics."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
+from rest_motion import rest_motion
 
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, parallel_svd
 from fivebar_control.model.state import State
-from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, plan_release, rest_motion
+from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, plan_release
 from fivebar_control.planning.release_step import (
     NO_GYROSCOPE,
     NOT_AT_REST,
@@ -25,14 +28,15 @@ from fivebar_control.planning.release_step import (
     has_ended,
     release_step,
 )
-from fivebar_control.safety.stages import Area, Limits, SafetySettings, guard_limits_of
+from fivebar_control.safety.settings import Area, SafetySettings
+from fivebar_control.safety.stages import Limits, guard_limits_of
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import UNKNOWN
 from fivebar_description.tolerances import Tolerances
+from fivebar_mujoco.mujoco_motion import MujocoMotion
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.loads import Tilt
 from fivebar_sim.effects.settings import PlantSettings
-from fivebar_sim.mujoco_motion import MujocoMotion
 
 RATE = 500
 LIMITS = guard_limits_of(SafetySettings(torque_limit=2.0), RATE)
@@ -91,6 +95,21 @@ def test_a_torque_at_rest_moves_the_robot_as_the_equations_say(dextar: FiveBar, 
     assert det_a(now) - det_a(state) == pytest.approx(moved, rel=0.02, abs=0.02 * largest)
 
 
+@pytest.mark.parametrize("torque", [0.3, -0.3])
+def test_at_the_centre_either_torque_leaves_the_locus_to_one_side_with_the_fourth_power_of_time(
+    dextar: FiveBar, torque: float
+) -> None:
+    """There v1 is tangent to the locus: from exact rest, without friction, in MuJoCo."""
+    smooth = FiveBar(dextar.leg1._replace(offset=0.0), dextar.leg2._replace(offset=0.0), dextar.mass)
+    motion = in_mujoco(smooth, on_the_locus(smooth, *STRETCHED["centre"]), friction_scale=0.0)
+    beside = []
+    for _ in range(60):
+        motion.advance((torque, torque))
+        beside.append(det_a(state_in(smooth, motion)))
+    assert beside[29] == pytest.approx(1.086e-3, rel=5e-3)
+    assert beside[59] / beside[29] == pytest.approx(16.0, rel=5e-3)
+
+
 @pytest.mark.parametrize("x", [0.0, 0.025])
 def test_the_press_makes_a_displacement_grow_like_a_rod_that_buckles(dextar: FiveBar, x: float) -> None:
     """Against the difference of two MuJoCo robots that began on either side, in which all else cancels."""
@@ -107,6 +126,27 @@ def test_the_press_makes_a_displacement_grow_like_a_rod_that_buckles(dextar: Fiv
     grown = math.cosh(rate * samples / RATE)
     assert grown > 5.0
     assert (ends[0] - ends[1]) / (begin[0] - begin[1]) == pytest.approx(grown, rel=0.05)
+
+
+@pytest.mark.parametrize("x", [0.0, 0.025])
+def test_friction_in_all_passive_joints_holds_twice_the_moment_over_the_press(dextar: FiveBar, x: float) -> None:
+    """By virtual work along t_s: both elbows turn once with the displacement, the platform's joint twice."""
+    beside, step, press, moment = 3e-4, 1e-6, 1.0, 1.0
+    before, at, after = (on_the_locus(dextar, x, 1, beside + one * step) for one in (-1.0, 0.0, 1.0))
+
+    def turned(angle: Callable[[State], float]) -> float:
+        return (angle(after) - angle(before)) / (2.0 * step)
+
+    done = press * (at.leg1.b * turned(lambda one: one.leg1.q1) + at.leg2.b * turned(lambda one: one.leg2.q1))
+    angles: list[Callable[[State], float]] = [
+        lambda one: one.leg1.q2,
+        lambda one: one.leg2.q2,
+        lambda one: one.leg2.q1 + one.leg2.q2 - one.leg1.q1 - one.leg1.q2,
+    ]
+    lost = moment * sum(abs(turned(angle)) for angle in angles)
+    # the work grows with the displacement, the friction does not
+    assert abs(done) > 0.0
+    assert beside * lost / abs(done) * press / moment == pytest.approx(2.0, rel=0.02)
 
 
 def test_folded_links_do_not_buckle_and_differ_with_the_lengths(dextar: FiveBar) -> None:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """How long a torque may be held, against the nonlinear model under that torque."""
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from fivebar_control.planning.predicted_run import advanced
 from fivebar_control.planning.reference_scan import ReferenceTorque
 from fivebar_control.planning.ride_through import DISPLACEMENT, GRID_HZ, LONGEST, longest_hold
 from fivebar_control.trajectory.desired import desired_at
-from fivebar_control.trajectory.planner import Plan, ZoneSettings, plan_motion
+from fivebar_control.trajectory.planner import Plan, plan_motion
+from fivebar_control.trajectory.zones import ZoneSettings
 from fivebar_description.robot_file import load_robot
 
 REAL = load_robot()

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """A robot at rest near the Type 2 locus: where it may be, which torque moves it off, and which way it falls."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stops of a motion under way: where they are feasible, the same reference up to then, and at rest at the end."""
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ import pytest
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.limits import MotionLimits
-from fivebar_control.planning.planning_process import Conditions, plan_once
-from fivebar_control.planning.stopping import StopRequest
+from fivebar_control.planning.order_planning import plan_once
+from fivebar_control.planning.orders import Conditions, StopRequest
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.stopped import StoppedSegment
 from fivebar_description.robot_file import load_robot

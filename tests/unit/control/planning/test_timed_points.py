@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions through points at given times: what is followed, and what is refused with which reason."""
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from hypothesis import strategies as st
 
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.planning.motion_queue import GoalRefused
-from fivebar_control.planning.planning_process import Conditions, Planned, plan_once
+from fivebar_control.planning.order_planning import plan_once
+from fivebar_control.planning.orders import Conditions, Planned
 from fivebar_control.planning.timed_points import MOST_POINTS, TimedPoint, read_points, request_from
 from fivebar_control.trajectory.path import Path
 from fivebar_description.parameters import FiveBar

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions on request: what is returned holds under an independent look, and what is not says why."""
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_prob
 from fivebar_control.planning.roadmap import roadmap
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import plan_motion
+from fivebar_control.trajectory.time_laws import OPTIMAL, QUINTIC
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar, friction_torque
 from fivebar_description.robot_file import ElbowsPass, load_robot
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Requested motions along via points: round the corner without a rest, at rest where that is asked for, or refused."""
 
 from __future__ import annotations
@@ -12,17 +13,18 @@ from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import ERROR
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of
-from fivebar_control.planning.motion_queue import PlanningRequest
+from fivebar_control.planning.line_of_sight import Point
+from fivebar_control.planning.order_planning import plan_order
+from fivebar_control.planning.orders import Conditions, PlanningRequest
 from fivebar_control.planning.pacing import Task
-from fivebar_control.planning.planning_process import Conditions, plan_order
-from fivebar_control.planning.sight import Point
 from fivebar_control.planning.timing import Speed, Timed
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
 from fivebar_control.planning.via_points import along
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.path import Path, Segment
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, PlanRefused
+from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_control.trajectory.rounded import RESTS, RoundedSegment
+from fivebar_control.trajectory.time_laws import OPTIMAL, QUINTIC
 from fivebar_description.parameters import FiveBar
 
 RATE_HZ = 500

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Postures that the user forbids: how soon the robot is in one, what the guard does, and what the planner refuses."""
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.forbidden import FORESEEN, stay_at_angle, stay_between, time_to_posture
 from fivebar_control.safety.guard import Guard
-from fivebar_control.safety.stages import SafetySettings
+from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.files import share_file
 from fivebar_description.forbidden import NOWHERE, PostureBounds

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The guard: when it commands zero torque, what it says, and when a reset is taken."""
 
 from __future__ import annotations
@@ -12,7 +13,8 @@ from fivebar_control.laws.torque import UNDEFINED, ZERO, Torque
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import State
 from fivebar_control.safety.guard import ESTIMATE_FAULTS, FINAL_FAULTS, Guard
-from fivebar_control.safety.stages import Area, SafetySettings, fastest_motor
+from fivebar_control.safety.settings import Area, SafetySettings
+from fivebar_control.safety.stages import fastest_motor
 from fivebar_description.robot_file import load_robot
 
 AWAY, ON_LOCUS = Torque(1.0, 2.0), Torque(-1.0, 4.0)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The stages before the drives, one by one, against figures worked out by hand or by other functions."""
 
 from __future__ import annotations
@@ -13,12 +14,11 @@ from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
 from fivebar_control.model.state import State
+from fivebar_control.safety.settings import Area, SafetySettings
 from fivebar_control.safety.stages import (
     FORBIDDEN_POSTURE,
     NO_FAULT,
     TORQUE_EXCESSIVE,
-    Area,
-    SafetySettings,
     excess_samples,
     fastest_motor,
     fault_of,

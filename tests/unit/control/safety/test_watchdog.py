@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The watchdog over joint states and candidates, with times that the test gives, and its clock."""
 
 from __future__ import annotations

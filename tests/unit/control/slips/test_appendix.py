@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slips in appendix A, with the thesis' convention A = U^T Sigma V."""
 
 from __future__ import annotations

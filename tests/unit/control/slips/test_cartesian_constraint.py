@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slips in the constraint with Cartesian variables: 3.31 to 3.35, and its extension at the end of 3.3."""
 
 from __future__ import annotations
@@ -6,8 +7,8 @@ import numpy as np
 import pytest
 from slip_cases import FRICTION, MASS, MODE, ROBOT, ZZ, Case, beside, centre, pinocchio_motion
 
+from fivebar_control.laws.gains import RESOLUTIONS
 from fivebar_control.laws.reference import reference_from_platform
-from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.vhc_cartesian import vhc_cartesian_torque
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform

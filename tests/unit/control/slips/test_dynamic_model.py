@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slips in the model and in chapter 1's control laws: 1.19, 1.20 to 1.29, units, the words on Type 2."""
 
 from __future__ import annotations

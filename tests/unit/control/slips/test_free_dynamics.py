@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slips in what is controllable on the locus: the columns (1, 1) of 1.3.1, 2.1, 3.24, 3.27 and 3.44; 2.8 to 2.11."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slips in the constraint with joint variables: 3.14 to 3.19, and 3.19 as repeated in 4.1.1."""
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ import pytest
 from scipy.optimize import brentq
 from slip_cases import CENTRE_Y, FRICTION, MASS, MODE, ROBOT, ZZ, Vector, beside, case, centre, pinocchio_motion
 
+from fivebar_control.laws.gains import RESOLUTIONS
 from fivebar_control.laws.reference import reference_from_platform
-from fivebar_control.laws.resolution import RESOLUTIONS
 from fivebar_control.laws.vhc_joint import path_constraints, vhc_joint_torque
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a

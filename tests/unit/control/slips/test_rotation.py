@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slips in section 3.3: the angle beta (3.40, 3.41), its rotation (3.42 to 3.44) and the numbers of 3.45."""
 
 from __future__ import annotations

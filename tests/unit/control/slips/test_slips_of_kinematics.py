@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slips in the kinematic relations: 1.1, 1.3, 1.15 against 1.26, 3.5 to 3.8, 3.12 against 3.30."""
 
 from __future__ import annotations

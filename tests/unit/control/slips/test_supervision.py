@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Slips in chapter 4: the supervisor's table and the adaptive gain."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The reference after a fault, and that the torque which follows it starts without a bump, on the locus too."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Motions planned in the motors' angles: what they tell of platform and legs, at Type 1 too."""
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from fivebar_control.model.kinematics import (
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.planner import Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, plan_motion
 from fivebar_control.trajectory.time_law import rest_to_rest, rest_to_rest_without_jerk
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar, friction_torque
 
 A, BEYOND = (0.0, 0.15), (0.03, 0.13)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The quickest time law: a consistent motion, little torque for its duration, the dynamic criterion on the locus."""
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.optimal import POINTS, quickest_passage
 from fivebar_control.trajectory.passage_torques import torques_along
 from fivebar_control.trajectory.path import StraightWay
-from fivebar_control.trajectory.planner import OPTIMAL, QUINTIC, Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, plan_motion
 from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_control.trajectory.time_laws import OPTIMAL, QUINTIC
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
 

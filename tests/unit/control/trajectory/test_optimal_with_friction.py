@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The quickest time law with friction in the limit: it brakes with friction, needs less torque, meets the criterion."""
 
 from __future__ import annotations
@@ -8,7 +9,9 @@ import pytest
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.trajectory.criterion import criterion_residual
-from fivebar_control.trajectory.planner import OPTIMAL, OPTIMAL_WITH_FRICTION, QUINTIC, Plan, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, plan_motion
+from fivebar_control.trajectory.time_laws import OPTIMAL, OPTIMAL_WITH_FRICTION, QUINTIC
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar, friction_torque
 
 RATE_HZ = 500

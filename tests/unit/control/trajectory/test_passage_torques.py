@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The torques along a path that the time law of least torque is found from, against the inverse dynamics of motions."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Paths: where the platform should be, and which segment an instant belongs to."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Distance from the path, whatever the time: against the nearest of many points, late, and where it turns back."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The planner: where a motion crosses the locus, how wide the zones are, and what it refuses."""
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, parallel_svd
 from fivebar_control.model.state import State
-from fivebar_control.trajectory.planner import Plan, PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import Plan, PlanRefused, plan_motion
 from fivebar_control.trajectory.refusal import place
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 

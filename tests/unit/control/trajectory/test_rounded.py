@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Rounded corners: close to the via points, smooth to the third derivative, without a rest; across the locus too."""
 
 from __future__ import annotations
@@ -17,17 +18,10 @@ from fivebar_control.planning.limits import motion_limits_of
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.path import Segment
-from fivebar_control.trajectory.planner import (
-    CRITERION,
-    OPTIMAL,
-    QUINTIC,
-    SEPTIC,
-    Plan,
-    PlanRefused,
-    ZoneRule,
-    plan_motion,
-)
+from fivebar_control.trajectory.planner import Plan, PlanRefused, plan_motion
 from fivebar_control.trajectory.rounded import SHARPEST, RoundedPolyline, RoundedSegment
+from fivebar_control.trajectory.time_laws import CRITERION, OPTIMAL, QUINTIC, SEPTIC
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 
 RATE_HZ = 500

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Splines through points at given times: what is given is kept, and what is not is smooth."""
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ TIMES = [0.0, 0.3, 0.5, 1.1, 1.15, 2.0]
 PLACES = [(0.1, -0.3), (0.5, 0.2), (0.4, 0.3), (-0.7, 0.1), (-0.75, 0.05), (0.2, 0.6)]
 
 
-def test_places_alone_give_the_spline_of_fifth_degree_between_rests(dextar: FiveBar) -> None:
+def test_alternative_courses_alone_give_the_spline_of_fifth_degree_between_rests(dextar: FiveBar) -> None:
     open_ends = [REST, *[None] * 4, REST]
     segment = SplineSegment(completed(TIMES, PLACES, open_ends, open_ends), dextar, 0, start_time=1.0)
     ends = [(1, np.zeros(2)), (2, np.zeros(2))]

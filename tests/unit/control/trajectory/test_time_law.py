@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The rest-to-rest polynomials: of fifth order (4.3 to 4.6), and of seventh order without a jerk."""
 
 from __future__ import annotations

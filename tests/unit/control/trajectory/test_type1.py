@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the planner makes of motions that may meet Type 1, and what it refuses."""
 
 from __future__ import annotations
@@ -9,8 +10,9 @@ import pytest
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import Segment
-from fivebar_control.trajectory.planner import PlanRefused, ZoneRule, plan_motion
+from fivebar_control.trajectory.planner import PlanRefused, plan_motion
 from fivebar_control.trajectory.type1 import working_mode_changes
+from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 
 A, BEYOND, BELOW = (0.0, 0.15), (0.03, 0.1), (0.04, -0.02)

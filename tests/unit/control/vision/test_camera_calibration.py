@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Calibration with a ChArUco board, against the camera that rendered the pictures."""
 
 from __future__ import annotations
@@ -7,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fivebar_control.vision.calibration import Board, board_corners, calibrated
-from fivebar_control.vision.camera_file import CameraCalibration, calibration_text, optics_of, read_calibration
+from fivebar_camera.board import board_views
 from fivebar_description.camera import CameraSettings
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.vision.board import board_views
+from fivebar_optics.camera_model import nominal_optics
+from fivebar_vision.calibration import Board, board_corners, calibrated
+from fivebar_vision.camera_file import CameraCalibration, calibration_text, optics_of, read_calibration
 
 SMALL = CameraSettings(on=True, width=640, height=480, focal=960.0, defocus=0.4)
 BOARD = Board()
@@ -25,7 +27,7 @@ def found() -> CameraCalibration:
 @pytest.mark.extra
 def test_the_calibrated_camera_is_the_true_one(found: CameraCalibration) -> None:
     """Over the whole picture, and with pixels counted from the centre of the first one."""
-    true, columns, rows = SMALL.optics(), np.linspace(40, 600, 9), np.linspace(30, 450, 9)
+    true, columns, rows = nominal_optics(SMALL), np.linspace(40, 600, 9), np.linspace(30, 450, 9)
     grid = np.array([(u, v) for u in columns for v in rows])
     assert found.deviation < 0.1
     # turned and moved a little, another camera sees nearly the same; what remains shows in the middle of the picture
@@ -48,15 +50,16 @@ def test_a_calibration_at_another_resolution_is_scaled(scale: float, tmp_path: P
     camera = CameraSettings(on=True, width=1280, height=960, focal=1920.0)
     other = camera._replace(width=round(1280 * scale), height=round(960 * scale), focal=1920.0 * scale)
     path = tmp_path / "camera.yaml"
-    path.write_text(calibration_text(CameraCalibration(other.width, other.height, other.optics(), 0.1, 9)), "utf-8")
+    calibration = CameraCalibration(other.width, other.height, nominal_optics(other), 0.1, 9)
+    path.write_text(calibration_text(calibration), "utf-8")
     found = optics_of(camera._replace(calibration=str(path)))
-    assert found == pytest.approx(camera.optics(), rel=1e-12)
+    assert found == pytest.approx(nominal_optics(camera), rel=1e-12)
 
 
 def test_a_calibration_of_another_shape_is_refused_with_both_sizes(tmp_path: Path) -> None:
     path = tmp_path / "camera.yaml"
     full_hd = CameraSettings(on=True, width=1920, height=1080, focal=2880.0)
-    path.write_text(calibration_text(CameraCalibration(1920, 1080, full_hd.optics(), 0.1, 9)), encoding="utf-8")
+    path.write_text(calibration_text(CameraCalibration(1920, 1080, nominal_optics(full_hd), 0.1, 9)), encoding="utf-8")
     camera = CameraSettings(on=True, width=1280, height=960, calibration=str(path))
     with pytest.raises(InputError, match=r"camera\.yaml: calibration of pictures of 1920 x 1080 px: .* 1280 x 960 px"):
         optics_of(camera)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a camera publishes: usable pictures and calibrations, and what is refused, named and never the end of a node."""
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ import numpy as np
 import pytest
 
 from fivebar_bringup.bag.definitions import TYPESTORE
-from fivebar_control.vision.localisation import PlatformTracker
-from fivebar_control.vision.messages import calibration_of, picture_of
-from fivebar_control.vision.sight import reading_of
 from fivebar_description.camera import CameraSettings
-from fivebar_description.camera_model import Optics
 from fivebar_description.joint_sample import MessageError
+from fivebar_optics.camera_model import Optics
+from fivebar_vision.localisation import PlatformTracker
+from fivebar_vision.messages import calibration_of, picture_of
+from fivebar_vision.picture_reading import reading_of
 
 TYPES = TYPESTORE.types
 STAMP = TYPES["builtin_interfaces/msg/Time"](1, 0)

@@ -1,11 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
 """The comparison of camera and joints joins both at the time of the exposure."""
 
 from __future__ import annotations
 
 import pytest
 
-from fivebar_control.vision.comparison import VisionCheck
-from fivebar_control.vision.reading import NOT_SEEN, PlatformReading
+from fivebar_control.estimation.platform_reading import PlatformReading
+from fivebar_vision.comparison import VisionCheck
+from fivebar_vision.picture_reading import NOT_SEEN
 
 
 def reading(x: float) -> PlatformReading:

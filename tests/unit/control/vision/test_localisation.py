@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The platform's position from rendered pictures, against where the platform was."""
 
 from __future__ import annotations
@@ -8,22 +9,22 @@ import numpy as np
 import pytest
 from seen_robot import CAMERA, places, posture_at, renderer, sights
 
-from fivebar_control.vision.detector import TagDetector
-from fivebar_control.vision.localisation import PlatformTracker
 from fivebar_description.camera import BASE_TAGS, PLATFORM_TAG
-from fivebar_description.camera_model import CameraPose, Optics, placed, square_corners
+from fivebar_optics.camera_model import CameraPose, Optics, nominal_optics, nominal_pose, placed, square_corners
+from fivebar_vision.detector import TagDetector
+from fivebar_vision.localisation import PlatformTracker
 
 STATIC_LIMIT, MOVING_LIMIT = 0.05e-3, 0.2e-3
 
 
 def test_the_lens_has_an_inverse() -> None:
-    optics = CAMERA.optics()
+    optics = nominal_optics(CAMERA)
     pixels = np.array([[0.0, 0.0], [1279.0, 0.0], [639.5, 479.5], [100.0, 900.0]])
     assert optics.pixels(optics.rays(pixels)) == pytest.approx(pixels, abs=1e-6)
 
 
 def test_a_point_of_a_plane_is_found_again() -> None:
-    pose, points = CAMERA.pose(), np.array([[0.1, 0.02], [-0.15, 0.2]])
+    pose, points = nominal_pose(CAMERA), np.array([[0.1, 0.02], [-0.15, 0.2]])
     rays = pose.rays(np.column_stack((points, [0.02, 0.02])))
     assert pose.on_plane(rays, 0.02) == pytest.approx(points, abs=1e-12)
 
@@ -36,7 +37,7 @@ def test_the_camera_sees_the_robot_from_above() -> None:
 
 def test_corners_have_no_constant_offset() -> None:
     """Against the projection of the true corners: half a pixel would be a picture counted from its edge."""
-    lens, detector, errors = renderer().lens, TagDetector(CAMERA.optics()), []
+    lens, detector, errors = renderer().lens, TagDetector(nominal_optics(CAMERA)), []
     for k, (x, y) in enumerate(places(4, seed=5)):
         posture = posture_at(x, y)
         tag = detector.find(renderer().picture(k, lambda t, posture=posture: posture))[PLATFORM_TAG]
@@ -63,7 +64,7 @@ def test_a_rolling_shutter_is_seen_by_row() -> None:
     """The position is that of the time at which the tag's row was exposed, not the picture's middle one."""
     settings = CAMERA._replace(readout=0.02)
     speed = 0.2
-    tracker = PlatformTracker(settings, settings.optics())
+    tracker = PlatformTracker(settings, nominal_optics(settings))
     sight = tracker.seen(renderer(settings).picture(0, lambda t: posture_at(0.02 + speed * t, 0.1)))
     assert sight is not None
     late = settings.readout * ((sight.row + 0.5) / settings.height - 0.5)
@@ -72,7 +73,7 @@ def test_a_rolling_shutter_is_seen_by_row() -> None:
 
 
 def test_hidden_base_tags_leave_the_last_pose() -> None:
-    tracker = PlatformTracker(CAMERA, CAMERA.optics())
+    tracker = PlatformTracker(CAMERA, nominal_optics(CAMERA))
     picture = renderer().picture(0, lambda t: posture_at(0.0, 0.1))
     blank = picture.copy()
     for number in BASE_TAGS:
@@ -88,7 +89,7 @@ def test_hidden_base_tags_leave_the_last_pose() -> None:
 
 
 def test_a_covered_tag_is_not_seen() -> None:
-    tracker = PlatformTracker(CAMERA, CAMERA.optics())
+    tracker = PlatformTracker(CAMERA, nominal_optics(CAMERA))
     picture = renderer().picture(0, lambda t: posture_at(0.0, 0.1)).copy()
     assert tracker.seen(picture) is not None
     ((u, v),) = renderer().lens.pixels(np.array([[0.0, 0.1]]), CAMERA.tag_height)

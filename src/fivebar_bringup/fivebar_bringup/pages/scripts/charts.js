@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Charts over time with one time axis and one cursor, drawn by Bokeh.
 "use strict";
 

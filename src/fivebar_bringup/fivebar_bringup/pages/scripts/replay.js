@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // Plays recorded runs: one clock moves the robots on the canvas and the cursor in the charts.
 "use strict";
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // The robot's plane on a canvas, to scale: assembly modes, loci, path, trails and robots. Lengths in mm, angles in rad.
 "use strict";
 

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the pages of results in the documentation again, whole in some hours.
+
+Every page is a question, a figure, a table and limits, and has its data as CSV. An interrupted script resumes when it
+is started again. With --quick, rows of a larger sample that are in --out are left as they are.
+
+`python docs/studies/make_result_pages.py --quick`
+`python docs/studies/make_result_pages.py --only sweep,robustness --out docs/results`
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from fivebar_bringup.cli.printing import complain
+from fivebar_bringup.cli.progress import progress_bar
+from fivebar_description.errors import InputError
+from fivebar_description.modules import load_part
+from fivebar_studies.cli.study_options import chosen
+from fivebar_studies.engine.executor import LocalProcesses
+from result_pages.catalogue import PAGES, RUNS, whole_sample
+from result_pages.making import ResultFiles, make_results
+
+
+def main() -> None:
+    """Make the pages that are asked for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="small samples, in some ten minutes")
+    parser.add_argument("--only", help="some of the runs, separated by commas, by name or by study")
+    parser.add_argument("--draw", action="store_true", help="run nothing: draw pages and figures again from their data")
+    parser.add_argument("--out", type=Path, default=Path("runs/results/pages"), help="where pages and data are")
+    parser.add_argument("--studies", type=Path, default=Path("runs/results"), help="where each study has its rows")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="processes")
+    given = parser.parse_args()
+    files = ResultFiles(given.out, PAGES, whole_sample)
+    if given.draw:
+        written = files.write(PAGES)
+    else:
+        of_study = {name: load_part(run.study).name for name, run in RUNS.items()}
+        known = (*RUNS, *dict.fromkeys(of_study.values()))
+        wanted = {*RUNS} if given.only is None else {*chosen("--only", given.only, known)}
+        runs = [run for name, run in RUNS.items() if not wanted.isdisjoint((name, of_study[name]))]
+        with LocalProcesses(given.jobs) as executor:
+            written = make_results(files, runs, given.studies, given.quick, executor, progress_bar, complain)
+    print("\n".join(f"look at {path}" for path in written))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except InputError as error:
+        complain(str(error))
+        sys.exit(2)

@@ -1,1 +1,0 @@
-"""The simulated robot of a practice by the clock, which speaks ROS."""

@@ -1,1 +1,0 @@
-"""The steps of a commissioning, each a function of its session that finds something out or closes the gate."""

@@ -1,1 +1,0 @@
-"""The live page of a running graph: what it shows, what it accepts, and who may look."""

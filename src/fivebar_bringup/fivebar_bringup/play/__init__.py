@@ -1,1 +1,0 @@
-"""The page that explains by play: the project's own model and laws in a browser, translated into JavaScript."""

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Changes of a scenario that the screen refuses with which it would accept the motion."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+from fivebar_bringup.runs.screening import screened
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
+from fivebar_control.planning.feasibility import displaced
+from fivebar_control.planning.figures import Feasibility
+from fivebar_control.planning.pacing import Borne, longest_within
+from fivebar_control.scenario.motion_limits import scenario_limits
+from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.trajectory.planner import Plan, PlanRefused
+from fivebar_control.trajectory.time_laws import OPTIMAL
+
+
+def advice_for(scenario: Scenario, plan: Plan, verdict: Feasibility, only_loads: bool) -> str:
+    """Return what would make a motion feasible: another time law, or what the tolerances or the loads ask for."""
+    found = _quicker(scenario) if only_loads else _within_tolerances(scenario, plan, verdict)
+    return ", or ".join(words for words in (found, _by_least_torque(scenario)) if words)
+
+
+def _by_least_torque(scenario: Scenario) -> str:
+    """Return whether the time law of least torque would do, in the same duration."""
+    if scenario.time_law == OPTIMAL or scenario.working_modes is not None:
+        return ""
+    feasible = _is_feasible(scenario.model_copy(update={"time_law": OPTIMAL}))
+    return f"with time_law: {OPTIMAL}" if feasible else ""
+
+
+def _is_feasible(scenario: Scenario) -> bool:
+    try:
+        return screened(scenario, scenario.plan()).feasible
+    except PlanRefused:
+        return False
+
+
+def _within_tolerances(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
+    """Return what would make a motion feasible that nothing but the tolerances of the robot forbids."""
+    given = sensing_of(scenario)
+    if given is None or not concerns_tolerances(verdict):
+        return ""
+
+    def possible(factor: float) -> bool:
+        durations = tuple(duration / factor for duration in scenario.durations())
+        return _is_feasible(scenario.model_copy(update={"segment_duration": durations}))
+
+    limits = scenario_limits(scenario, plan)
+    judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
+    found = advice(verdict, plan.path, given, judge, possible)
+    return f"with {found}" if found else ""
+
+
+def _quicker(scenario: Scenario) -> str:
+    """Return how quick a motion would have to be for the loads: the speeds, and whether that is feasible."""
+    if scenario.working_modes is not None or scenario.rounded:
+        return ""
+    durations, words = [], []
+    for number, (ends, duration) in enumerate(zip(pairwise(scenario.waypoints), scenario.durations(), strict=True)):
+        segment = scenario.model_copy(update={"waypoints": ends, "segment_duration": duration})
+        found = _longest_bearing(segment)
+        if not found.enough:
+            return ""
+        borne = duration if found.duration == duration else math.floor(1e3 * found.duration) / 1e3
+        durations.append(borne)
+        if borne < duration:
+            plan = segment.model_copy(update={"segment_duration": borne}).plan()
+            there = plan.path.at(plan.crossings[0].time)
+            which = f" for segment {number + 1}" if len(scenario.waypoints) > 2 else ""
+            words.append(
+                f"at more than {math.hypot(there.vx, there.vy):.2g} m/s there, with a duration of {borne:g} s{which}"
+            )
+    if not words:
+        # each segment by itself bears the loads, only the whole motion does not
+        return ""
+    quicker = scenario.model_copy(update={"segment_duration": tuple(durations)})
+    try:
+        reasons = screened(quicker, quicker.plan()).reasons
+    except PlanRefused as refusal:
+        reasons = [str(refusal)]
+    return " and ".join(words) + (f" (then, however, {'; '.join(reasons)})" if reasons else "")
+
+
+def _longest_bearing(segment: Scenario) -> Borne:
+    """Return the longest duration, at most its own, in which a single segment bears the declared loads."""
+
+    def excess(duration: float) -> float:
+        plan = segment.model_copy(update={"segment_duration": duration}).plan()
+        if not plan.crossings:
+            return 0.0
+        limits = scenario_limits(segment, plan)
+        moved = displaced(segment.five_bar(), plan, segment.rate_hz, segment.tuned(), limits, limits.certain_loads)
+        return moved.value - moved.limit
+
+    return longest_within(excess, segment.durations()[0])

@@ -1,1 +1,0 @@
-"""Studies over many runs: comparison, sweep, reproduction, map, identification, planned motions, benchmark."""

@@ -1,1 +1,0 @@
-"""The same motions with every controller, side by side: on an exact robot, and on rigs with what real ones have."""

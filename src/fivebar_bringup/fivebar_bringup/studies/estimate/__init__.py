@@ -1,1 +1,0 @@
-"""Estimates a recorded motion again, with other settings: reads the bag, replays it, writes figure and page."""

@@ -1,1 +1,0 @@
-"""The pages of results in docs/results: which studies are run for them, and their data, tables and figures."""

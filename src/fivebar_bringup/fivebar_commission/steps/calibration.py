@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lengths, bases, zeros and the IMU's mounting, from the motion by hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fivebar_bringup.calibrate.calibrate import calibrate_bag
+from fivebar_bringup.calibrate.result import CalibrationResult
+from fivebar_commission.drives_file import DrivesFile
+from fivebar_commission.record import imu_keys
+from fivebar_commission.session import DRIVES_FILE, ROBOT_FILE, Session
+from fivebar_commission.step import Findings, GateClosed, GatedStep
+from fivebar_description.interface import ACTIVE_JOINTS
+
+LARGEST_SHIFT = 6.0
+"""Correction of a length or zero, in its tolerances before, beyond which the gate closes."""
+
+WIDEST_GAP = 0.3e-3
+"""Half width (m) of the elbow gap's interval beyond which a crossing is a matter of luck."""
+
+
+def run(session: Session) -> Findings:
+    """Calibrate from the motion by hand, and write robot and drives."""
+    led = session.state.outcome_of("sensors")
+    assert led is not None and led.pages, "the step before has recorded it"
+    folder = session.folder / led.pages[0]
+    # by the files as they were then, so that a repetition finds the same
+    found = calibrate_bag(folder, str(folder / ROBOT_FILE), encoders_only=session.imu is None)
+    figures = figures_of(found)
+    _refuse_implausible(found, figures)
+    take(session, found, folder)
+    gap = 1e3 * float(abs(found.found.gaps_before()).max())
+    left = 1e3 * float(found.found.gap_half_widths().max())
+    return Findings(f"the elbow gap was up to {gap:.3f} mm and is known to {left:.3f} mm", figures)
+
+
+def figures_of(found: CalibrationResult) -> dict[str, Any]:
+    """Return what a calibration has found, for the report."""
+    figures: dict[str, Any] = {f"{one.name}, {one.unit}": one.text() for one in found.parameters()}
+    return figures | dict(found.mounting_rows())
+
+
+def take(session: Session, found: CalibrationResult, folder: Path) -> None:
+    """Write what a calibration from a folder has found into the files of robot and drives; keep mounting and play."""
+    session.learn_robot(found.robot_file())
+    file = DrivesFile(folder / DRIVES_FILE)
+    for joint, zero in zip(ACTIVE_JOINTS, found.zeros(), strict=True):
+        file.change(joint, zero=round(file.facts(joint).zero - zero, 9))
+    file.write(session.drives_path)
+    mounting, imu = found.mounting, session.imu
+    if mounting is not None and imu is not None:
+        update = {name: getattr(mounting, name)[0] for name in ("roll", "pitch", "yaw", "mount_x", "mount_y")}
+        session.learn(imu=imu_keys(imu._replace(**update)))
+    values = {one.name: one for one in found.parameters()}
+    plays = [values[name] for name in ("play_1", "play_2") if name in values]
+    if plays and session.state.transmissions:
+        play = max(0.0, *(2e-3 * one.value for one in plays))
+        session.learn(transmissions=session.state.transmissions | {"backlash": min(play, 0.1)})
+
+
+def _refuse_implausible(found: CalibrationResult, figures: dict[str, Any]) -> None:
+    for one in found.parameters():
+        shift = abs(one.value - one.before)
+        if one.name.startswith(("l_", "base_", "zero_")) and shift > LARGEST_SHIFT * max(one.half_width_before, 1e-9):
+            raise GateClosed(
+                "implausible",
+                f"{one.name} comes out {one.value:.4g} {one.unit} instead of {one.before:.4g}: measure it, or"
+                " declare wider tolerances in the robot file",
+                figures,
+            )
+    widest = float(found.found.gap_half_widths().max())
+    if widest > WIDEST_GAP:
+        raise GateClosed(
+            "elbow_gap_unknown",
+            f"the elbow gap is known to {1e3 * widest:.2f} mm only, expected {1e3 * WIDEST_GAP:.2f}: lead the platform"
+            " through the locus at more places",
+            figures,
+        )
+
+
+CALIBRATION = GatedStep(
+    name="calibration",
+    title="Lengths and zeros",
+    does="calibrates lengths, bases, encoder zeros, the IMU's mounting and the play from the motion by hand",
+    cost="half a minute of computing",
+    risk="none: nothing moves",
+    gate=f"nothing is far from its tolerances, and the elbow gap is known to {1e3 * WIDEST_GAP:.1f} mm",
+    run=run,
+)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Definition of the benchmark as a study, with its table and page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from shlex import quote
+
+from fivebar_bringup.pages.content import Cell, Line, Table, table
+from fivebar_bringup.pages.rendering import study_page
+from fivebar_description.rounding import in_millimetres
+from fivebar_studies.benchmark.crossings import crossing_of
+from fivebar_studies.benchmark.running import BenchmarkSettings, run_numbered
+from fivebar_studies.benchmark.scoring import RESULTS, Result, Score, scores
+from fivebar_studies.engine.program import program_digest
+from fivebar_studies.engine.study import Study, StudyReport
+from fivebar_studies.sweep.sweep import DECIDING
+
+
+def scores_table(found: Sequence[Score], rules: str) -> Table:
+    """Return the scores by rules, those of a rig and a controller a row."""
+    rows: list[Line] = []
+    for one in found:
+        low, high = 100.0 * one.interval.low, 100.0 * one.interval.high
+        rows.append(
+            (
+                one.rig,
+                one.controller,
+                Cell(f"{one.successes}/{one.crossings}", one.successes),
+                Cell(f"{low:.1f}-{high:.1f}", [one.interval.low, one.interval.high]),
+                *(Cell(in_millimetres(error).removesuffix(" mm"), error) for error in (one.error_median, one.error_95)),
+                Cell(f"{one.torque_median:.2f}", one.torque_median),
+                one.stopped,
+            )
+        )
+    columns = ("rig", "controller", "success", "95 %", "error, mm", "error of 95 %, mm", "Nm", "stopped")
+    return table("scores", "Scores", rules, columns, rows)
+
+
+def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> StudyReport:
+    """Return the scores of results, and their page."""
+    crossings = [crossing_of(settings.make, number) for number in range(settings.cases)]
+    limits = settings.limits
+    found = scores(results, crossings, limits)
+    shown = scores_table(found, limits.rules)
+    lines = [one._asdict() | {"interval": one.interval._asdict()} for one in found]
+    page = study_page(
+        title="Benchmark",
+        setting=f"{settings.cases} crossings, {len(results)} runs, all simulated",
+        command=command_of(settings),
+        tables=[shown],
+    )
+    return StudyReport(page, {"rules": limits.rules, "scores": lines}, [], shown)
+
+
+def command_of(settings: BenchmarkSettings) -> str:
+    """Return the command that repeats a benchmark."""
+    words = [f"fivebar benchmark --rig {quote(','.join(settings.rigs))}"]
+    words += settings.options("controllers")
+    words += [f"--robot {quote(settings.robot)}"] if settings.robot else []
+    return " ".join([*words, f"--cases {settings.cases}"])
+
+
+BENCHMARK = Study(
+    name="benchmark",
+    place=f"{__name__}:BENCHMARK",
+    settings=BenchmarkSettings,
+    table=RESULTS,
+    run=run_numbered,
+    cases=lambda settings: settings.cases,
+    chunk=lambda settings: 2,
+    report=benchmark_report,
+    program=lambda settings: program_digest(
+        (*DECIDING, "fivebar_studies/benchmark/*.py"), (settings.make,), settings.rigs, settings.controllers
+    ),
+    command=command_of,
+)
+"""The study of fixed crossings."""

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Orders to the planner, the conditions that they are planned for, and its answers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from fivebar_control.estimation.settings import Sensing
+from fivebar_control.planning.course import NO_COURSE, Course
+from fivebar_control.planning.limits import MotionLimits
+from fivebar_control.planning.line_of_sight import Point
+from fivebar_control.planning.risk import Risk
+from fivebar_control.safety.settings import EVERYWHERE, Area, SafetySettings
+from fivebar_control.trajectory.path import AnySegment, Path
+from fivebar_control.trajectory.path_distance import TIMED
+from fivebar_control.trajectory.spline import Knot
+from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
+from fivebar_description.loads import NO_LOADS, Loads
+
+
+class PlanningRequest(NamedTuple):
+    """A request to the planner: from one rest (m) to another one in a working mode; 0 is "as it comes".
+
+    The payload (kg) is what the platform carries, the shares are those of the limits that the motion may use. Via
+    points (m) have a blend radius (m) each, 0 for a rest.
+    """
+
+    start: Point
+    working_mode: tuple[int, int]
+    goal: Point
+    assembly: int
+    duration: float
+    torque_share: float = 1.0
+    speed_share: float = 1.0
+    payload: float = 0.0
+    via: tuple[Point, ...] = ()
+    blend_radius: tuple[float, ...] = ()
+
+
+class TrajectoryRequest(NamedTuple):
+    """A request to the planner: a motion through knots.
+
+    Attributes:
+        joints: `PLATFORM_NAMES` or `ACTIVE_JOINTS`.
+        knots: the first where the robot rests.
+        place: where the platform rests (m).
+        working_mode: of the whole motion.
+        payload: what the platform carries (kg).
+    """
+
+    joints: tuple[str, str]
+    knots: tuple[Knot, ...]
+    place: Point
+    working_mode: tuple[int, int]
+    payload: float = 0.0
+
+
+class StopRequest(NamedTuple):
+    """A request to stop a motion.
+
+    Attributes:
+        segments: of the motion, which begins at time 0.
+        working_mode: of the whole motion.
+        earliest: when it may begin to slow down (s).
+        payload: what the platform carries (kg).
+        pauses: whether the motion is to go on afterwards.
+    """
+
+    segments: tuple[AnySegment, ...]
+    working_mode: tuple[int, int]
+    earliest: float
+    payload: float = 0.0
+    pauses: bool = False
+
+
+class Stop(NamedTuple):
+    """How a motion stops, and goes on afterwards where it pauses."""
+
+    stop: StoppedSegment
+    resumed: ResumedSegment | None = None
+
+
+Order = PlanningRequest | TrajectoryRequest | StopRequest
+"""An order to plan."""
+
+
+class Conditions(NamedTuple):
+    """The conditions that requests are planned for.
+
+    Attributes:
+        robot: name or path.
+        rate_hz: of the controllers.
+        torque_limit, motor_speed: of both motors (Nm, rad/s).
+        judge: by which distance of the platform a motion is judged, that from its reference or that from its path.
+        error_tolerance, risk: of a robot within its tolerances (m).
+        sensing: what the estimator has, None without one.
+        loads: what the robot has to bear.
+        held: time (s) for which the last torque may be held, which a motion has to bear; 0 where it never is.
+        tracking_error_limit: distance from the reference beyond which the robot is stopped (m).
+        workspace: beyond which it is stopped.
+        forbidden: postures that it may not enter, in one row; by default those of the robot's file.
+        controller: which follows the motion.
+        law: settings of its law, None for those of the robot by default.
+        planner: what plans motions in place of `plan_once`, as my_package.my_module:function; "" for none.
+        file: the run's file, by its path, for that planner.
+        odds_time: longest time (s) that this planner may take to find out how likely a motion is to succeed.
+    """
+
+    robot: str
+    rate_hz: int
+    torque_limit: float
+    motor_speed: float
+    judge: str = TIMED
+    error_tolerance: float = MotionLimits().error_tolerance
+    risk: Risk = Risk()
+    sensing: Sensing | None = None
+    loads: Loads = NO_LOADS
+    held: float = 0.0
+    tracking_error_limit: float = SafetySettings().tracking_error_limit
+    workspace: Area = EVERYWHERE
+    forbidden: tuple[float, ...] = ()
+    controller: str = "unified"
+    law: tuple[Any, ...] | None = None
+    planner: str = ""
+    file: str = ""
+    odds_time: float = math.inf
+
+
+class Planned(NamedTuple):
+    """The answer to a request: a motion, or the reason why there is none.
+
+    Attributes:
+        refused: the reason, "" where it is not refused; where it is, the other fields are empty.
+        course: where it goes.
+        durations: of the legs (s).
+        segments: between rests, as planned: who follows them needs no planner.
+        stop: how the motion under way stops, and goes on where it pauses.
+        odds: how likely the motion is to succeed, as `goal/status` tells it; None where no robots are drawn.
+        references: where the law has to know the whole motion, the six numbers of each of its samples; of a stop, of
+            the motion that stops.
+        resumed: likewise of the motion that goes on after a pause.
+    """
+
+    refused: str = ""
+    course: Course = NO_COURSE
+    durations: tuple[float, ...] = ()
+    segments: tuple[AnySegment, ...] = ()
+    stop: Stop | None = None
+    odds: Mapping[str, Any] | None = None
+    references: tuple[float, ...] = ()
+    resumed: tuple[float, ...] = ()
+
+    def path(self) -> Path:
+        """Return the motion."""
+        return Path(self.segments)

@@ -1,0 +1,243 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The run's file as far as it decides the motion: where the platform goes and when, and which controller follows.
+
+Nodes that need no more than that read it so, and leave the other keys to those that have them.
+"""
+
+from __future__ import annotations
+
+import functools
+from itertools import chain
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import ConfigDict, Field, PrivateAttr, model_validator
+
+from fivebar_control.estimation.settings import Drives
+from fivebar_control.laws.registry import (
+    CONTROLLERS,
+    OF_CONTROLLER,
+    Controller,
+    controller_problem,
+    find_controller,
+    stays_unopened,
+    unopened_controller,
+)
+from fivebar_control.trajectory.planner import Plan, PlanRefused, plan_motion
+from fivebar_control.trajectory.rounded import BLEND_RADIUS
+from fivebar_control.trajectory.time_laws import QUINTIC, TimeLawName
+from fivebar_control.trajectory.zones import ZoneSettings
+from fivebar_description.parameters import FiveBar, laden
+from fivebar_description.physical_bounds import Duration
+from fivebar_description.robot_file import RobotFile, load_robot
+from fivebar_description.scenario_file import ESTIMATOR, with_parts_of_robot
+from fivebar_description.settings import Keys, Section, Setting
+from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
+from fivebar_description.strict_yaml import StrictModel
+
+Sign = Literal[-1, 1]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+Mode = Annotated[tuple[Sign, Sign], WORKING_MODE]
+
+
+def _ends_in_signs(place: tuple[float, ...]) -> str | None:
+    return None if all(sign in (-1.0, 1.0) for sign in place[2:]) else "expected x, y, and two signs, each +1 or -1"
+
+
+DECLARED, SEEN = "declared", "seen"
+"""How the place and the modes are known in which the robot starts."""
+
+CONTROLLER = Setting(
+    "Controller of the run, such as multi_cartesian or unified (`fivebar compare --help` names all), or"
+    " my_package.my_law:LAW for a law from elsewhere.",
+    check=controller_problem,
+)
+
+_planned = functools.lru_cache(maxsize=16)(plan_motion)
+"""The planner, which a run asks for its plan again and again."""
+
+
+class MotionFile(StrictModel):
+    """The keys of a run's file that decide the motion; the others are not read."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    controller: Annotated[str, CONTROLLER] = "multi_cartesian"
+    robot: Robot = "dextar"
+    working_mode: Mode = (1, -1)
+    working_modes: Annotated[
+        tuple[Mode, ...] | None,
+        Setting("The working mode at each waypoint, for motions that may meet Type 1; controller `unified` only."),
+    ] = None
+    waypoints: Annotated[
+        tuple[Pair, ...],
+        Setting(
+            "The points x, y through which the platform goes, at rest in each that `blend_radius` does not round, from"
+            " where it starts; with `start: seen` those after the start.",
+            "m",
+        ),
+    ]
+    start: Annotated[
+        str,
+        Setting(
+            "How the place and the modes at the start are known: declared by the first waypoint and working_mode, or"
+            " seen by the camera before the motion is planned.",
+            choices=(DECLARED, SEEN),
+        ),
+    ] = DECLARED
+    stands: Annotated[
+        Annotated[tuple[float, float, float, float], Field(strict=False)] | None,
+        Setting(
+            "Where the simulated robot is put: x, y (m) and its working mode; by default where the motion begins. The"
+            " planner does not know it.",
+            check=_ends_in_signs,
+        ),
+    ] = None
+    segment_duration: Annotated[
+        Duration | Annotated[tuple[Duration, ...], Field(strict=False)],
+        Setting("Duration of each segment: one number for all, or a list with one per segment.", "s"),
+    ] = 1.0
+    time_law: TimeLawName = QUINTIC
+    blend_radius: Annotated[float | Annotated[tuple[float, ...], Field(strict=False)], BLEND_RADIUS] = 0.0
+    rate_hz: RateHz = 500
+    zone: Section[ZoneSettings] = ZoneSettings()
+    plant: Annotated[Drives, Keys(others=True)] = Drives(torque_limit=DRIVE_TORQUE_LIMIT)
+    estimator: Annotated[str, ESTIMATOR] = "none"
+    _law_unopened: bool = PrivateAttr(default=False)
+    _payload: float = PrivateAttr(default=0.0)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _sized(cls, content: Any) -> Any:
+        return cls._with_robot(content)[0]
+
+    @classmethod
+    def _with_robot(cls, content: Any) -> tuple[Any, RobotFile | None]:
+        """Return the content with what follows from the robot's file where it leaves that out, and the file."""
+        return with_parts_of_robot(content)
+
+    @model_validator(mode="after")
+    def _goes_somewhere(self) -> MotionFile:
+        self._law_unopened = stays_unopened(self.controller)
+        seen = self.start == SEEN
+        if len(self.waypoints) < (1 if seen else 2):
+            raise ValueError(f"waypoints: {len(self.waypoints)} given: expected at least {'one' if seen else 'two'}")
+        if seen and self.working_modes is not None:
+            raise ValueError("start: seen: the working mode is not known before: expected no working_modes")
+        return self
+
+    @model_validator(mode="after")
+    def _may_meet_type1(self) -> MotionFile:
+        if self.working_modes is None:
+            return self
+        if self.rounded:
+            raise ValueError("blend_radius: a motion with working_modes rests at each waypoint: expected 0")
+        if len(self.working_modes) != len(self.waypoints):
+            raise ValueError(
+                f"working_modes: {len(self.working_modes)} given for {len(self.waypoints)} waypoints:"
+                " expected one pair of signs per waypoint"
+            )
+        if self.working_modes[0] != self.working_mode:
+            raise ValueError(
+                f"working_modes: begins with {list(self.working_modes[0])}: expected the working_mode"
+                f" {list(self.working_mode)}, in which the robot starts"
+            )
+        if not self.scheme().meets_type_1:
+            able = ", ".join(one.name for one in CONTROLLERS.values() if one.meets_type_1)
+            raise ValueError(
+                f"working_modes: controller {self.controller} cannot meet Type 1: expected controller {able}"
+            )
+        if self.estimated:
+            raise ValueError(
+                "working_modes: estimator ekf follows the platform in one working mode: expected estimator none"
+            )
+        return self
+
+    def durations(self) -> tuple[float, ...]:
+        """Return one duration (s) per segment.
+
+        Raises:
+            PlanRefused: a list was given whose length is not the number of segments.
+        """
+        segments = len(self.waypoints) - 1
+        if isinstance(self.segment_duration, float | int):
+            return (float(self.segment_duration),) * segments
+        if len(self.segment_duration) != segments:
+            raise PlanRefused(
+                f"segment_duration: {len(self.segment_duration)} given for {segments} segments:"
+                " expected one number or one per segment"
+            )
+        return self.segment_duration
+
+    def blend_radii(self) -> tuple[float, ...]:
+        """Return the blend radius (m) at each waypoint between the first and the last, or one number for all."""
+        return (float(self.blend_radius),) if isinstance(self.blend_radius, float | int) else self.blend_radius
+
+    @property
+    def rounded(self) -> bool:
+        """Whether the path rounds corners."""
+        return any(self.blend_radii())
+
+    def five_bar(self) -> FiveBar:
+        """Return the robot that the controllers believe in."""
+        robot = load_robot(self.robot)
+        return laden(robot, self._payload) if self._payload else robot
+
+    def carrying(self, payload: float) -> Self:
+        """Return the same with a payload (kg) on the platform from the start on, of which the file says nothing."""
+        copy = self.model_copy()
+        copy._payload = payload
+        return copy
+
+    def plan(self) -> Plan:
+        """Return the checked motion.
+
+        Raises:
+            PlanRefused: the motion cannot be made.
+        """
+        plan = _planned(
+            self.five_bar(),
+            self.signs(),
+            self.waypoints,
+            self.durations(),
+            self.rate_hz,
+            self.zone.as_rule(),
+            self.time_law,
+            self.min_authority,
+            self.blend_radii(),
+        )
+        if any(meeting.leg == 2 for meeting in plan.meetings):
+            raise PlanRefused(
+                "working_modes: leg 2 meets Type 1, but it carries the IMU, whose check follows one working mode of"
+                " that leg: expected only leg 1 to be stretched"
+            )
+        return plan
+
+    def signs(self) -> tuple[int, ...]:
+        """Return the working mode as the planner takes it: two signs, or two for every waypoint."""
+        return self.working_mode if self.working_modes is None else tuple(chain.from_iterable(self.working_modes))
+
+    @property
+    def estimated(self) -> bool:
+        """Whether the controllers work from the two motors' encoders alone."""
+        return self.estimator == "ekf"
+
+    @property
+    def lead_samples(self) -> int:
+        """Samples from a measurement to the moment that its answer is for: an estimator predicts over the delay."""
+        return self.plant.delay_samples if self.estimated else 0
+
+    @property
+    def min_authority(self) -> float:
+        """Least |n . v1| of a crossing that the controller can take."""
+        return self.scheme().min_authority
+
+    def scheme(self) -> Controller:
+        """Return how the controller is put together."""
+        found = unopened_controller(self.controller) if self._law_unopened else find_controller(self.controller)
+        chosen = self.zone.supervision
+        return found if chosen == OF_CONTROLLER or not found.blended else found._replace(weighting=chosen)
+
+    @property
+    def law_unopened(self) -> bool:
+        """Whether the controller is a law from elsewhere whose module was not imported: see `laws_unopened`."""
+        return self._law_unopened

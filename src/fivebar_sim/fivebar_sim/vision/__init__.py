@@ -1,1 +1,0 @@
-"""The simulated camera: pictures of the robot, rendered on the processor."""
