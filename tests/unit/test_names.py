@@ -197,7 +197,6 @@ ELSEWHERE = {
         "fivebar_bringup.cli.running",
     ),
     "unit/bringup/studies/test_sweep.py": ("fivebar_studies.cli.study_options",),
-    "unit/bringup/recorded/test_table_files.py": ("fivebar_bringup.extras",),
     "unit/bringup/studies/test_maps.py": ("fivebar_control.workspace.fields", "fivebar_control.workspace.loci"),
 }
 """Where modules are tested that a test of another name covers."""
