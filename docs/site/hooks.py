@@ -26,6 +26,16 @@ COMMANDS = "reference/commands.md"
 SETTINGS = "reference/settings.md"
 REDIRECTS = {
     "settings": "reference/settings",
+    "results/thesis": "results/index#what-of-the-thesis-is-reproduced",
+    "results/faults": "results/index#how-large-may-each-fault-be",
+    "results/crossing": "results/index#what-crossing-buys",
+    "results/laws": "results/index#which-law",
+    "results/sensors": "results/index#are-faults-of-sensors-noticed",
+    "results/rigs": "results/index#success-on-robots-with-errors",
+    "results/odds": "results/index#success-odds",
+    "results/survived": "results/index#what-does-each-law-survive",
+    "results/exact": "results/index#nearly-exact-robots",
+    "results/comparison": "results/index#all-laws-on-the-same-motions",
 }
 """Where a page is that was published under another name."""
 
@@ -119,7 +129,8 @@ def source_page(path: Path) -> str:
 
 def redirect(published: str, name: str) -> str:
     """Return a page that leads from a published name to the present one."""
-    target = posixpath.relpath(f"{name}.html", posixpath.dirname(published) or ".")
+    page, mark, heading = name.partition("#")
+    target = posixpath.relpath(f"{page}.html", posixpath.dirname(published) or ".") + mark + heading
     return (
         f'<!doctype html>\n<meta charset="utf-8">\n<title>Moved</title>\n<link rel="canonical" href="{target}">\n'
         f'<meta http-equiv="refresh" content="0; url={target}">\n'
