@@ -26,6 +26,13 @@ COMMANDS = "reference/commands.md"
 SETTINGS = "reference/settings.md"
 REDIRECTS = {
     "settings": "reference/settings",
+    "unified": "laws#unified",
+    "mpc": "laws#mpc",
+    "lqr": "laws#lqr",
+    "path": "laws#path",
+    "choose": "laws",
+    "imu": "estimation#a-gyroscope",
+    "vision": "estimation#a-camera",
     "results/thesis": "results/index#what-of-the-thesis-is-reproduced",
     "results/faults": "results/index#how-large-may-each-fault-be",
     "results/crossing": "results/index#what-crossing-buys",

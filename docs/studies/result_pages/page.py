@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from fivebar_studies.engine.running import FinishedStudy
 from fivebar_studies.engine.table import Row, RowTable
 
-JUDGED_IN_TIME = "[`path`](../path.md) keeps to the path and not to its time; these runs are judged in time."
+JUDGED_IN_TIME = "[`path`](../laws.md#path) keeps to the path and not to its time; these runs are judged in time."
 """A limit of sections whose runs are judged by their distance from the timed reference."""
 
 

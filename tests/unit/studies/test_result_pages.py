@@ -94,8 +94,8 @@ def test_pages_state_the_numbers_of_the_data(kept: ResultFiles) -> None:
             f"within {in_millimetres(calibrated.error_95)} of its reference in 95 %",
             f"within {in_millimetres(middling.error_95)}",
         ),
-        "docs/imu.md": (f"{within['printed']} random crossings within 2 mm",),
-        "docs/choose.md": (f"`unified` and `mpc` make {shares[0]:.0f} to {shares[-1]:.0f} %",),
+        "docs/estimation.md": (f"{within['printed']} random crossings within 2 mm",),
+        "docs/laws.md": (f"`unified` and `mpc` make {shares[0]:.0f} to {shares[-1]:.0f} %",),
     }
     texts = {name: " ".join((HOME / name).read_text(encoding="utf-8").split()) for name in stated}
     assert not [(name, words) for name, said in stated.items() for words in said if words not in texts[name]]
