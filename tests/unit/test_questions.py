@@ -50,7 +50,7 @@ def test_answers_are_three_clicks_from_the_home_page() -> None:
 
 
 def test_every_figure_that_refuses_a_motion_has_its_advice() -> None:
-    page = (DOCS / "refused.md").read_text(encoding="utf-8").replace("\\|", "|")
+    page = (DOCS / "motions.md").read_text(encoding="utf-8").replace("\\|", "|")
     names = {value for name, value in vars(figures).items() if name.isupper() and isinstance(value, str)}
     assert len(names) > 10
     assert not [name for name in names if name.removesuffix(" without the reserve of torque") not in page]
