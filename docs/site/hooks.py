@@ -34,6 +34,7 @@ REDIRECTS = {
     "refused": "motions#refused-with-exit-status-2",
     "forces": "motions#forces-that-act-all-the-time",
     "programs": "motions#programs",
+    "answers": "faq",
     "imu": "estimation#a-gyroscope",
     "vision": "estimation#a-camera",
     "results/thesis": "results/index#what-of-the-thesis-is-reproduced",
