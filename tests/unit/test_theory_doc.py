@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/theory.md names functions and tests; all of them exist, and every slip has the test that decides it."""
+"""The pages of theory name functions and tests; all of them exist, and every slip has the test that decides it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs" / "theory.md").read_text(encoding="utf-8")
+PAGES = ("theory.md", "bounds.md", "slips.md")
+TEXT = "\n\n".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in PAGES)
 SLIP_TESTS = "tests/unit/control/slips"
 
 FUNCTIONS = sorted(set(re.findall(r"`(fivebar_\w+(?:\.\w+)+)(?:\(\))?`", TEXT)))
