@@ -90,6 +90,11 @@ def test_pages_state_the_numbers_of_the_data(kept: ResultFiles) -> None:
             *(row.place for row in missed),
         ),
         "README.md": (f"{within['calibrated']} on a calibrated robot, {within['middling']} on a middling one, {lost}",),
+        "paper/paper.md": (
+            f"| {calibrated.accepted} | {calibrated.within_2_mm} |",
+            f"| {middling.accepted} | {middling.within_2_mm} |",
+            f"reproduces {len(reproduced)} of its {len(claims)} figures and claims",
+        ),
         "docs/faq.md": (
             f"within {in_millimetres(calibrated.error_95)} of its reference in 95 %",
             f"within {in_millimetres(middling.error_95)}",
