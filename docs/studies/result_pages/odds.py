@@ -18,7 +18,7 @@ from fivebar_studies.sweep.statistics import share_of
 from result_pages.page import ResultPage, TextTable
 from result_pages.rigs import RUNS, rig_words, share_text
 
-ACCEPTED_FROM = (0.9, 0.8, 0.7)
+ACCEPTED_FROM = (0.9, 0.7)
 """Required shares in the table: the default, and smaller ones, which accept more."""
 
 BINS = 10

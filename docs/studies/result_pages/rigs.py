@@ -147,7 +147,6 @@ LINES: tuple[tuple[str, Callable[[RigRow], str]], ...] = (
     ("cases drawn, accepted", lambda row: f"{row.drawn}, {row.accepted}"),
     ("success", lambda row: share_text(row.successes, row.accepted)),
     ("within 2 mm, no fault, planned mode", lambda row: share_text(row.within_2_mm, row.accepted)),
-    ("within 5 mm, no fault, planned mode", lambda row: share_text(row.within_5_mm, row.accepted)),
     ("stopped by a fault", lambda row: row.faults or "0"),
     ("lost silently", lambda row: f"{row.silent} ({interval_of(row.silent, row.accepted).text})"),
     ("largest error, median, 95 and 99 %", lambda row: _errors(row, "error")),
