@@ -86,7 +86,7 @@ notebook: setup ## open the tutorials that are notebooks in JupyterLab, for this
 	    --app-dir=.notebook/share/jupyter/lab --notebook-dir=docs/tutorials $(OPTIONS)
 
 .PHONY: results
-results: setup ## make the pages in docs/results again, in some hours: make results OPTIONS="--only robustness" are some
+results: setup ## make the page in docs/results again, in some hours: make results OPTIONS="--only robustness" are some
 	@$(BIN)/python docs/studies/make_result_pages.py --out docs/results $(OPTIONS)
 
 .PHONY: play

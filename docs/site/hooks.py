@@ -16,11 +16,40 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
+from fivebar_bringup.reference.settings_page import settings_page
+
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 LINK = re.compile(r"\]\(((?:\.\./)+[^)#\s]+)(#[^)]*)?\)")
 NOTEBOOK = re.compile(r"\]\((?!https?:)([^)#\s]+)\.ipynb")
 COMMANDS = "reference/commands.md"
+SETTINGS = "reference/settings.md"
+REDIRECTS = {
+    "settings": "reference/settings",
+    "unified": "laws#unified",
+    "mpc": "laws#mpc",
+    "lqr": "laws#lqr",
+    "path": "laws#path",
+    "choose": "laws",
+    "refused": "motions#refused-with-exit-status-2",
+    "forces": "motions#forces-that-act-all-the-time",
+    "programs": "motions#programs",
+    "answers": "faq",
+    "imu": "estimation#a-gyroscope",
+    "vision": "estimation#a-camera",
+    "results/thesis": "results/index#what-of-the-thesis-is-reproduced",
+    "results/faults": "results/index#how-large-may-each-fault-be",
+    "results/crossing": "results/index#what-crossing-buys",
+    "results/laws": "results/index#which-law",
+    "results/sensors": "results/index#are-faults-of-sensors-noticed",
+    "results/rigs": "results/index#success-on-robots-with-errors",
+    "results/odds": "results/index#success-odds",
+    "results/survived": "results/index#what-does-each-law-survive",
+    "results/exact": "results/index#nearly-exact-robots",
+    "results/comparison": "results/index#all-laws-on-the-same-motions",
+}
+"""Where a page is that was published under another name."""
+
 FORMULA = re.compile(r'<(span|div) class="arithmatex">(.*?)</\1>', re.DOTALL)
 TYPESETTING = (
     # brackets grow with the matrix that they alone enclose
@@ -47,13 +76,17 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for notebook in sorted((DOCS / "tutorials").glob("*.ipynb")):
         content = notebook_page(json.loads(notebook.read_text(encoding="utf-8")))
         files.append(File.generated(config, f"tutorials/{notebook.stem}.md", content=content))
+    for published, name in REDIRECTS.items():
+        files.append(File.generated(config, f"{published}.html", content=redirect(published, name)))
     return files
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Let links to files of the repository and to notebooks lead to their pages, and complete that of the commands."""
+    """Let links to files of the repository and to notebooks lead to their pages; complete commands and settings."""
     if page.file.src_uri == COMMANDS:
         markdown += commands_section()
+    if page.file.src_uri == SETTINGS:
+        markdown = settings_page()
     markdown = NOTEBOOK.sub(r"](\1.md", markdown)
     folder = posixpath.dirname(page.file.src_uri)
 
@@ -103,6 +136,17 @@ def source_page(path: Path) -> str:
         return re.sub(r"\]\((?!https?:)[^)]*\)", "]", text)
     language = LANGUAGES.get(path.suffix, "text")
     return f"# {path.name}\n\nThe file `{path}` of the repository.\n\n````{language}\n{text}````\n"
+
+
+def redirect(published: str, name: str) -> str:
+    """Return a page that leads from a published name to the present one."""
+    page, mark, heading = name.partition("#")
+    target = posixpath.relpath(f"{page}.html", posixpath.dirname(published) or ".") + mark + heading
+    return (
+        f'<!doctype html>\n<meta charset="utf-8">\n<title>Moved</title>\n<link rel="canonical" href="{target}">\n'
+        f'<meta http-equiv="refresh" content="0; url={target}">\n'
+        f'<p>This page is now <a href="{target}">{target}</a>.</p>\n'
+    )
 
 
 def notebook_page(notebook: dict[str, Any]) -> str:

@@ -3,7 +3,7 @@
 
 `python docs/studies/branch_study.py [--crossings 450] [--seed N]` takes so many random crossings of
 each branch that the screen accepts for `unified` with exact sensors and from encoders alone, and prints the table of
-docs/theory.md: each without a disturbance, under pushes at the crossing, and on two robots whose lengths differ from
+docs/bounds.md: each without a disturbance, under pushes at the crossing, and on two robots whose lengths differ from
 their file, from encoders alone.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How closely laws follow the estimate from the motors' encoders, and with which torque: the tables of docs/mpc.md.
+"""How closely laws follow the estimate from the motors' encoders, and with which torque: the tables of docs/laws.md.
 
 `python docs/studies/encoders_study.py --seed 1 --runs 60` draws motions through the locus, and runs
 each on a rig of the comparison, by default `encoders`, whose robot is as believed, with `unified` and with `mpc` by

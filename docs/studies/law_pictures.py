@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures for docs/path.md, of the path law beside `unified`, and for docs/lqr.md, of the published peer.
+"""Pictures for docs/laws.md: the path law beside `unified`, and the published peer.
 
 `python docs/studies/law_pictures.py docs/images` writes them, from four simulated runs.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The published peer beside `unified` and `mpc`, with and without the dynamic criterion: the tables of docs/lqr.md.
+"""The published peer beside `unified` and `mpc`, with and without the dynamic criterion: the tables of docs/laws.md.
 
 `python docs/studies/lqr_study.py [criterion | quintic]` prints the table for a time law.
 """

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the pages of results in the documentation again, whole in some hours.
+"""Makes the page of results in the documentation again, whole in some hours.
 
-Every page is a question, a figure, a table and limits, and has its data as CSV. An interrupted script resumes when it
-is started again. With --quick, rows of a larger sample that are in --out are left as they are.
+Every section is a question, a figure, a table and limits, and has its data as CSV. An interrupted script resumes when
+it is started again. With --quick, rows of a larger sample that are in --out are left as they are.
 
 `python docs/studies/make_result_pages.py --quick`
 `python docs/studies/make_result_pages.py --only sweep,robustness --out docs/results`
@@ -26,12 +26,12 @@ from result_pages.making import ResultFiles, make_results
 
 
 def main() -> None:
-    """Make the pages that are asked for."""
+    """Make what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="small samples, in some ten minutes")
     parser.add_argument("--only", help="some of the runs, separated by commas, by name or by study")
-    parser.add_argument("--draw", action="store_true", help="run nothing: draw pages and figures again from their data")
-    parser.add_argument("--out", type=Path, default=Path("runs/results/pages"), help="where pages and data are")
+    parser.add_argument("--draw", action="store_true", help="run nothing: draw page and figures again from their data")
+    parser.add_argument("--out", type=Path, default=Path("runs/results/pages"), help="where page and data are")
     parser.add_argument("--studies", type=Path, default=Path("runs/results"), help="where each study has its rows")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), help="processes")
     given = parser.parse_args()

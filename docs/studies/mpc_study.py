@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The span of the predictive law's horizon, and the cost of its weights: tables and figure of docs/mpc.md.
+"""The span of the predictive law's horizon, and the cost of its weights: tables and figure of docs/laws.md.
 
 `python docs/studies/mpc_study.py OUT.png` runs it all, which takes a minute or two.
 """

@@ -2,7 +2,7 @@
 """How much faster the quickest time laws are than the fifth-order polynomial, on crossings of the benchmark.
 
 `python docs/studies/optimal_study.py 200 OUT.csv` runs the first 200 and prints the summary of
-docs/mpc.md; a run that was interrupted is continued. With each time law a segment takes as long as lets its torques,
+docs/laws.md; a run that was interrupted is continued. With each time law a segment takes as long as lets its torques,
 friction included, be `PLANNED` Nm at most; then `mpc` follows it with a torque limit of `LIMIT` Nm.
 """
 

@@ -2,7 +2,7 @@
 """The passage condition against runs: how far a load on the locus moves the platform, over load and speed.
 
 `python docs/studies/passage_study.py [--figure FILE.png]` prints the least displacement that
-theory.md proves for every law, and that of runs on the plant, for forces along t_s onwards and against the motion; the
+bounds.md proves for every law, and that of runs on the plant, for forces along t_s onwards and against the motion; the
 figure is the phase diagram in the plane of load and speed.
 """
 
@@ -64,7 +64,7 @@ class Passage(NamedTuple):
 def exposure(kappa_rate: float, gain: float, torque: float, load: float) -> float:
     """Return the displacement (m) by a lasting load that the drives' limit alone opposes, at constant speed.
 
-    The closed form of theory.md, section 15: 1.94 a_F^3 / (gain kappa_rate torque)^2.
+    The closed form of bounds.md: 1.94 a_F^3 / (gain kappa_rate torque)^2.
 
     Args:
         kappa_rate: of the crossing (1/s).
@@ -81,7 +81,7 @@ def unavoidable(kappa_rate: float, gain: float, torque: float, load: float, spee
 
     The platform is on its reference and at rest relative to it when the load begins; a law that knows the load before
     may be elsewhere, and does better. The displacement is that of `exposure` for a platform that the load pushes
-    onwards along its path, whose displacement takes it away from the locus: theory.md, section 15. In units of a_F
+    onwards along its path, whose displacement takes it away from the locus: bounds.md. In units of a_F
     t_F^2 and t_F it is the largest eta of eta'' = 1 - |s| - beta eta, beta = a_F t_F / speed, that begins at rest at s
     = -1, as long as the comparison with any other motion holds, sqrt(beta) (s + 1) <= pi.
 

@@ -3,7 +3,7 @@
 
 `python docs/studies/path_study.py [--crossings 100] [--seed N] [--rig ideal]` takes so many random
 crossings that the screen accepts for `unified`, pushes the platform on the locus in a random direction, and prints the
-table of docs/path.md: of each law how many stay within 2 mm of the timed reference, how many within 2 mm of the path,
+table of docs/laws.md: of each law how many stay within 2 mm of the timed reference, how many within 2 mm of the path,
 and the distances.
 """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long a blended controller has to be out of its zones, so that errors shrink from crossing to crossing.
 
-`python docs/studies/switching_study.py` prints the table of docs/theory.md for the middle crossing.
+`python docs/studies/switching_study.py` prints the table of docs/bounds.md for the middle crossing.
 Out of a zone the motors' errors under computed torque shrink at a known rate in a known norm. Through a zone they are
 mapped linearly, to first order: the map follows from the exact model with slightly moved starts.
 """

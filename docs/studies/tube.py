@@ -5,7 +5,7 @@ Along the reference the closed loop is a linear time-varying system: the error a
 disturbance, and for `mpc` the torques that it has planned. What the motion asks for and the law cannot give near the
 locus drives it, and so does a disturbance torque. The first response is computed as it is; of the second, which is
 known by a bound alone, the sum of the norms of all responses to single samples, which no disturbance within the bound
-exceeds. docs/theory.md says what is proved by that and what is assumed.
+exceeds. docs/bounds.md says what is proved by that and what is assumed.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 
 `python docs/studies/tube_study.py OUT.csv [--controller mpc] [--crossings 240] [--seed N]` takes the
 first crossings of a sweep that the screen accepts, runs each as believed and on a robot off the model, and prints the
-table of docs/theory.md; a study that was interrupted is continued. Runs that ask a motor for its limit are counted
+table of docs/bounds.md; a study that was interrupted is continued. Runs that ask a motor for its limit are counted
 apart: the tube knows of no limit.
 """
 

@@ -2,7 +2,7 @@
 """Sensitivity of the unified law to its settings, which justifies the defaults.
 
 `python docs/studies/unified_sweep.py OUT.png` runs it all, which takes some ten minutes, prints the
-table of which docs/unified.md has a part, and draws its figure.
+table of which docs/laws.md has a part, and draws its figure.
 """
 
 from __future__ import annotations

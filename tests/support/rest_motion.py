@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The equations of a robot at rest on the Type 2 locus (docs/theory.md, from rest)."""
+"""The equations of a robot at rest on the Type 2 locus (docs/bounds.md, from rest)."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/mpc.md says what the settings of the predictive law are, and what its horizon can still do on the locus."""
+"""docs/laws.md says what the settings of the predictive law are, and what its horizon can still do on the locus."""
 
 from __future__ import annotations
 
@@ -24,22 +24,20 @@ from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 from mpc_study import authority, motion
 
-DOCS = Path(__file__).parents[2] / "docs"
+TEXT = (Path(__file__).parents[2] / "docs" / "laws.md").read_text(encoding="utf-8")
 LIMITS = {"torque_limit", "torque_rate_limit"}
 
 
-@pytest.mark.parametrize(("page", "settings"), [("mpc.md", MpcSettings()), ("lqr.md", LqrSettings())])
-def test_the_settings_are_those_of_the_law(page: str, settings: MpcSettings | LqrSettings) -> None:
-    text = (DOCS / page).read_text(encoding="utf-8")
+@pytest.mark.parametrize(("law", "settings"), [("mpc", MpcSettings()), ("lqr", LqrSettings())])
+def test_the_settings_are_those_of_the_law(law: str, settings: MpcSettings | LqrSettings) -> None:
+    text = TEXT.partition(f"### Settings of {law}\n")[2].partition("\n#")[0]
     rows = re.findall(r"^\| `(\w+)` \| ([\d.e-]+) .*\|.*\|$", text, re.MULTILINE)
     told = {name: float(value) for name, value in rows}
-    told.pop("unified", None)  # the row of the study to compare with
     assert told == {name: value for name, value in settings._asdict().items() if name not in LIMITS}
 
 
 def test_the_weight_on_the_torque_itself_is_that_of_the_cost() -> None:
-    text = (DOCS / "mpc.md").read_text(encoding="utf-8")
-    (found,) = re.findall(r"\$r_0 = (\d+) \\cdot 10\^\{(-\d+)\}\\,r_s\$, ([\d.]+) % of \$r\$ by default", text)
+    (found,) = re.findall(r"\$r_0 = (\d+) \\cdot 10\^\{(-\d+)\}\\,r_s\$, ([\d.]+) % of \$r\$ by default", TEXT)
     share = float(found[0]) * 10.0 ** float(found[1])
     settings = MpcSettings()
     # a row of the program without a plan, a change or a prediction is what remains
@@ -61,8 +59,7 @@ def test_the_least_authority_on_the_locus_is_that_of_the_table() -> None:
 )
 def test_the_average_of_the_quickest_passage_costs_what_is_said(ends: tuple[Point, Point], dextar: FiveBar) -> None:
     """Only before it is averaged is the passage the quickest: under the same limit the law takes longer."""
-    text = (DOCS / "mpc.md").read_text(encoding="utf-8")
-    ((low, high),) = re.findall(r"It is averaged over 4 % of the duration, which costs (\d+) to (\d+) % of time", text)
+    ((low, high),) = re.findall(r"It is averaged over 4 % of the duration, which costs (\d+) to (\d+) % of time", TEXT)
     plan = plan_motion(dextar, (1, -1), ends, [0.5], 500, ZoneRule(), time_law=OPTIMAL)
     (segment,) = plan.path.segments
     assert isinstance(segment, Segment)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Figures that docs/theory.md and docs/motions.md state, worked out again by numbers instead of their formulas."""
+"""Figures that theory, bounds and motions state, worked out again by numbers instead of their formulas."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ from fivebar_sim.effects.settings import PlantSettings, has_effects
 from tube import FloatArray, model_along
 
 DOCS = Path(__file__).parents[2] / "docs"
-THEORY, MOTIONS = ((DOCS / name).read_text(encoding="utf-8") for name in ("theory.md", "motions.md"))
+PLANT, THEORY, MOTIONS = (
+    (DOCS / name).read_text(encoding="utf-8") for name in ("theory.md", "bounds.md", "motions.md")
+)
 SERIAL_MARGIN = 0.15
 
 
@@ -179,7 +181,7 @@ def test_the_factors_of_the_middle_crossing_are_those_of_its_reference(dextar: F
     c = settings.kp / settings.kd
     (once,) = re.findall(r"at most ([\d.]+), ([\d.]+) and ([\d.]+) on the middle crossing", THEORY)
     (locally,) = re.findall(r"the factors become ([\d.]+), ([\d.]+) and ([\d.]+)\.", THEORY)
-    (shares,) = re.findall(r"\$q L\$ is at most (\d+) %, (\d+) % and (\d+) % of \$c\$", THEORY)
+    (shares,) = re.findall(r"\$q_w L\$ is at most (\d+) %, (\d+) % and (\d+) % of \$\\omega_c\$", THEORY)
     for duration, *figures in zip((0.5, 1.0, 2.0), once, locally, shares, strict=True):
         plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.02)), [duration], 500, ZoneRule())
         along = model_along(dextar, plan, 500, 1)
@@ -199,7 +201,7 @@ def test_the_simulated_robot_has_the_effects_that_are_said_and_none_by_default()
     said = (
         "Elasticity, backlash, clearance, further friction, and the motors' ripple, cogging and current loops are [eff"
     )
-    assert said in " ".join(THEORY.split())
+    assert said in " ".join(PLANT.split())
     plant = PlantSettings()
     assert plant.transmission.backlash == plant.platform_joint.clearance == 0.0
     assert plant.motors.ripple == plant.motors.cogging == 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/unified.md says what the settings are, and names files and scenarios that exist."""
+"""docs/laws.md says what the settings are, and names files and scenarios that exist."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from unified_sweep import SWEPT
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = {name: value for name, value in UnifiedSettings()._asdict().items() if name != "torque_limit"}
-TEXT = (ROOT / "docs" / "unified.md").read_text(encoding="utf-8")
+TEXT = (ROOT / "docs" / "laws.md").read_text(encoding="utf-8")
 
 
 def test_the_settings_are_those_of_a_scenario() -> None:
-    settings = TEXT.partition("## Settings")[2]
+    settings = TEXT.partition("### Settings of unified\n")[2].partition("\n#")[0]
     rows = re.findall(r"^\| `(\w+)` \| ([\d.]+) ", settings, flags=re.MULTILINE)
     stated = {name: float(value) for name, value in rows}
     assert stated == SETTINGS

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of results in docs/results: which studies are run for them, and their data, tables and figures."""
+"""The page of results in docs/results: which studies are run for them, and their data, tables and figures."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All pages of results, and the studies that are run for them."""
+"""All sections of the page of results, and the studies that are run for them."""
 
 from __future__ import annotations
 

@@ -163,12 +163,10 @@ COMPARISON = ResultPage(
     shown=comparison_table,
     figure=_figure,
     caption="Largest error of every run; crosses: the run did not succeed.",
-    words="The entries are the worst over all motions and durations. The [rigs](../sweeps.md#rigs) are without drawn"
-    " errors. The CSV also has the runs with 0.6 Nm per motor, at the pace asked for and at the quickest that the"
-    " screen allows. `fivebar compare SCENARIO` does the same for your motion.",
+    words="The entries are the worst over all motions and durations, on [rigs](../sweeps.md#rigs) without drawn errors."
+    " `fivebar compare SCENARIO` does the same for your motion.",
     limits=(
-        "Robots drawn at random, which are on [the page of all laws](laws.md).",
-        "A real robot.",
+        "Robots drawn at random, which are [above](#which-law).",
         JUDGED_IN_TIME,
     ),
 )

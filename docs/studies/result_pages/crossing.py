@@ -182,14 +182,11 @@ CROSSING = ResultPage(
     caption="Left: the largest area that is joined without crossing (blue), and what crossing adds. Right: the quickest"
     " motion between random places, with crossing over without.",
     words="Counted with planner and screen of [requested motions](../motions.md) for `unified`, at rests on a grid of"
-    " 6 mm away from both singularities, within the limits of the robots' files. Each pair is planned with `fastest` in"
-    " every working mode that has both places. With crossing every working mode is joined to one part. The work is that"
-    " of both motors along the reference where it is positive.",
+    " 6 mm. Each pair is planned with `fastest` in every working mode that has both places. With crossing every working"
+    " mode is one part. The work is that of both motors along the reference where it is positive.",
     limits=(
         "A feasible straight line without a crossing ends the search, so what crossing saves is understated.",
         "The time to change the working mode is not counted against the motions without crossing.",
-        "References are those of robots as modelled, with rests at the corners of a way around. Tolerances, an"
-        " estimator and loads allow fewer crossings ([rigs](rigs.md), [faults](faults.md)).",
-        "Collisions, payloads and a real robot.",
+        "Tolerances, an estimator and loads, which allow fewer crossings; collisions and payloads.",
     ),
 )

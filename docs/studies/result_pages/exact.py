@@ -119,7 +119,7 @@ EXACT = ResultPage(
     " accept; all laws make the same motions.",
     limits=(
         "Robots as they are: lengths, zeros and joints are exact, and nothing bends, sticks or pushes. The"
-        " [rigs](rigs.md) have these.",
-        "`mpc` and `lqr`, which are on [the page of all laws](laws.md).",
+        " [rigs](#success-on-robots-with-errors) have these.",
+        "`mpc` and `lqr`, which are on [the benchmark](#which-law).",
     ),
 )

@@ -143,12 +143,11 @@ LAWS = ResultPage(
     shown=laws_table,
     figure=_figure,
     caption="Success of each law on each rig, with 95 % intervals.",
-    words="The entries are successes and the median of the largest error. The crossings are those of the"
-    " [benchmark set](../sweeps.md#the-benchmark-set), which also has the rules of success. The rigs do worse here"
-    " than on [the page of the rigs](rigs.md), since nothing is made quicker for loads or refused. `lqr` falls behind"
+    words="An entry has the successes and the median of the largest error, on the"
+    " [benchmark set](../sweeps.md#the-benchmark-set). The rigs do worse here than"
+    " [above](#success-on-robots-with-errors), since nothing is made quicker for loads or refused. `lqr` falls behind"
     " where transmissions are elastic, which its gains excite.",
     limits=(
-        "A real robot.",
         JUDGED_IN_TIME,
         "Laws on motions that are timed for them: all make the same straight segments in the same times.",
         "Other settings than those of the rig, to which `mpc` and `lqr` were not tuned one by one.",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the studies of the pages, one after the other, and writes pages and data as they come."""
+"""Runs the studies of the page of results, one after the other, and writes page and data as they come."""
 
 from __future__ import annotations
 
@@ -23,6 +23,16 @@ from fivebar_studies.engine.table import RowTable
 from result_pages.page import MADE, MadeRun, ResultPage, StudyRun
 
 MADE_FILE = "made.csv"
+PAGE_FILE = "index.md"
+
+INTRODUCTION = """\
+# Results
+
+Each section has a question, its answer, a figure, a table and limits, all made from the rows of a CSV file. Everything
+here is **simulated**: nothing was measured on a robot. Each law has the settings of the rig, and one robot does not
+stand for another. `make results` makes the page again, `python docs/studies/make_result_pages.py --draw --out
+docs/results` from the rows that are there. [made.csv](made.csv) has sample, date, version and command of every run.
+"""
 
 
 class ResultFiles:
@@ -77,13 +87,13 @@ class ResultFiles:
             return self.write(pages)
 
     def write(self, pages: Iterable[ResultPage[Any]]) -> list[Path]:
-        """Write pages with data, figures and schemas from the rows, and return the pages.
+        """Write the page, with data, figures and schemas of some of its sections, and return what to look at.
 
         Raises:
             InputError: the folder cannot be written to.
         """
         write_results(self.folder, {MADE_FILE: MADE.head + MADE.lines(self.made[run] for run in sorted(self.made))})
-        written = []
+        written = 0
         for page in pages:
             rows = self.rows[page.name]
             if not rows:
@@ -94,14 +104,20 @@ class ResultFiles:
                 f"{page.name}.csv": page.table.head + page.table.lines(rows),
                 f"{page.name}.schema.json": json_text(page.table.schema()),
                 f"{page.name}.svg": drawn,
-                f"{page.name}.md": self.markdown(page),
             }
             write_results(self.folder, files)
-            written.append(self.folder / f"{page.name}.md")
-        return written
+            written += 1
+        if not written:
+            return []
+        write_results(self.folder, {PAGE_FILE: self.whole()})
+        return [self.folder / PAGE_FILE]
+
+    def whole(self) -> str:
+        """Return the page of all sections of which there are rows."""
+        return "\n".join((INTRODUCTION, *(self.markdown(page) for page in self.pages if self.rows[page.name])))
 
     def markdown(self, page: ResultPage[Any]) -> str:
-        """Return the page of the rows that are there."""
+        """Return the section of the rows that are there."""
         made = [self.made[run] for run in page.runs if run in self.made]
         whole = {one.run: self._whole_sample(one.run) for one in made}
         return page.markdown(self.rows[page.name], made, whole)

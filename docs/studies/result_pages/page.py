@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page of results: a question, a figure, a table or two and limits, all of it made from the rows of a CSV file."""
+"""A section of results: a question, a figure, a table or two and limits, all made from the rows of a CSV file."""
 
 from __future__ import annotations
 
@@ -12,11 +12,8 @@ from matplotlib.figure import Figure
 from fivebar_studies.engine.running import FinishedStudy
 from fivebar_studies.engine.table import Row, RowTable
 
-JUDGED_IN_TIME = (
-    "`path`, which keeps to the path and not to its time, as [its page](../path.md) shows: these runs are judged in"
-    " time."
-)
-"""A limit of pages whose runs are judged by their distance from the timed reference."""
+JUDGED_IN_TIME = "[`path`](../laws.md#path) keeps to the path and not to its time; these runs are judged in time."
+"""A limit of sections whose runs are judged by their distance from the timed reference."""
 
 
 NO_RUNS: Mapping[str, int] = {}
@@ -81,7 +78,7 @@ MADE = RowTable(MadeRun)
 
 @dataclass(frozen=True)
 class ResultPage(Generic[Row]):
-    """A page and its data. Table, figure and answer are functions of the rows in its CSV file alone.
+    """A section of the page and its data. Table, figure and answer are functions of the rows in its CSV file alone.
 
     Attributes:
         name: stem of its files.
@@ -113,40 +110,31 @@ class ResultPage(Generic[Row]):
     beside: Callable[[Sequence[Row]], TextTable] | None = None
 
     def markdown(self, rows: Sequence[Row], made: Sequence[MadeRun], whole: Mapping[str, int] = NO_RUNS) -> str:
-        """Return the page of rows, of what is known of the runs that they come from, and of their whole samples.
+        """Return the section of rows, of what is known of the runs that they come from, and of their whole samples.
 
         Runs of which there are no rows are left out.
         """
         limits = "\n".join(f"* {limit}" for limit in self.limits)
         given = {row[0] for row in rows}
         made = [one for one in made if one.run in given]
-        runs = [(one.run, f"{one.sample}", f"`{one.command}`", one.made, one.version, one.program) for one in made]
         further = "" if self.beside is None else f"\n{self.beside(rows).markdown()}"
-        data = TextTable(("run", "sample", "command", "made", "version", "program"), runs)
-        return f"""# {self.title}
+        return f"""## {self.title}
 
-**Question:** {self.question}
+*{self.question}*
 
 {self.answer(rows)}
 {_small(made, whole)}
-![{self.caption}]({self.name}.svg)
+![Figure: {self.title}]({self.name}.svg)
 
 {self.caption}
 
 {self.shown(rows).markdown()}{further}
-{self.words}
+{self.words} Rows: [{self.name}.csv]({self.name}.csv), columns: [{self.name}.schema.json]({self.name}.schema.json).
 
-## What this does not show
+Not shown:
 
 {limits}
-
-## Data
-
-[{self.name}.csv]({self.name}.csv) has the rows, [{self.name}.schema.json]({self.name}.schema.json) its columns.
-`make results` makes this page, and [made.csv](made.csv) says when each run was made. Code between two releases has
-the version of the last one; `program` is a digest of the code that decides the rows, and tells such code apart.
-
-{data.markdown()}"""
+"""
 
 
 def _small(made: Sequence[MadeRun], whole: Mapping[str, int]) -> str:

@@ -147,7 +147,6 @@ LINES: tuple[tuple[str, Callable[[RigRow], str]], ...] = (
     ("cases drawn, accepted", lambda row: f"{row.drawn}, {row.accepted}"),
     ("success", lambda row: share_text(row.successes, row.accepted)),
     ("within 2 mm, no fault, planned mode", lambda row: share_text(row.within_2_mm, row.accepted)),
-    ("within 5 mm, no fault, planned mode", lambda row: share_text(row.within_5_mm, row.accepted)),
     ("stopped by a fault", lambda row: row.faults or "0"),
     ("lost silently", lambda row: f"{row.silent} ({interval_of(row.silent, row.accepted).text})"),
     ("largest error, median, 95 and 99 %", lambda row: _errors(row, "error")),
@@ -219,15 +218,12 @@ RIGS = ResultPage(
     figure=_figure,
     caption="Left: success with its 95 % interval, blue of the accepted crossings, grey if refusals for odds count as"
     " failures. Right: the largest error; dashed is the limit of a success.",
-    words="[Random crossings](../sweeps.md) says what is drawn, what a [rig](../sweeps.md#rigs) is, and what counts as"
-    " a [success](../sweeps.md#evaluation). Settings were chosen on other crossings than these. Intervals are those of"
-    " Clopper and Pearson for 95 %. `printed` and `printed_calibrated` are robots of the [MOTKIN bench](../motkin.md),"
-    " the others DexTARs. Most of the bench's cases are out of reach of its short legs.",
+    words="A [rig](../sweeps.md#rigs) is a declared kind of robot with errors. Settings were chosen on other crossings"
+    " than these. Intervals are those of Clopper and Pearson for 95 %. `printed` and `printed_calibrated` are robots of"
+    " the [MOTKIN bench](../motkin.md), the others DexTARs.",
     limits=(
-        "A real robot. Errors are drawn evenly within the rig's bounds, or normally with half of them as standard"
-        " deviations; play and bending of the bench are guesses.",
-        "Crossings that planner, screen or odds refuse are not among the successes.",
-        "Robots that are worse than their file says.",
+        "A real robot: errors are drawn evenly or normally; play and bending of the bench are guesses.",
+        "Crossings that are refused, and robots that are worse than their file says.",
         "`printed_encoders`, from whose encoders alone the screen accepts no crossing, and `poor`, whose soft gains do"
         " not bear the declared loads.",
     ),

@@ -77,13 +77,17 @@ def _sum(rows: Sequence[SensorRow], verdict: str = "") -> int:
     return sum(row.runs for row in rows if not verdict or row.verdict == verdict)
 
 
-def _became(rows: Sequence[SensorRow]) -> str:
-    """Return what became of runs in words."""
-    parts = [f"survived {count}"] if (count := _sum(rows, SURVIVED)) else []
-    noticed = sorted((row for row in rows if row.verdict == NOTICED), key=lambda row: -row.runs)
-    parts += [f"`{row.named}` {row.runs}" for row in noticed]
-    parts += [f"**silent {count}**"] if (count := _sum(rows, SILENT)) else []
-    return ", ".join(parts)
+def _counts(fault: str, rows: Sequence[SensorRow]) -> tuple[int, int, int, int]:
+    """Return how many runs survive, are noticed by the fault's own name, by another one, and are silent."""
+    names = FAULTS[fault].names if fault else ()
+    own = sum(row.runs for row in rows if row.verdict == NOTICED and row.named in names)
+    return _sum(rows, SURVIVED), own, _sum(rows, NOTICED) - own, _sum(rows, SILENT)
+
+
+def _became(fault: str, rows: Sequence[SensorRow]) -> str:
+    """Return what became of runs, as four numbers."""
+    *others, silent = _counts(fault, rows)
+    return ", ".join([*map(str, others), f"**{silent}**" if silent else "0"])
 
 
 def _bounded(count: int, runs: int) -> str:
@@ -106,7 +110,8 @@ def sensors_table(rows: Sequence[SensorRow]) -> TextTable:
     rigs, lines = _rigs(rows), list[tuple[str, ...]]()
     for fault in ("", *FAULTS):
         words = FAULTS[fault].words if fault else "nothing"
-        lines.append((words, *(_became([row for row in rows if (row.rig, row.fault) == (rig, fault)]) for rig in rigs)))
+        of = ([row for row in rows if (row.rig, row.fault) == (rig, fault)] for rig in rigs)
+        lines.append((words, *(_became(fault, one) for one in of)))
     faulted = [[row for row in rows if row.rig == rig and row.fault] for rig in rigs]
     sound = [[row for row in rows if row.rig == rig and not row.fault] for rig in rigs]
     lines += [
@@ -140,9 +145,9 @@ def _figure(rows: Sequence[SensorRow]) -> Figure:
         for place, fault in enumerate(FAULTS):
             mine = [row for row in rows if (row.rig, row.fault) == (rig, fault)]
             left, total = 0.0, max(1, _sum(mine))
-            own = sum(row.runs for row in mine if row.verdict == NOTICED and row.named in FAULTS[fault].names)
-            shares = (_sum(mine, SURVIVED), own, _sum(mine, NOTICED) - own, _sum(mine, SILENT))
-            for count, colour, alpha in zip(shares, (GREY, BLUE, BLUE, VERMILION), (0.5, 1.0, 0.45, 1.0), strict=True):
+            for count, colour, alpha in zip(
+                _counts(fault, mine), (GREY, BLUE, BLUE, VERMILION), (0.5, 1.0, 0.45, 1.0), strict=True
+            ):
                 panel.barh(place, 100 * count / total, left=left, color=colour, alpha=alpha)
                 left += 100 * count / total
         panel.set_title(rig)
@@ -165,17 +170,13 @@ SENSORS = ResultPage(
     figure=_figure,
     caption="Runs with each fault. Grey: survived; blue: a fault with the name of the cause; light blue: another fault"
     " in time; red: silent.",
-    words="Random crossings that the planner accepts, on robots of each [rig](../sweeps.md#rigs)."
-    " Several robots make each crossing with every fault, of a random size, on either motor, from a random moment on."
-    " More of them make it soundly. Bounds are one-sided for 95 %."
-    " [Faults of sensors](../robustness.md#faults-of-sensors) says how they are simulated, and"
-    " [Estimation](../estimation.md#when-the-estimate-is-not-to-be-trusted) how they are noticed.",
+    words="An entry counts the runs that survive, that stop with the name of the cause, with another fault in time, and"
+    " **silent** ones. Several robots of each [rig](../sweeps.md#rigs) make random accepted crossings with every fault,"
+    " of a random size, on either motor, from a random moment on. Bounds are one-sided for 95 %, of independent runs."
+    " [Estimation](../estimation.md#when-the-estimate-is-not-to-be-trusted) says how faults are noticed.",
     limits=(
-        "Two faults at once.",
-        "Other sizes of the faults than those that are drawn.",
-        "Crossings that the planner refuses.",
+        "Two faults at once, and other sizes than those that are drawn.",
         "Robots that are worse than their file says.",
-        "How much runs of the same crossing are alike: bounds are those of independent runs. Only the upper end of the"
-        " fitted tail comes of drawing crossings again.",
+        "How much runs of the same crossing are alike; only the fitted tail draws crossings again.",
     ),
 )

@@ -87,14 +87,11 @@ SURVIVED = ResultPage(
     figure=_figure,
     caption="Share of the runs that fail at each size, growing from left to right, with a gyroscope; blue and dark"
     " line: a good and a middling robot.",
-    words="The entries are the smallest size at which one of two runs fails, from encoders alone; with a gyroscope."
-    " A dash: none does, up to the largest size that is tried. [How large may each fault be?](faults.md) has all"
-    " effects, with twelve runs at a size, and [What must my robot be like?](../robustness.md) the method.",
+    words="An entry is the smallest size at which one of two runs fails, from encoders alone; with a gyroscope."
+    " A dash: none does, up to the largest size that is tried.",
     limits=(
-        "More than one motion, the middle crossing in 1 s, and more than two runs at a size: two directions, and two"
-        " draws of noise.",
-        "More than one effect at a time. A robot has all of them, and they add up.",
-        "Laws whose gains were chosen for the effect: each has those of the rig `good`, or of `encoders`.",
+        "Motions other than the middle crossing in 1 s, and more than two runs at a size.",
+        "More than one effect at a time, and laws whose gains were chosen for the effect.",
         JUDGED_IN_TIME,
     ),
 )

@@ -15,6 +15,9 @@ from fivebar_studies.reproduce.claims import ClaimRow
 from fivebar_studies.reproduce.verdicts import Verdict
 from result_pages.page import ResultPage, StudyRun, TextTable
 
+OPEN = (Verdict.NOT_REPRODUCED, Verdict.UNDECIDED)
+"""Verdicts of the claims in the table; the CSV has all."""
+
 RUNS = (StudyRun("reproduce", "fivebar_studies.reproduce.reproduce:REPRODUCTION", {}, {"quick": True}),)
 
 
@@ -50,9 +53,9 @@ def thesis_rows(run: str, finished: FinishedStudy) -> list[ThesisRow]:
 
 
 def thesis_table(rows: Sequence[ThesisRow]) -> TextTable:
-    """Return the claims with their verdicts, those first that are not reproduced."""
-    order = sorted(rows, key=lambda row: row.verdict != Verdict.NOT_REPRODUCED)
-    lines = [(row.verdict, row.place, row.title, row.reason) for row in order]
+    """Return the claims that are not reproduced, and those that cannot be decided here."""
+    shown = [row for verdict in OPEN for row in rows if row.verdict == verdict]
+    lines = [(row.verdict, row.place, row.title, row.reason) for row in shown]
     return TextTable(("verdict", "thesis", "about", "why"), lines)
 
 
@@ -89,8 +92,8 @@ THESIS = ResultPage(
     shown=thesis_table,
     figure=_figure,
     caption="Verdicts on figures and claims.",
-    words="`fivebar reproduce` draws every figure beside the numbers, and states the rule of every verdict. The"
-    " [theory](../theory.md) lists the slips of the printed text, and the tests that decide them.",
+    words="The rows have the others too. `fivebar reproduce` draws every figure beside the numbers and states the rule"
+    " of every verdict.",
     limits=(
         "The experiments of the thesis on its robot. They are judged by simulation.",
         "Claims that no number decides.",

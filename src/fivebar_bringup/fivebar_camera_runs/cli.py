@@ -37,7 +37,7 @@ def camera_calibrate(
     """Find the lens of a camera from pictures of a board.
 
     The result is a camera_info file. The ChArUco board is to be seen from different sides and in all corners of the
-    picture; docs/vision.md says how.
+    picture; docs/estimation.md says how.
 
     Example: `fivebar camera-calibrate --board board.png`, print it, then `fivebar camera-calibrate pictures/`
     """

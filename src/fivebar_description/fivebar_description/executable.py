@@ -26,8 +26,8 @@ NODE_HELP = """{what}
 Example: {use}
 
 Parameters are the keys of the scenario, each given as -p NAME:=VALUE. While the node runs, `ros2 param list /{name}`
-lists those that it reads, and `ros2 param describe /{name} NAME` explains one. docs/settings.md has all of them, and
-`fivebar nodes` the topics.
+lists those that it reads, and `ros2 param describe /{name} NAME` explains one. `fivebar settings` prints all of them,
+and `fivebar nodes` the topics.
 """
 
 

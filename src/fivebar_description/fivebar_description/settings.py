@@ -3,7 +3,7 @@
 
 Everything else derives from the declaration: the section of a scenario file (`Section`), the parameters of a node
 (`fivebar_description.ros.parameters.declare`), the tuple of numbers that compiled code takes (`as_numbers`) and the
-documentation (docs/settings.md).
+documentation (`fivebar settings`).
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pictures of docs/path.md and docs/lqr.md show what their captions say."""
+"""The pictures of docs/laws.md show what their captions say."""
 
 from __future__ import annotations
 

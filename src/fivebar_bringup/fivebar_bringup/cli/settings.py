@@ -23,7 +23,7 @@ def settings(
     The list is in Markdown. With SCENARIO it is the scenario as it is run, a YAML file with every default and with what
     follows from its robot.
 
-    Example: `fivebar settings > docs/settings.md`
+    Example: `fivebar settings > settings.md`
 
     Example: `fivebar settings middle --set gains.kp=900`
     """

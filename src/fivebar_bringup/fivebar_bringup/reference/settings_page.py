@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/settings.md: every setting of a scenario, from the declarations that also check it."""
+"""The page of the settings: every setting of a scenario, from the declarations that also check it."""
 
 from __future__ import annotations
 

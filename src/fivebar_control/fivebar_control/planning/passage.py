@@ -4,7 +4,7 @@
 On the Type 2 locus no torque acts along t_s, and near it a small part of one: the drives' limit holds a load there only
 from some kappa on. The faster kappa changes, the shorter the platform is left to the load. The response is that of the
 error's equation along the reference, e'' = G(t) (u - u_0) + a_F t_s, with the law's feedback, its weight on torque, its
-observer and the limits of the drives (docs/theory.md, section 15).
+observer and the limits of the drives (docs/bounds.md).
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ for more torque than most drives have."""
 
 BRAKE_KAPPA = 0.1
 """1/cond(A) below which the brake gives no torque, so that the robot runs out of the Type 2 locus first. With it no
-motion of docs/theory.md that stopped above it ran into Type 1."""
+motion of docs/bounds.md that stopped above it ran into Type 1."""
 
 LEAST_SAMPLES = 10
 """Least time constant of the brake in samples: a stronger damping would not be one with a few samples of delay."""

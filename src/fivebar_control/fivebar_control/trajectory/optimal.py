@@ -7,8 +7,8 @@ takes. `toppra` finds it on a grid along the way. Towards the Type 2 locus both 
 their limits leave only passages with t_s . xddot = 0 there: the dynamic criterion keeps itself.
 
 The result jumps from one limit to the other, which no drive follows. It is averaged over a window of the duration:
-that bounds the rate of the torque, and costs 7 to 22 % of the time under the same limit (docs/mpc.md). What the average
-changes at the locus is corrected there.
+that bounds the rate of the torque, and costs 7 to 22 % of the time under the same limit (docs/laws.md). What the
+average changes at the locus is corrected there.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ from fivebar_studies.robustness.sensor_effects import SENSOR_EFFECTS
 from fivebar_studies.robustness.tables import Climb, climbs_of, errors_table, failures_without, first_failures
 from fivebar_studies.sweep.sweep import SWEEP
 
-DOCUMENT = Path(__file__).parents[4] / "docs/results/faults.md"
+DOCUMENT = Path(__file__).parents[4] / "docs/results/index.md"
 SETTINGS = RobustnessSettings()
 GYRO = "unified, gyro"
 OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Type 3: no torque acts on the platform, and the motions that theory.md names pass with finite torques, others not."""
+"""Type 3: no torque acts on the platform, and the motions that bounds.md names pass with finite torques, others not."""
 
 from __future__ import annotations
 

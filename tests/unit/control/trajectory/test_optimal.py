@@ -69,7 +69,7 @@ def test_it_takes_little_more_than_half_the_torque_and_meets_the_criterion(dexta
 def test_the_average_takes_longer_than_the_quickest_passage_under_the_same_limit(
     dextar: FiveBar, ends: tuple[tuple[float, float], ...], longer: float
 ) -> None:
-    """docs/mpc.md. Durations go with the root of the torque."""
+    """docs/laws.md. Durations go with the root of the torque."""
     plan = plan_motion(dextar, (1, -1), ends, [1.0], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
     way = StraightWay(*ends[0], *ends[1])
     averaged = quickest_passage(way, torques_along(dextar, 1, -1, way, POINTS))
