@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import KnownSensors, PassiveEncoder
@@ -28,7 +28,7 @@ class _Declared(NamedTuple):
     known: KnownSensors
 
 
-def estimator_of(scenario: Scenario, step: Callable[..., EstimatorStep] = estimator_step) -> StateEstimator:
+def estimator_of(scenario: ControlScenario, step: Callable[..., EstimatorStep] = estimator_step) -> StateEstimator:
     """Return a new estimator for a run of a scenario; `step` may be machine code.
 
     Raises:
@@ -37,13 +37,13 @@ def estimator_of(scenario: Scenario, step: Callable[..., EstimatorStep] = estima
     return StateEstimator(scenario.five_bar(), homing_of(scenario), *_declared(scenario), step=step)
 
 
-def estimator_model_of(scenario: Scenario, robot: FiveBar) -> EstimatorModel:
+def estimator_model_of(scenario: ControlScenario, robot: FiveBar) -> EstimatorModel:
     """Return the constants of that estimator, for a robot that is the scenario's, maybe with other types of number."""
     mode1, mode2 = scenario.working_mode
     return estimator_model(robot, mode1, mode2, *_declared(scenario))
 
 
-def _declared(scenario: Scenario) -> _Declared:
+def _declared(scenario: ControlScenario) -> _Declared:
     return _Declared(
         scenario.rate_hz,
         scenario.drives(),
