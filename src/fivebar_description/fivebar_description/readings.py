@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readings of the sensors as they come with a sample, between a robot and whoever controls it in one process."""
+"""SensorReadings of the sensors as they come with a sample, between a robot and whoever controls it in one process."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class TimedPosition(NamedTuple):
     correlation: float = 0.0
 
 
-class Readings(NamedTuple):
+class SensorReadings(NamedTuple):
     """What the sensors have read; what is None or empty was not read. A sample without angles is a lost one.
 
     Attributes:
@@ -107,7 +107,7 @@ class Readings(NamedTuple):
 
 
 FIELDS = (("motor_angles", 2), ("motor_torques", 2), ("joint_angles", 4), ("joint_velocities", 4))
-"""Readings of a sample, and how many numbers each has."""
+"""SensorReadings of a sample, and how many numbers each has."""
 
 
 def stamp_of_time(time: float) -> int:

@@ -8,7 +8,15 @@ from typing import Protocol
 
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import late_stamp_ns, sample_stamp_ns
-from fivebar_description.readings import Pair, Quadruple, Readings, TimedAngle, TimedPosition, TimedTurn, time_of_stamp
+from fivebar_description.readings import (
+    Pair,
+    Quadruple,
+    SensorReadings,
+    TimedAngle,
+    TimedPosition,
+    TimedTurn,
+    time_of_stamp,
+)
 from fivebar_description.sensors import PassiveEncoder
 from fivebar_sim.effects.gyroscope import ImuClock
 from fivebar_sim.effects.settings import PlantSettings
@@ -102,7 +110,7 @@ class SimulatedPlant:
         self._scenario, self._robot_of, self._camera_of = scenario, robot, camera
         self._number = -1
 
-    def reset(self) -> Readings:
+    def reset(self) -> SensorReadings:
         """Put the robot where the motion starts, at rest, and return the readings of sample 0."""
         scenario, rate_hz = self._scenario, self._scenario.rate_hz
         seed, faults = scenario.plant.seed, scenario.plant.gyroscope
@@ -116,7 +124,7 @@ class SimulatedPlant:
         self._number = 0
         return self._readings()
 
-    def step(self, torque: Sequence[float]) -> Readings:
+    def step(self, torque: Sequence[float]) -> SensorReadings:
         """Apply a torque (Nm) that answers the present sample, and return the readings of the next one.
 
         Raises:
@@ -135,7 +143,7 @@ class SimulatedPlant:
         """The exact joint states of the present sample: rad, rad/s, and the torques applied before it (Nm)."""
         return self._robot.truth()
 
-    def _readings(self) -> Readings:
+    def _readings(self) -> SensorReadings:
         number, rate_hz = self._number, self._scenario.rate_hz
         measured = self._robot.measure()
         imu, passive, camera = self._late(number)
@@ -145,7 +153,7 @@ class SimulatedPlant:
         if not self._scenario.estimated:
             (q11, q12, q21, q22), (dq11, dq12, dq21, dq22) = measured.position, measured.velocity
             position, velocity = (q11, q12, q21, q22), (dq11, dq12, dq21, dq22)
-        return Readings(number / rate_hz, angles, torques, position, velocity, imu, passive, camera)
+        return SensorReadings(number / rate_hz, angles, torques, position, velocity, imu, passive, camera)
 
     def _late(self, number: int) -> tuple[tuple[TimedTurn, ...], tuple[TimedAngle, ...], tuple[TimedPosition, ...]]:
         """Read the other sensors at a sample, and return what comes with it."""

@@ -49,7 +49,7 @@ from fivebar_description.interface import (
     sample_stamp_ns,
 )
 from fivebar_description.optional import CAMERA_ON, CAMERA_SIMULATION, optional_part
-from fivebar_description.readings import Readings, TimedPosition, TimedTurn, stamp_of_time
+from fivebar_description.readings import SensorReadings, TimedPosition, TimedTurn, stamp_of_time
 from fivebar_description.run_quantities import (
     COMMANDED_TORQUE,
     DISTURBANCE,
@@ -210,7 +210,7 @@ def simulate(
         plant: the robot to be moved, by default the one that the scenario describes.
         stopped: says after each sample whether the run is to end with it.
     """
-    control, robot = MotionController(scenario), plant_of(scenario, plant)
+    control, robot = MotionController(scenario), SimulatedPlant(*plant_parts(scenario, plant))
     recorder, samples, faults = _Recorder(scenario, robot), [], []
     readings = robot.reset()
     while True:
@@ -227,8 +227,16 @@ def simulate(
     return OfflineRun(samples, [*([] if control.fault is None else [str(control.fault)]), *faults])
 
 
-def plant_of(scenario: Scenario, robot: SampledRobot | None = None) -> SimulatedPlant:
-    """Return the simulated robot of a scenario with its sensors, or another robot with these."""
+class PlantParts(NamedTuple):
+    """The arguments of a `SimulatedPlant`."""
+
+    scenario: Scenario
+    robot: Callable[[], SampledRobot]
+    camera: Callable[[], Any]
+
+
+def plant_parts(scenario: Scenario, robot: SampledRobot | None = None) -> PlantParts:
+    """Return the parts of a scenario's simulated robot with its sensors, or of another robot with these."""
 
     def made() -> SampledRobot:
         return Plant(scenario.five_bar(), scenario.initial_joints(), scenario.rate_hz, scenario.plant, scenario.imu)
@@ -236,7 +244,7 @@ def plant_of(scenario: Scenario, robot: SampledRobot | None = None) -> Simulated
     def camera() -> Any:
         return optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario) if scenario.camera.on else None
 
-    return SimulatedPlant(scenario, made if robot is None else lambda: robot, camera)
+    return PlantParts(scenario, made if robot is None else lambda: robot, camera)
 
 
 class _Recorder:
@@ -248,7 +256,7 @@ class _Recorder:
         self._last, self._lead = plan.path.samples(self._rate_hz), scenario.lead_samples
         self._check = ImuCheck(scenario.five_bar(), plan.mode1, plan.mode2, self._rate_hz, scenario.imu)
 
-    def sample(self, readings: Readings, output: ControlOutput) -> Sample:
+    def sample(self, readings: SensorReadings, output: ControlOutput) -> Sample:
         scenario, known = self._scenario, output.estimate
         assert known is not None and readings.motor_angles is not None and readings.motor_torques is not None
         estimated: Estimated | None = None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Readings that come after their samples, as the estimator takes them."""
+"""SensorReadings that come after their samples, as the estimator takes them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fivebar_control.estimation.estimator import PositionFix
 from fivebar_control.estimation.platform_reading import PlatformReading, used
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import moment_of_stamp
-from fivebar_description.readings import Readings, stamp_of_time
+from fivebar_description.readings import SensorReadings, stamp_of_time
 
 
 class EstimatorReadings(NamedTuple):
@@ -20,7 +20,7 @@ class EstimatorReadings(NamedTuple):
     seen: list[PositionFix]
 
 
-def estimator_readings(readings: Readings, scenario: ControlScenario) -> EstimatorReadings:
+def estimator_readings(readings: SensorReadings, scenario: ControlScenario) -> EstimatorReadings:
     """Return those of some readings that the estimator of a scenario uses."""
     rate_hz, usable_rate = scenario.rate_hz, scenario.imu.usable_rate
 

@@ -33,11 +33,11 @@ from fivebar_control.safety.guard import FINAL_FAULTS, motion_left
 from fivebar_control.safety.stages import NO_FAULT, fault_of, first_fault
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
-from fivebar_description.readings import Pair, Quadruple, Readings, TimedAngle, TimedPosition, TimedTurn
+from fivebar_description.readings import Pair, Quadruple, SensorReadings, TimedAngle, TimedPosition, TimedTurn
 
 if TYPE_CHECKING:
     from fivebar_control.estimation.estimator import StateEstimator, Vector6
-    from fivebar_control.planning.motion_queue import MotionQueue
+    from fivebar_control.planning.motion_queue import Goal, MotionQueue
 
 OFF_GRID = 0.01
 """Distance (samples) of a time from a sample's up to which it names that sample."""
@@ -140,7 +140,7 @@ class MotionController:
         self._loop = unanswered(memory, 0)
         self._known: Known | None = None
         self._estimate: StateEstimate | None = None
-        self._waiting = Readings()
+        self._waiting = SensorReadings()
         self._commands: list[Torque] = [ZERO] * (self._scenario.plant.delay_samples + 1)
         self._output: ControlOutput | None = None
         self._number, self._came, self._last = -1, -1, self._settings.last
@@ -162,8 +162,8 @@ class MotionController:
         """The scenario of the motion."""
         return self._scenario
 
-    def begin(self, joints: Sequence[float]) -> None:
-        """Begin with a robot that rests elsewhere, and hold it there until a `goto`; a latched fault is cleared.
+    def begin_at(self, joints: Sequence[float]) -> None:
+        """Begin with a robot that rests elsewhere, and hold it there until a request; a latched fault is cleared.
 
         Args:
             joints: q11, q12, q21, q22 (rad), in the working mode of the scenario.
@@ -171,7 +171,7 @@ class MotionController:
         Raises:
             InputError: the legs do not meet so, the working mode is another one, or the estimator cannot begin there.
         """
-        angles = Readings(joint_angles=tuple(joints))  # type: ignore[arg-type]
+        angles = SensorReadings(joint_angles=tuple(joints))  # type: ignore[arg-type]
         angles.check()
         state = state_from_joints(self._robot, *JointAngles(*joints), 0.0, 0.0, 0.0, 0.0)
         if working_mode(state) != tuple(self._scenario.working_mode):
@@ -188,7 +188,7 @@ class MotionController:
         queue.rest_at(self._moment, state.x, state.y)
         self._last = -1
 
-    def step(self, readings: Readings | None = None) -> ControlOutput:
+    def step(self, readings: SensorReadings | None = None) -> ControlOutput:
         """Answer a sample.
 
         The same time again gets the same answer. Where samples are lost, the last torque is held, and after too many
@@ -202,8 +202,9 @@ class MotionController:
                 no sample or goes back; the robot does not rest where the motion starts (`HomingContradicted`).
         """
         if readings is None:
-            readings = Readings()
+            readings = SensorReadings()
         readings.check()
+        self._check_sufficient(readings)
         number = self._number_of(readings.time)
         if number == self._number and self._output is not None:
             return self._output
@@ -243,7 +244,7 @@ class MotionController:
         return self._output
 
     def clear(self) -> None:
-        """Clear a latched fault whose cause is gone; the robot is held where it rests, until `goto` or `reset`.
+        """Clear a latched fault whose cause is gone; the robot is held where it rests, until a request or a reset.
 
         Raises:
             StillFaulty: the cause is still there, the robot moves, or only a new beginning clears the fault.
@@ -251,7 +252,7 @@ class MotionController:
         if self.fault is None:
             return
         if self.fault.name in FINAL_FAULTS:
-            raise StillFaulty(f"only a new beginning clears {self.fault}: expected reset or begin")
+            raise StillFaulty(f"only a new beginning clears {self.fault}: expected a reset")
         if self._known is None:
             raise StillFaulty("no sample has come since")
         state, control = self._known.state, self._control
@@ -267,29 +268,14 @@ class MotionController:
         self._motions().rest_at(self._moment, state.x, state.y)
         self._last = self._number
 
-    def goto(
-        self,
-        x: float,
-        y: float,
-        assembly_mode: int = 0,
-        duration: float = 0.0,
-        via: Sequence[Pair] = (),
-        blend_radius: Sequence[float] = (),
-    ) -> None:
+    def request(self, goal: Goal) -> None:
         """Plan a motion from where the robot rests, judge it as requests to the graph are, and begin it.
-
-        Args:
-            x, y: where the platform shall rest (m).
-            assembly_mode: sign of det A there, 0 for the one that the place has.
-            duration: of the whole motion (s), 0 for as it comes.
-            via: points (m) on the way.
-            blend_radius: within which the corner at each is rounded (m), 0 for a rest; by default rests.
 
         Raises:
             PlanRefused: the robot still moves or a fault is latched, the law takes no further motions, or there is no
                 feasible one.
         """
-        from fivebar_control.planning.motion_queue import Goal, GoalRefused
+        from fivebar_control.planning.motion_queue import GoalRefused
         from fivebar_control.planning.order_planning import plan_once
         from fivebar_control.scenario.goal_conditions import conditions_of
 
@@ -298,8 +284,6 @@ class MotionController:
         if self.fault is not None:
             raise GoalRefused("a fault holds the robot where it stands: clear it first")
         queue, moment = self._motions(), self._moment
-        radii = tuple(blend_radius) or (0.0,) * len(via)
-        goal = Goal(x, y, assembly_mode, duration=duration, via=tuple(via), blend_radius=radii)
         planned = plan_once(conditions_of(self._scenario), queue.request(moment, goal))
         if planned.refused:
             queue.cancel()
@@ -340,6 +324,15 @@ class MotionController:
         platform, *later = self._queue.window(moment, self._ahead)
         return plan_sample(self._robot, self._plan, moment / self._rate_hz, tuple(later) or None, platform)
 
+    def _check_sufficient(self, readings: SensorReadings) -> None:
+        """Refuse a sample without the readings from which the scenario's controller knows the robot."""
+        all_joints = readings.joint_angles is not None and readings.joint_velocities is not None
+        if readings.present and self._estimator is None and not all_joints:
+            raise InputError(
+                "joint_angles, joint_velocities: the scenario measures all joints: expected both, or a scenario with"
+                " estimator ekf"
+            )
+
     def _number_of(self, time: float | None) -> int:
         """Return the number of the sample at a time (s), the next one where none is given."""
         if time is None:
@@ -352,7 +345,7 @@ class MotionController:
             raise InputError(f"time: {time:g}: it goes back: expected at least {newest} s")
         return number
 
-    def _known_after(self, readings: Readings) -> Known | None:
+    def _known_after(self, readings: SensorReadings) -> Known | None:
         """Return what is known of the robot after the readings of the present sample, None where it was lost."""
         waiting = self._waiting
         late: tuple[tuple[TimedTurn, ...], tuple[TimedAngle, ...], tuple[TimedPosition, ...]] = (
@@ -362,27 +355,23 @@ class MotionController:
         )
         if not readings.present:
             # they come with the next sample
-            self._waiting = Readings(None, None, None, None, None, *late)
+            self._waiting = SensorReadings(None, None, None, None, None, *late)
             return None
-        self._waiting = Readings()
+        self._waiting = SensorReadings()
         if self._estimator is None:
             return self._measured(readings)
         return self._estimated(self._estimator, readings._replace(imu=late[0], passive_angles=late[1], camera=late[2]))
 
-    def _measured(self, readings: Readings) -> Known:
+    def _measured(self, readings: SensorReadings) -> Known:
         angles, velocities = readings.joint_angles, readings.joint_velocities
-        if angles is None or velocities is None:
-            raise InputError(
-                "joint_angles, joint_velocities: the scenario measures all joints: expected both, or a scenario with"
-                " estimator ekf"
-            )
+        assert angles is not None and velocities is not None
         tau1, tau2 = self._applied(readings)
         state = state_from_joints(self._robot, *angles, *velocities)
         place = state.x, state.y, state.vx, state.vy
         self._estimate = StateEstimate(angles, velocities, (tau1, 0.0, tau2, 0.0), *place)
         return Known(True, state, 0.0, 0.0, NO_FAULT)
 
-    def _estimated(self, estimator: StateEstimator, readings: Readings) -> Known:
+    def _estimated(self, estimator: StateEstimator, readings: SensorReadings) -> Known:
         from fivebar_control.controller.late_readings import estimator_readings
 
         if readings.motor_angles is not None:
@@ -401,7 +390,7 @@ class MotionController:
         trip = NO_FAULT if estimator.fault is None else TRIP_NUMBERS[estimator.fault.name]
         return Known(True, state, *found.disturbance, trip)
 
-    def _applied(self, readings: Readings) -> Pair:
+    def _applied(self, readings: SensorReadings) -> Pair:
         """Return the torques (Nm) applied over the period before the sample."""
         delay = self._scenario.plant.delay_samples
         commanded, self._commands = self._commands[-delay - 1], self._commands[-delay - 1 :]
