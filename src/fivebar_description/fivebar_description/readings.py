@@ -55,7 +55,7 @@ class TimedPosition(NamedTuple):
 
 
 class SensorReadings(NamedTuple):
-    """What the sensors have read; what is None or empty was not read. A sample without angles is a lost one.
+    """Readings that come with a sample; None or empty was not read. A sample without angles is a lost one.
 
     Attributes:
         time: of the sample (s since sample 0), by default one period after the sample before.
