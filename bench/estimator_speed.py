@@ -7,8 +7,8 @@ import statistics
 from time import perf_counter
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.controller.estimator import estimator_of
 from fivebar_control.estimation.compiled import compiled_step
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 

@@ -18,6 +18,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from fivebar.loop import Controller, Plant
     from fivebar.motion import Motion, controllers, load_scenario, plan, scenarios
     from fivebar.picture import Drawing
     from fivebar.robot import Posture, Robot, load_robot
@@ -27,23 +28,36 @@ if TYPE_CHECKING:
     from fivebar_bringup.recorded.series import RunSeries
     from fivebar_bringup.recorded.summary import Summary
     from fivebar_bringup.scenario import Scenario
+    from fivebar_control.controller.motion_controller import ControlOutput, StateEstimate, StillFaulty
     from fivebar_control.trajectory.planner import PlanRefused
     from fivebar_description.errors import InputError
+    from fivebar_description.readings import SensorReadings, TimedAngle, TimedPosition, TimedTurn
+    from fivebar_sim.plant import PlantDiverged
     from fivebar_studies.python import sweep
 
 __all__ = [
     "BagError",
+    "ControlOutput",
+    "Controller",
     "Drawing",
     "InputError",
     "Motion",
     "PlanRefused",
+    "Plant",
+    "PlantDiverged",
     "Posture",
     "Robot",
     "Run",
     "RunOutcome",
     "RunSeries",
     "Scenario",
+    "SensorReadings",
+    "StateEstimate",
+    "StillFaulty",
     "Summary",
+    "TimedAngle",
+    "TimedPosition",
+    "TimedTurn",
     "controllers",
     "load_robot",
     "load_run",
@@ -55,6 +69,7 @@ __all__ = [
 ]
 
 _PLACES = {
+    "fivebar.loop": ("Controller", "Plant"),
     "fivebar.motion": ("Motion", "controllers", "load_scenario", "plan", "scenarios"),
     "fivebar.picture": ("Drawing",),
     "fivebar.robot": ("Posture", "Robot", "load_robot"),
@@ -64,8 +79,11 @@ _PLACES = {
     "fivebar_bringup.recorded.summary": ("Summary",),
     "fivebar_bringup.recorded.outcome": ("RunOutcome",),
     "fivebar_bringup.scenario": ("Scenario",),
+    "fivebar_control.controller.motion_controller": ("ControlOutput", "StateEstimate", "StillFaulty"),
     "fivebar_control.trajectory.planner": ("PlanRefused",),
     "fivebar_description.errors": ("InputError",),
+    "fivebar_description.readings": ("SensorReadings", "TimedAngle", "TimedPosition", "TimedTurn"),
+    "fivebar_sim.plant": ("PlantDiverged",),
 }
 """The modules of the public names, which are loaded when a name is first asked for."""
 

@@ -21,7 +21,7 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
     if not has_compiled_estimator(scenario, mode):
         return
     # numba takes most of a second to import
-    from fivebar_bringup.simulation.estimator import estimator_of
+    from fivebar_control.controller.estimator import estimator_of
     from fivebar_control.estimation.compiled import compiled_step
 
     estimator_of(scenario, compiled_step()).warm_up()

@@ -14,8 +14,9 @@ from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directo
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.offline import SampledRobot, simulate, write_bag
+from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_description.interrupts import interrupts_allowed, interrupts_deferred
+from fivebar_sim.simulated_plant import SampledRobot
 
 if TYPE_CHECKING:
     from fivebar_bringup.runs.launcher import Progress

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.engine_sensors import EngineSensors, engine_sensors
-from fivebar_bringup.simulation.estimator import estimator_model_of
-from fivebar_bringup.simulation.settings import cycle_settings
+from fivebar_control.controller.estimator import estimator_model_of
+from fivebar_control.controller.settings import cycle_settings
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings

@@ -5,43 +5,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario, scalar_topics
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, FAULT_NUMBERS
-from fivebar_bringup.simulation.settings import cycle_settings
-from fivebar_control.compiling import bound
+from fivebar_bringup.simulation.outcome import FAULT_NAMES
+from fivebar_control.controller.motion_controller import ControlOutput, MotionController
 from fivebar_control.estimation.imu_check import ImuCheck
+from fivebar_control.estimation.platform_reading import PlatformReading, StampedPosition
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.loop.closed_loop import (
-    PLANT_DIVERGED,
-    Advanced,
-    Known,
-    LoopSettings,
-    first_memory,
-    law_functions,
-    run_loop,
-)
-from fivebar_control.loop.cycle import Cycle, CycleSettings
-from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
+from fivebar_control.loop.closed_loop import PLANT_DIVERGED
 from fivebar_control.loop.supervisor import SupervisorState
-from fivebar_control.model.kinematics import state_from_joints
-from fivebar_control.model.state import Platform, State
-from fivebar_control.safety.stages import NO_FAULT, fault_of
+from fivebar_control.model.state import Platform
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
     DRIVES_STATE,
     ESTIMATION_TOPICS,
     EXTRA_NAME,
+    EXTRA_READINGS,
     FAULTS,
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
     IMU_FRAME,
     JOINT_STATES,
+    PASSIVE_STATES,
     PLATFORM_NAMES,
     REFERENCE,
     REFERENCE_NAMES,
@@ -56,12 +46,12 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     VISION_TOPICS,
     Topic,
-    late_stamp_ns,
     moment_of_stamp,
     sample_of_stamp,
     sample_stamp_ns,
 )
 from fivebar_description.optional import CAMERA_ON, CAMERA_SIMULATION, optional_part
+from fivebar_description.readings import SensorReadings, TimedPosition, TimedTurn, stamp_of_time
 from fivebar_description.run_quantities import (
     COMMANDED_TORQUE,
     DISTURBANCE,
@@ -82,17 +72,13 @@ from fivebar_description.run_quantities import (
     TRUE_VELOCITY,
     sampled_topics,
 )
-from fivebar_sim.effects.gyroscope import ImuClock
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
-from fivebar_sim.scalar_sensors import ScalarReading, scalar_sensors
-from fivebar_sim.sensors import ImuReading, ReadingQueue, imu_queue
+from fivebar_sim.scalar_sensors import ScalarReading
+from fivebar_sim.sensors import ImuReading
+from fivebar_sim.simulated_plant import SampledRobot, SimulatedPlant
 
 if TYPE_CHECKING:
-    from fivebar_control.estimation.estimator import StateEstimator, Vector6
-    from fivebar_control.estimation.late_reading import LateReading
-    from fivebar_control.estimation.platform_reading import StampedPosition
-
-NOTHING_MEASURED = Measurement((), (), ())
+    from fivebar_control.estimation.estimator import Vector6
 
 
 class Estimated(NamedTuple):
@@ -199,30 +185,6 @@ class Sample(NamedTuple):
         return {name: values for name, values in found.items() if values is not None}
 
 
-class SampledRobot(Protocol):
-    """A robot that is measured, and moved on by a sample with each command; `Plant` is one."""
-
-    def measure(self) -> Measurement:
-        """Return the joint readings of the current sample; called first, and once per sample."""
-        ...
-
-    def measure_imu(self) -> ImuReading:
-        """Return the IMU's reading of the current sample."""
-        ...
-
-    def truth(self) -> Measurement:
-        """Return the exact joint states of the current sample, as far as they are known."""
-        ...
-
-    def advance(self, command: Torque) -> None:
-        """Answer the current sample by torques (Nm), and go on to the next one.
-
-        Raises:
-            PlantDiverged: the motion is too fast for an accurate integration.
-        """
-        ...
-
-
 class OfflineRun(NamedTuple):
     """A finished run: its samples, and the faults as they would be published."""
 
@@ -244,186 +206,111 @@ def simulate(
         plant: the robot to be moved, by default the one that the scenario describes.
         stopped: says after each sample whether the run is to end with it.
     """
-    plan, rate_hz = scenario.plan(), scenario.rate_hz
-    if plant is None:
-        plant = Plant(scenario.five_bar(), scenario.initial_joints(), rate_hz, scenario.plant, scenario.imu)
-    control = cycle_settings(scenario)
-    first = first_memory(scenario.scheme(), control, lambda: planned_references(plan, rate_hz))
-    last, feed_forward = plan.path.samples(rate_hz), scenario.compensates_disturbance
-    settings = LoopSettings(control, 0, last, scenario.lead_samples, feed_forward)
-    loop = bound(run_loop, **law_functions(scenario.scheme()))
-    finished: OfflineRun = loop(_Run(scenario, plant, settings, progress, stopped), settings, first)
-    return finished
+    control, robot = MotionController(scenario), SimulatedPlant(*plant_parts(scenario, plant))
+    recorder, samples, faults = _Recorder(scenario, robot), [], []
+    readings = robot.reset()
+    while True:
+        output = control.step(readings)
+        samples.append(recorder.sample(readings, output))
+        progress(output.sample)
+        if control.finished or stopped():
+            break
+        try:
+            readings = robot.step(output.torque)
+        except PlantDiverged as failure:
+            faults.append(f"{FAULT_NAMES[PLANT_DIVERGED]}: after sample {output.sample}: {failure}")
+            break
+    return OfflineRun(samples, [*([] if control.fault is None else [str(control.fault)]), *faults])
 
 
-class _Run:
-    """A run of a scenario, as the closed loop runs it: the plant and its sensors, the estimator, and the samples."""
+class PlantParts(NamedTuple):
+    """The arguments of a `SimulatedPlant`."""
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        plant: SampledRobot,
-        settings: LoopSettings,
-        progress: Callable[[int], None],
-        stopped: Callable[[], bool],
-    ) -> None:
-        self._scenario, self._settings, self._progress, self._stopped = scenario, settings, progress, stopped
-        self._robot, self._plan, self._rate_hz = scenario.five_bar(), scenario.plan(), scenario.rate_hz
-        self._ahead = scenario.tuned().samples_ahead
-        self._plant = plant
-        self._sensors = _Sensors(scenario, plant)
-        self._estimator: StateEstimator | None = None
-        if scenario.estimated:
-            # here, because most runs measure all joints
-            from fivebar_bringup.simulation.estimator import estimator_of
+    scenario: Scenario
+    robot: Callable[[], SampledRobot]
+    camera: Callable[[], Any]
 
-            self._estimator = estimator_of(scenario)
-        self._imu_check = ImuCheck(self._robot, self._plan.mode1, self._plan.mode2, self._rate_hz, scenario.imu)
-        self._measured = NOTHING_MEASURED
-        self._estimated: Estimated | None = None
-        self._samples: list[Sample] = []
-        self._faults: list[str] = []
 
-    def estimate(self, number: int) -> Known:
-        sensors, d1, d2, trip = self._sensors, 0.0, 0.0, NO_FAULT
-        self._measured = self._plant.measure()
-        sensors.read(number)
-        if self._estimator is not None:
-            angles, torques = motors = self._measured.of_motors()
-            found = self._estimator.take(number, *angles, *torques, sensors.readings())
-            self._measured = Measurement(found.position, found.velocity, found.effort)
-            self._estimated = Estimated(motors, found.deviations, found.disturbance)
-            d1, d2 = found.disturbance
-            if self._estimator.fault is not None:
-                trip = FAULT_NUMBERS[self._estimator.fault.name]
-        state = state_from_joints(self._robot, *self._measured.position, *self._measured.velocity)
-        return Known(True, state, d1, d2, trip)
+def plant_parts(scenario: Scenario, robot: SampledRobot | None = None) -> PlantParts:
+    """Return the parts of a scenario's simulated robot with its sensors, or of another robot with these."""
 
-    def plan_at(self, moment: int) -> PlanSample:
-        ahead = reference_ahead(self._plan, moment, self._rate_hz, self._ahead)
-        return plan_sample(self._robot, self._plan, moment / self._rate_hz, ahead)
+    def made() -> SampledRobot:
+        return Plant(scenario.five_bar(), scenario.initial_joints(), scenario.rate_hz, scenario.plant, scenario.imu)
 
-    def record(self, number: int, known: Known, planned: PlanSample, cycle: Cycle, latched: bool) -> None:
-        control, sensors, scenario = self._settings.control, self._sensors, self._scenario
-        if latched and not self._faults and self._estimator is not None:
-            self._faults.append(str(self._estimator.fault))
-        if cycle.fault != NO_FAULT:
-            self._faults.append(_fault_text(number, control, known.state, planned, cycle))
-        sample = Sample(
-            number,
-            self._measured,
-            [
-                ImuSample(stamp, moment_of_stamp(stamp, self._rate_hz), one, self._imu_error(stamp, one))
-                for stamp, one in sensors.imu
-            ],
-            sensors.scalars,
-            planned.platform,
-            SupervisorState(cycle.sigma, cycle.kappa),
-            cycle.nominal,
-            cycle.constraint if control.blended else None,
-            None if latched else cycle.requested,
-            cycle.command,
-            self._estimated,
-            self._plant.truth() if scenario.has_ground_truth else None,
-            sensors.vision,
-            sensors.compared(number, known.state),
+    def camera() -> Any:
+        return optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario) if scenario.camera.on else None
+
+    return PlantParts(scenario, made if robot is None else lambda: robot, camera)
+
+
+class _Recorder:
+    """Makes the samples of a run from what its robot reads and its controller answers."""
+
+    def __init__(self, scenario: Scenario, robot: SimulatedPlant) -> None:
+        self._scenario, self._robot, self._rate_hz = scenario, robot, scenario.rate_hz
+        self._plan = plan = scenario.plan()
+        self._last, self._lead = plan.path.samples(self._rate_hz), scenario.lead_samples
+        self._check = ImuCheck(scenario.five_bar(), plan.mode1, plan.mode2, self._rate_hz, scenario.imu)
+
+    def sample(self, readings: SensorReadings, output: ControlOutput) -> Sample:
+        scenario, known = self._scenario, output.estimate
+        assert known is not None and readings.motor_angles is not None and readings.motor_torques is not None
+        estimated: Estimated | None = None
+        if known.deviations is not None:
+            motors = readings.motor_angles, readings.motor_torques
+            estimated = Estimated(motors, known.deviations, known.disturbance)
+        vision = tuple(self._seen(one) for one in readings.camera)
+        return Sample(
+            output.sample,
+            Measurement(known.position, known.velocity, known.effort),
+            [self._imu(one) for one in readings.imu],
+            self._scalars(readings),
+            output.reference,
+            SupervisorState(output.sigma, output.kappa),
+            output.nominal,
+            output.constraint,
+            output.requested,
+            output.torque,
+            estimated,
+            self._robot.truth if scenario.has_ground_truth else None,
+            vision,
+            self._compared(output.sample, vision, known.x, known.y),
         )
-        self._samples.append(sample)
-        self._progress(number)
+
+    def _scalars(self, readings: SensorReadings) -> list[ScalarReading]:
+        joint = self._scenario.passive.joint
+        angles = [(joint, PASSIVE_STATES, self._made(one.time), one.angle) for one in readings.passive_angles]
+        values = [(EXTRA_NAME, EXTRA_READINGS, self._made(one.time), one.value) for one in readings.extra]
+        return [ScalarReading(*one) for one in (*angles, *values)]
+
+    def _made(self, time: float) -> int:
+        """Return the sample at which a reading was made that is stamped by the clock of the run."""
+        return round(time * self._rate_hz)
+
+    def _seen(self, one: TimedPosition) -> StampedPosition:
+        stamp = stamp_of_time(one.time)
+        return StampedPosition(stamp, moment_of_stamp(stamp, self._rate_hz), PlatformReading(*one[1:]))
+
+    def _imu(self, one: TimedTurn) -> ImuSample:
+        assert one.acceleration is not None
+        stamp, reading = stamp_of_time(one.time), ImuReading(one.acceleration, one.angular_velocity)
+        return ImuSample(stamp, moment_of_stamp(stamp, self._rate_hz), reading, self._imu_error(stamp, reading))
 
     def _imu_error(self, stamp: int, reading: ImuReading) -> float | None:
         """Return measured minus desired magnitude of the acceleration (m/s^2), None where there is none to compare."""
         made = sample_of_stamp(stamp, self._rate_hz)
         # the reference of the first `lead` moments is never published
-        if made is None or not self._settings.lead <= made <= self._settings.last:
+        if made is None or not self._lead <= made <= self._last:
             return None
-        return self._imu_check.error(reading.acceleration, self._plan.path.at(made / self._rate_hz))
+        return self._check.error(reading.acceleration, self._plan.path.at(made / self._rate_hz))
 
-    def ended(self, fault: int) -> bool:
-        return self._stopped()
-
-    def advance(self, number: int, command: Torque) -> Advanced:
-        if self._estimator is not None:
-            self._estimator.commanded(number, *command)
-        try:
-            self._plant.advance(command)
-        except PlantDiverged as failure:
-            self._faults.append(f"{FAULT_NAMES[PLANT_DIVERGED]}: after sample {number}: {failure}")
-            return Advanced(True)
-        return Advanced(False)
-
-    def conclude(self) -> OfflineRun:
-        return OfflineRun(self._samples, self._faults)
-
-
-class _Sensors:
-    """The late sensors of a run: IMU, those of one value, and camera."""
-
-    def __init__(self, scenario: Scenario, plant: SampledRobot) -> None:
-        self._scenario, self._plant, self._rate_hz = scenario, plant, scenario.rate_hz
-        seed, faults = scenario.plant.seed, scenario.plant.gyroscope
-        self._imu: ReadingQueue[ImuReading] = imu_queue(scenario.imu, faults, self._rate_hz, seed)
-        self._imu_clock = ImuClock(scenario.imu, faults, self._rate_hz, seed)
-        self._scalars = scalar_sensors(scenario.passive, scenario.extra(), scenario.actual_robot(), self._rate_hz, seed)
-        self._camera = optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario) if scenario.camera.on else None
-        self.imu: list[tuple[int, ImuReading]] = []
-        self.scalars: list[ScalarReading] = []
-        self.vision: tuple[StampedPosition, ...] = ()
-        """Readings that came with the sample: of the IMU by their stamps (ns), of one value, positions."""
-
-    def read(self, number: int) -> None:
-        """Read all at a sample, and take what comes with it."""
-        plant = self._plant
-        self.imu = [
-            (late_stamp_ns(made, self._rate_hz, self._imu_clock.offset(made)), one)
-            for made, one in self._imu.arrived(number, plant.measure_imu())
-        ]
-        if self._scalars:
-            angles = plant.truth().position
-            self.scalars = [one for sensor in self._scalars for one in sensor.arrived(number, angles)]
-        if self._camera is not None:
-            self.vision = self._camera.arrived(number, plant.truth())
-
-    def readings(self) -> list[LateReading]:
-        """Return the readings for the estimator."""
-        from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, LateReading
-        from fivebar_control.estimation.platform_reading import used
-
-        scenario = self._scenario
-        found = [LateReading(EXTRA if one.name == EXTRA_NAME else PASSIVE, one.made, one.value) for one in self.scalars]
-        if scenario.gyro:
-            usable_rate = scenario.imu.usable_rate
-            found += [
-                LateReading(GYROSCOPE, moment_of_stamp(stamp, self._rate_hz), usable_rate(one.angular_velocity))
-                for stamp, one in self.imu
-            ]
-        if scenario.sees:
-            found += [LateReading(CAMERA, one.moment, *used(one.reading)) for one in self.vision]
-        return found
-
-    def compared(self, number: int, state: State) -> VisionErrors:
+    def _compared(self, number: int, vision: tuple[StampedPosition, ...], x: float, y: float) -> VisionErrors:
         """Return the stamps (ns) of exposures that can be compared with a sample's state, and the differences (m)."""
-        if self._camera is None:
+        camera: Any = self._robot.camera
+        if camera is None:
             return ()
-        compared: VisionErrors = self._camera.compared(number, self.vision, state.x, state.y)
+        compared: VisionErrors = camera.compared(number, vision, x, y)
         return compared
-
-
-def _fault_text(number: int, settings: CycleSettings, state: State, planned: PlanSample, cycle: Cycle) -> str:
-    sigma = cycle.sigma if settings.blended else 0.0
-    fault = fault_of(
-        cycle.fault,
-        settings.limits,
-        settings.robot,
-        settings.mode1,
-        settings.mode2,
-        state,
-        planned.platform.x,
-        planned.platform.y,
-        cycle.requested,
-        sigma,
-    )
-    return f"{fault.name}: at sample {number}: {fault.detail}"
 
 
 def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:

@@ -13,8 +13,7 @@ from fivebar_control.loop.closed_loop import PLANT_DIVERGED
 from fivebar_control.safety.stages import STAGE_NAMES
 
 FAULT_NAMES = STAGE_NAMES | TRIP_NAMES | {PLANT_DIVERGED: "plant_diverged"}
-FAULT_NUMBERS = {name: number for number, name in FAULT_NAMES.items()}
-"""Numbers of faults beside those of the stages, by name; the names are those of the node graph."""
+"""Names of faults by number; they are those of the node graph."""
 
 
 LEFT = 5e-3

@@ -12,7 +12,7 @@ import numpy as np
 
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.estimator import estimator_of
+from fivebar_control.controller.estimator import estimator_of
 from fivebar_control.estimation.estimator import JointEstimate, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.late_reading import CAMERA, GYROSCOPE, LateReading

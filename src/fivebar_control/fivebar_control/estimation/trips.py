@@ -22,3 +22,5 @@ TRIP_NAMES = {
     GYROSCOPE_EARLY: "gyroscope_early",
 }
 """Names by number, beside those of the guard's stages and of the closed loop."""
+
+TRIP_NUMBERS = {name: number for number, name in TRIP_NAMES.items()}

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol, TypeVar
 
-from fivebar_control.laws.law import no_step, unchanged
+from fivebar_control.laws.law import Step, no_step, unchanged
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.registry import ESTIMATE, SIGMOID, Controller, TunedController
 from fivebar_control.laws.torque import UNDEFINED, ZERO, Torque
@@ -150,6 +150,84 @@ nominal_after_gap = constraint_after_gap = unchanged
 """The laws, to be bound before (`law_functions`)."""
 
 
+class Answered(NamedTuple):
+    """The loop after a sample.
+
+    Attributes:
+        cycle: that answered the last sample which reached the controllers; its command holds.
+        came: that sample.
+        latched: whether a fault had been latched before its answer.
+        fault, fault_sample: number of the first fault, and its sample; `NO_FAULT` and -1 without one.
+    """
+
+    cycle: Cycle
+    came: int
+    latched: bool
+    fault: int
+    fault_sample: int
+
+
+def unanswered(first: CycleMemory, number: int) -> Answered:
+    """Return the loop before its first sample, given the memory of the control cycle and the sample's number."""
+    cycle = Cycle(0.0, 0.0, UNDEFINED, UNDEFINED, UNDEFINED, ZERO, NO_FAULT, first)
+    return Answered(cycle, number, False, NO_FAULT, -1)
+
+
+def answer(
+    nominal_step: Step,
+    constraint_step: Step,
+    nominal_after_gap: Callable[[Any], Any],
+    constraint_after_gap: Callable[[Any], Any],
+    settings: LoopSettings,
+    before: Answered,
+    number: int,
+    known: Known,
+    planned: PlanSample,
+) -> Answered:
+    """Return the loop after a sample, whose torque command is that of its cycle.
+
+    Args:
+        nominal_step, constraint_step, nominal_after_gap, constraint_after_gap: the laws (`law_functions`).
+        settings: constants.
+        before: the loop after the sample before.
+        number: of the sample.
+        known: of the robot after its readings; without a present sample the last command holds.
+        planned: the plan at the moment for which the state holds.
+    """
+    if not known.present:
+        return before
+    kept, fault, fault_sample = before.cycle.memory, before.fault, before.fault_sample
+    if number - before.came > 1:
+        kept = CycleMemory(
+            nominal=nominal_after_gap(kept.nominal),
+            constraint=constraint_after_gap(kept.constraint),
+            command=kept.command,
+            excess=kept.excess,
+            braking=kept.braking,
+        )
+    reference = planned.reference
+    if settings.feed_forward:
+        reference = against_disturbance(reference, known.d1, known.d2)
+    trip = known.trip
+    if fault == NO_FAULT and trip != NO_FAULT:
+        fault, fault_sample = trip, number
+    latched = fault != NO_FAULT
+    cycle = control_cycle(
+        nominal_step,
+        constraint_step,
+        settings.control,
+        kept,
+        known.state,
+        reference,
+        planned,
+        latched,
+        trip == NO_FAULT,
+    )
+    if cycle.fault != NO_FAULT:
+        fault, fault_sample = cycle.fault, number
+    return Answered(cycle, number, latched, fault, fault_sample)
+
+
 def run_loop(run: LoopRun[Result], settings: LoopSettings, first: CycleMemory) -> Result:
     """Make a run and return its result.
 
@@ -160,47 +238,27 @@ def run_loop(run: LoopRun[Result], settings: LoopSettings, first: CycleMemory) -
     """
     robot = begin(run)
     estimator, log = first_known(run, robot), empty_log(run)
-    kept, came = first, settings.first
-    cycle = Cycle(0.0, 0.0, UNDEFINED, UNDEFINED, UNDEFINED, ZERO, NO_FAULT, first)
-    fault, fault_sample, latched = NO_FAULT, -1, False
+    loop = unanswered(first, settings.first)
+    fault, fault_sample = NO_FAULT, -1
     for number in range(settings.first, settings.last + 1):
         estimator = estimate(run, estimator, robot, number)
         planned = plan_at(run, number + settings.lead)
-        if estimator.present:
-            if number - came > 1:
-                kept = CycleMemory(
-                    nominal=nominal_after_gap(kept.nominal),
-                    constraint=constraint_after_gap(kept.constraint),
-                    command=kept.command,
-                    excess=kept.excess,
-                    braking=kept.braking,
-                )
-            came = number
-            reference = planned.reference
-            if settings.feed_forward:
-                reference = against_disturbance(reference, estimator.d1, estimator.d2)
-            trip = estimator.trip
-            if fault == NO_FAULT and trip != NO_FAULT:
-                fault, fault_sample = trip, number
-            latched = fault != NO_FAULT
-            cycle = control_cycle(
-                nominal_step,
-                constraint_step,
-                settings.control,
-                kept,
-                estimator.state,
-                reference,
-                planned,
-                latched,
-                trip == NO_FAULT,
-            )
-            kept = cycle.memory
-            if cycle.fault != NO_FAULT:
-                fault, fault_sample = cycle.fault, number
-        log = record(run, log, number, robot, estimator, planned, cycle, latched)
+        loop = answer(
+            nominal_step,
+            constraint_step,
+            nominal_after_gap,
+            constraint_after_gap,
+            settings,
+            loop,
+            number,
+            estimator,
+            planned,
+        )
+        fault, fault_sample = loop.fault, loop.fault_sample
+        log = record(run, log, number, robot, estimator, planned, loop.cycle, loop.latched)
         if number == settings.last or ended(run, fault):
             break
-        robot = advance(run, robot, number, cycle.command)
+        robot = advance(run, robot, number, loop.cycle.command)
         if robot.diverged:
             if fault == NO_FAULT:
                 fault, fault_sample = PLANT_DIVERGED, number

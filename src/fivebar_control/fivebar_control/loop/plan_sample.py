@@ -52,9 +52,24 @@ def references_along(path: Path, rate_hz: int) -> list[Platform]:
     return [path.at(number / rate_hz) for number in range(path.samples(rate_hz) + 1)]
 
 
-def plan_sample(robot: FiveBar, plan: Plan, t: float, ahead: tuple[Platform, ...] | None = None) -> PlanSample:
-    """Return the plan of a robot at time t (s); `ahead` is what laws see of the reference beyond it."""
-    platform = plan.path.at(t)
+def plan_sample(
+    robot: FiveBar,
+    plan: Plan,
+    t: float,
+    ahead: tuple[Platform, ...] | None = None,
+    platform: Platform | None = None,
+) -> PlanSample:
+    """Return the plan of a robot at time t (s).
+
+    Args:
+        robot: to be moved.
+        plan: its motion.
+        t: time.
+        ahead: what laws see of the reference beyond it.
+        platform: the reference at t where it is not the plan's, as after a motion that was requested later.
+    """
+    if platform is None:
+        platform = plan.path.at(t)
     line = plan.path.line_at(t)
     return PlanSample(
         reference=desired_at(robot, plan, t, platform),

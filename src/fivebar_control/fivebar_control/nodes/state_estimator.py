@@ -21,6 +21,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_control.controller.estimator import step_of
 from fivebar_control.estimation.constants import CAMERA_LATENCY, history_samples
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.estimator import StateEstimator
@@ -28,7 +29,7 @@ from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, LateReading
 from fivebar_control.estimation.platform_reading import PlatformReading, used
 from fivebar_control.estimation.resting import MotorReading, Resting
-from fivebar_control.estimation.step import EstimatorStep, estimator_step, estimator_step_with
+from fivebar_control.estimation.step import EstimatorStep
 from fivebar_control.ros.node_settings import AUTO, YES, EstimatorNodeSettings, runs_compiled
 from fivebar_control.ros.run_file import start_values
 from fivebar_control.scenario.keys import ROBOT, SENSORS
@@ -106,10 +107,10 @@ def turns_text(turns: tuple[int, int]) -> str:
     )
 
 
-def step_of(compiled: bool, extra: ExtraSensor | None) -> Callable[..., EstimatorStep]:
+def step_as(compiled: bool, extra: ExtraSensor | None) -> Callable[..., EstimatorStep]:
     """Return the step of the filter, as machine code or plain, with a sensor from another package or without."""
     if not compiled:
-        return estimator_step if extra is None else estimator_step_with(extra.expected)
+        return step_of(extra)
     # numba takes most of a second to import
     from fivebar_control.estimation.compiled import compiled_step
 
@@ -164,7 +165,7 @@ class StateEstimatorNode(SamplingNode):
             passive,
             known,
             extra,
-            step_of(compiled, None if extra is None else extra.kind),
+            step_as(compiled, None if extra is None else extra.kind),
         )
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""

@@ -162,7 +162,7 @@ class Guard:
         if number != NO_FAULT:
             found = fault_of(number, limits, robot, mode1, mode2, state, *desired, requested, sigma)
         if self.fault is not None:
-            self._obstacle = str(found) if found is not None else self._motion_left(state)
+            self._obstacle = str(found) if found is not None else motion_left(state, self._settings.rest_speed)
             return Decision(None, ZERO)
         if found is not None:
             self._latch(Fault(found.name, f"at sample {sample}: {found.detail}"))
@@ -173,8 +173,10 @@ class Guard:
         self._limited_samples += torque != requested
         return Decision(requested, torque)
 
-    def _motion_left(self, state: State) -> str | None:
-        speed, limit = fastest_motor(state), self._settings.rest_speed
-        return (
-            None if speed <= limit else f"the motors still turn at {speed:.2f} rad/s, at rest is below {limit:g} rad/s"
-        )
+
+def motion_left(state: State, rest_speed: float) -> str | None:
+    """Return why a robot is not at rest, with the motor speed (rad/s) below which it is; None where it is."""
+    speed = fastest_motor(state)
+    if speed <= rest_speed:
+        return None
+    return f"the motors still turn at {speed:.2f} rad/s, at rest is below {rest_speed:g} rad/s"

@@ -14,8 +14,8 @@ from engine_agreement import JOINTS, POSITION, changed, columns, places, prepare
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_control.controller.estimator import estimator_of
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import UNDEFINED, ZERO

@@ -24,8 +24,8 @@ from fivebar_bringup.identify.reading import find_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import Sample, simulate, write_bag
+from fivebar_control.controller.estimator import estimator_of
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_description.interface import (
     IMU_DATA,

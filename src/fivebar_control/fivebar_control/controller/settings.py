@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from fivebar_bringup.scenario import Scenario
 from fivebar_control.loop.closed_loop import cycle_settings_of
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import guard_limits_of
+from fivebar_control.scenario.scenario import ControlScenario
 
 
-def cycle_settings(scenario: Scenario) -> CycleSettings:
+def cycle_settings(scenario: ControlScenario) -> CycleSettings:
     """Return the constants of the control cycle."""
     safety, robot, rate_hz = scenario.safety_settings(), scenario.five_bar(), scenario.rate_hz
     return cycle_settings_of(

@@ -6,13 +6,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import EstimatorStep, estimator_step, estimator_step_with
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.scenario.sensors import homing_of
-from fivebar_description.extra_sensor import MountedSensor
+from fivebar_description.extra_sensor import ExtraSensor, MountedSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import KnownSensors, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
@@ -30,30 +30,33 @@ class _Declared(NamedTuple):
     extra: MountedSensor | None
 
 
-def step_of(scenario: Scenario) -> Callable[..., EstimatorStep]:
-    """Return the step of a scenario's estimator."""
-    extra = scenario.extra()
-    return estimator_step if extra is None else estimator_step_with(extra.kind.expected)
+def step_of(extra: ExtraSensor | None) -> Callable[..., EstimatorStep]:
+    """Return the estimator's step with a sensor from another package, or without."""
+    return estimator_step if extra is None else estimator_step_with(extra.expected)
 
 
-def estimator_of(scenario: Scenario, step: Callable[..., EstimatorStep] | None = None) -> StateEstimator:
-    """Return a new estimator for a run of a scenario; `step` may be machine code.
+def estimator_of(
+    scenario: ControlScenario,
+    step: Callable[..., EstimatorStep] | None = None,
+    kind: type[StateEstimator] = StateEstimator,
+) -> StateEstimator:
+    """Return a new estimator for a run of a scenario; `step` or the `kind` may be machine code.
 
     Raises:
         HomingContradicted: the declared posture contradicts itself.
     """
-    return StateEstimator(
-        scenario.five_bar(), homing_of(scenario), *_declared(scenario), step=step or step_of(scenario)
-    )
+    declared = _declared(scenario)
+    step = step or step_of(None if declared.extra is None else declared.extra.kind)
+    return kind(scenario.five_bar(), homing_of(scenario), *declared, step=step)
 
 
-def estimator_model_of(scenario: Scenario, robot: FiveBar) -> EstimatorModel:
+def estimator_model_of(scenario: ControlScenario, robot: FiveBar) -> EstimatorModel:
     """Return the constants of that estimator, for a robot that is the scenario's, maybe with other types of number."""
     mode1, mode2 = scenario.working_mode
     return estimator_model(robot, mode1, mode2, *_declared(scenario))
 
 
-def _declared(scenario: Scenario) -> _Declared:
+def _declared(scenario: ControlScenario) -> _Declared:
     return _Declared(
         scenario.rate_hz,
         scenario.drives(),

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Readings that come after their samples, as the estimator takes them."""
+
+from __future__ import annotations
+
+from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, LateReading
+from fivebar_control.estimation.platform_reading import PlatformReading, used
+from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_description.interface import moment_of_stamp
+from fivebar_description.readings import SensorReadings, stamp_of_time
+
+
+def late_readings(readings: SensorReadings, scenario: ControlScenario) -> list[LateReading]:
+    """Return those of some readings that the estimator of a scenario uses."""
+    rate_hz, found = scenario.rate_hz, list[LateReading]()
+
+    def moment(time: float) -> float:
+        return moment_of_stamp(stamp_of_time(time), rate_hz)
+
+    if scenario.gyro:
+        usable_rate = scenario.imu.usable_rate
+        found += [LateReading(GYROSCOPE, moment(one.time), usable_rate(one.angular_velocity)) for one in readings.imu]
+    if scenario.passive.leg:
+        found += [LateReading(PASSIVE, moment(one.time), one.angle) for one in readings.passive_angles]
+    if scenario.sees:
+        positions = ((moment(one.time), used(PlatformReading(*one[1:]))) for one in readings.camera)
+        found += [LateReading(CAMERA, made, *position) for made, position in positions]
+    if scenario.extra_sensor:
+        found += [LateReading(EXTRA, moment(one.time), one.value) for one in readings.extra]
+    return found
