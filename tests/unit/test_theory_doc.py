@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages of theory name functions and tests; all of them exist, and every slip has the test that decides it."""
+"""Theory and its equations name functions and tests; all of them exist, and every slip has the test that decides it."""
 
 from __future__ import annotations
 
 import ast
+import csv
 import importlib
 import re
 from functools import cache
@@ -12,7 +13,14 @@ from typing import Any
 
 ROOT = Path(__file__).parents[2]
 PAGES = ("theory.md", "bounds.md", "slips.md")
-TEXT = "\n\n".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in PAGES)
+with (ROOT / "docs" / "equations.csv").open(encoding="utf-8", newline="") as file:
+    EQUATIONS = [*csv.DictReader(file)]
+TEXT = "\n\n".join(
+    [
+        *((ROOT / "docs" / name).read_text(encoding="utf-8") for name in PAGES),
+        *(f"`{name}`" for row in EQUATIONS for name in f"{row['function']}, {row['test']}".split(", ")),
+    ]
+)
 SLIP_TESTS = "tests/unit/control/slips"
 
 FUNCTIONS = sorted(set(re.findall(r"`(fivebar_\w+(?:\.\w+)+)(?:\(\))?`", TEXT)))
