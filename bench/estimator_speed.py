@@ -10,6 +10,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.compiled import compiled_step
+from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 
 
 def estimator_us(scenario: Scenario) -> float:
@@ -28,7 +29,8 @@ def estimator_us(scenario: Scenario) -> float:
     for sample in simulate(scenario).samples:
         assert sample.estimated is not None
         (q11, q21), (tau1, tau2) = sample.estimated.motors
-        rates = [(one.made, scenario.imu.usable_rate(one.reading.angular_velocity)) for one in sample.imu]
+        usable_rate = scenario.imu.usable_rate
+        rates = [LateReading(GYROSCOPE, one.made, usable_rate(one.reading.angular_velocity)) for one in sample.imu]
         began = perf_counter()
         estimator.take(sample.number, q11, q21, tau1, tau2, rates if scenario.gyro else ())
         taken.append(perf_counter() - began)

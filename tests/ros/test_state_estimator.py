@@ -21,6 +21,7 @@ from sensor_msgs.msg import Imu
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample, simulate
 from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.nodes.state_estimator import said_if_long
 from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.interface import (
@@ -414,7 +415,7 @@ def test_in_real_time_an_answer_has_the_readings_that_have_come(
     expected = StateEstimator(
         turning.five_bar(), homing_of(turning), turning.rate_hz, turning.drives(), turning.ekf, turning.tolerances
     )
-    came: list[tuple[int, float]] = []
+    came: list[LateReading] = []
     dropped = 0
     first = turning_samples[0]
     assert first.estimated is not None
@@ -425,7 +426,7 @@ def test_in_real_time_an_answer_has_the_readings_that_have_come(
             # readings of four samples at once, the last ones first; what is dropped tells that they have come
             for made in range(sample.number - 1, sample.number - 5, -1):
                 rate = (0.01 * made, -0.02 * made, 1.0)
-                came.append((made, turning.imu.turn_rate(rate)))
+                came.append(LateReading(GYROSCOPE, made, turning.imu.turn_rate(rate)))
                 probe.publish(IMU_DATA, reading(made, rate))
             probe.publish(IMU_DATA, reading(0, (math.nan, 0.0, 0.0)))
             dropped += 1

@@ -17,6 +17,7 @@ from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import State
@@ -72,7 +73,8 @@ def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = N
     for sample in run.samples:
         assert sample.estimated is not None
         angles, torques = sample.estimated.motors
-        rates = [(one.made, scenario.imu.turn_rate(one.reading.angular_velocity)) for one in sample.imu]
+        turn_rate = scenario.imu.turn_rate
+        rates = [LateReading(GYROSCOPE, one.made, turn_rate(one.reading.angular_velocity)) for one in sample.imu]
         estimator.take(sample.number, *angles, *torques, rates if settings.gyro else ())
         estimator.commanded(sample.number, *sample.command)
         assert estimator.belief is not None

@@ -34,10 +34,14 @@ ELSEWHERE = {
         "fivebar_description.ros.latency_watch",
         "fivebar_description.ros.rate_watch",
     ),
+    "unit/sim/test_sensors.py": ("fivebar_sim.scalar_sensors",),
     "unit/control/estimation/test_ekf_ambiguity.py": ("fivebar_control.estimation.mirror",),
     "unit/control/estimation/test_gyro_watch.py": ("fivebar_control.estimation.trips",),
     "unit/control/estimation/test_step.py": ("fivebar_control.estimation.causes",),
-    "unit/control/estimation/test_measurement_rows.py": ("fivebar_description.tolerances",),
+    "unit/control/estimation/test_measurement_rows.py": (
+        "fivebar_description.tolerances",
+        "fivebar_control.estimation.passive_encoder",
+    ),
     "unit/control/hardware/test_configuration.py": ("fivebar_control.hardware.drive_setup",),
     "unit/control/hardware/test_moteus.py": (
         "fivebar_control.hardware.can_pair",
@@ -111,6 +115,7 @@ ELSEWHERE = {
     "unit/bringup/simulation/test_compiling.py": ("fivebar_control.compiled_parts",),
     "unit/bringup/simulation/test_engine.py": (
         "fivebar_bringup.simulation.case",
+        "fivebar_bringup.simulation.engine_sensors",
         "fivebar_bringup.simulation.engine_estimator",
         "fivebar_bringup.simulation.engine_robot",
         "fivebar_bringup.simulation.column_metrics",
@@ -192,7 +197,6 @@ ELSEWHERE = {
         "fivebar_bringup.cli.running",
     ),
     "unit/bringup/studies/test_sweep.py": ("fivebar_studies.cli.study_options",),
-    "unit/bringup/recorded/test_table_files.py": ("fivebar_bringup.extras",),
     "unit/bringup/studies/test_maps.py": ("fivebar_control.workspace.fields", "fivebar_control.workspace.loci"),
 }
 """Where modules are tested that a test of another name covers."""

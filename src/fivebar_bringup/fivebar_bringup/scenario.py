@@ -7,6 +7,7 @@ from typing import Any
 
 from fivebar_control.scenario.motion_file import DECLARED, SEEN
 from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_description.interface import EXTRA_READINGS, PASSIVE_STATES, Topic
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.settings import Section
@@ -14,7 +15,13 @@ from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.effects.settings import PlantSettings
 from fivebar_sim.scenario import has_ground_truth, with_assumed_effects
 
-__all__ = ["DECLARED", "SEEN", "Scenario"]
+__all__ = ["DECLARED", "SEEN", "Scenario", "scalar_topics"]
+
+
+def scalar_topics(scenario: ControlScenario) -> tuple[Topic, ...]:
+    """Return the topics of a scenario's sensors of one value."""
+    passive = (PASSIVE_STATES,) if scenario.passive.leg else ()
+    return (*passive, EXTRA_READINGS) if scenario.extra_sensor else passive
 
 
 class Scenario(ControlScenario):

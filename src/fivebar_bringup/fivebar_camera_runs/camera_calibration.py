@@ -10,8 +10,8 @@ import numpy as np
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_camera.board import board_views
-from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.files import read_bytes, write_file
+from fivebar_description.modules import modules_unopened
 from fivebar_description.strict_yaml import InputError
 from fivebar_vision.calibration import Board, calibrated
 from fivebar_vision.camera_file import CameraCalibration
@@ -57,7 +57,7 @@ def calibrate_simulated(board: Board, scenario: str, views: int) -> CameraCalibr
     Raises:
         InputError: the scenario is wrong, or its camera does not see the board.
     """
-    with laws_unopened():
+    with modules_unopened():
         settings = load_scenario(scenario).camera
     printed = board.picture(PRINTED_PIXELS)
     return calibrated(board, board_views(printed, board.square, PRINTED_PIXELS, settings, views, seed=0))

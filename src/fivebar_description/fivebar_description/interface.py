@@ -168,6 +168,10 @@ MOTOR_STATES = _chain_topic("motor_states", of_joints=ACTIVE_JOINTS, reader_repo
 PASSIVE_STATES = _reading("passive_states", of_joints=PASSIVE_JOINTS)
 """Angle of the passive joint that has an encoder, stamped with the time of the reading. A topic of its own: it comes
 from a driver of its own, at its own rate, and late, while `motor_states` is what the drives answer in one cycle."""
+EXTRA_NAME = "extra_sensor"
+"""Name by which messages call the sensor from another package."""
+EXTRA_READINGS = _reading("extra_sensor")
+"""Value of a sensor from another package, stamped with the time of the reading."""
 ESTIMATE_COVARIANCE = Topic("estimate/covariance", "sensor_msgs/msg/JointState")
 ESTIMATE_DISTURBANCE = _chain_topic("estimate/disturbance", reader_reports=True)
 GROUND_TRUTH = Topic("ground_truth", "sensor_msgs/msg/JointState")
@@ -214,6 +218,7 @@ TOPICS = (
     TORQUE_COMMAND,
     MOTOR_STATES,
     PASSIVE_STATES,
+    EXTRA_READINGS,
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
     GROUND_TRUTH,

@@ -6,6 +6,9 @@ from __future__ import annotations
 import re
 import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -18,6 +21,27 @@ RUN_MODULE = "import sys; del sys.path[0]; import runpy; runpy.run_module({!r}, 
 
 PLACE = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 """MODULE:NAME."""
+
+_UNOPENED: ContextVar[bool] = ContextVar("modules_unopened", default=False)
+
+
+@contextmanager
+def modules_unopened() -> Iterator[None]:
+    """Import no module of a law or sensor from elsewhere within the block; it is only named, and cannot be run.
+
+    Whatever reads a scenario or a run without running it does so in this block: a file of somebody else's names the
+    module, and importing a module runs its code.
+    """
+    token = _UNOPENED.set(True)
+    try:
+        yield
+    finally:
+        _UNOPENED.reset(token)
+
+
+def is_unopened() -> bool:
+    """Return whether modules from elsewhere are not to be imported here."""
+    return _UNOPENED.get()
 
 
 def module_command(module: str) -> list[str]:

@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from fivebar_description import physical_bounds
 from fivebar_description.camera import CameraSettings
 from fivebar_description.errors import InputError
+from fivebar_description.extra_sensor import ExtraSection
 from fivebar_description.files import is_yaml_path, read_text, share_file, yaml_path
 from fivebar_description.forbidden import MOST, ForbiddenPosture
 from fivebar_description.imu import ImuSettings
@@ -206,6 +207,7 @@ class RobotFile(StrictModel):
     imu: Section[ImuSettings] | None = None
     passive_encoder: Section[PassiveEncoder] | None = None
     camera: OwnCamera = None
+    extra_sensor: ExtraSection = Field(default_factory=dict)
     transmission: Section[Transmission] = RIGID
     drives: Section[KnownDrives] = NO_DRIVES
     tuning: Section[Tuning] = NO_TUNING

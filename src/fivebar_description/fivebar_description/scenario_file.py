@@ -46,6 +46,7 @@ KEYS = (
     "imu",
     "sensors",
     "camera",
+    "extra_sensor",
     "estimator",
     "ekf",
     "tolerances",
@@ -205,6 +206,7 @@ def parts_of_robot(file: RobotFile, estimated: bool) -> dict[str, dict[str, Any]
         found["sensors"] = {"passive_encoder": plain_keys(file.passive_encoder)}
     if file.camera is not None:
         found["camera"] = plain_keys(file.camera)
+    found["extra_sensor"] = file.extra_sensor
     return found
 
 

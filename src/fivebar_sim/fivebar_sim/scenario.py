@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from fivebar_description.camera import NO_CAMERA, CameraSettings
+from fivebar_description.extra_sensor import ExtraSection, MountedSensor, mounted
 from fivebar_description.imu import ImuSettings
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.scenario_file import ESTIMATOR, with_defaults, with_parts_of_robot
@@ -44,6 +45,7 @@ class SimulatedRobot(StrictModel):
     imu: Section[ImuSettings] = ImuSettings()
     sensors: Section[Sensors] = Sensors()
     camera: Section[CameraSettings] = NO_CAMERA
+    extra_sensor: ExtraSection = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
@@ -59,6 +61,14 @@ class SimulatedRobot(StrictModel):
     def has_ground_truth(self) -> bool:
         """Whether the exact state of the robot is published besides."""
         return has_ground_truth(self.estimated, self.camera, self.plant)
+
+    def extra(self) -> MountedSensor | None:
+        """Return the sensor from another package, None without one.
+
+        Raises:
+            InputError: it cannot be loaded, or its settings do not fit it.
+        """
+        return mounted(self.extra_sensor)
 
     @property
     def passive(self) -> PassiveEncoder:

@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Encoders, drives and IMU of the simulated robot: quantisation, limits, errors, delay; readings rare, late or lost.
-
-numba compiles `passive_reading`.
-"""
+"""Encoders, drives and IMU of the simulated robot: quantisation, limits, errors, delay; readings rare, late or lost."""
 
 from __future__ import annotations
 
@@ -15,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_description.imu import ImuSettings, Vector3
-from fivebar_description.sensors import LateSensor, PassiveEncoder
-from fivebar_sim.effects.encoders import EncoderDisc, seen
+from fivebar_description.sensors import LateSensor
 from fivebar_sim.effects.gyroscope import (
     NO_FAULTS,
     GyroscopeFaults,
@@ -28,10 +24,7 @@ from fivebar_sim.effects.gyroscope import (
 )
 from fivebar_sim.effects.settings import PlantSettings
 
-PASSIVE_STREAM = 5
-"""Stream of the random number that is the phase of the passive encoder's eccentricity."""
-
-IMU_LOSSES, PASSIVE_LOSSES = 3, 4
+IMU_LOSSES, PASSIVE_LOSSES, EXTRA_LOSSES = 3, 4, 7
 """Random streams of the lost readings of each sensor."""
 
 NONE = SampleSpan(0, 0)
@@ -106,26 +99,6 @@ class TorqueOutput:
         self._number += 1
         tau1, tau2 = self._held
         return shaped(tau1, self._quantum, self._limit), shaped(tau2, self._quantum, self._limit)
-
-
-class PassiveNumbers(NamedTuple):
-    """The encoder as numbers: its disc, and the angle of a count (rad), 0 for an exact one."""
-
-    disc: EncoderDisc
-    resolution: float
-
-
-def passive_numbers(settings: PassiveEncoder, seed: int) -> PassiveNumbers:
-    """Return the numbers of an encoder; the seed is that of its phase."""
-    phase = float(np.random.default_rng([seed, PASSIVE_STREAM]).uniform(0.0, 2.0 * math.pi))
-    resolution = 2.0 * math.pi / settings.counts if settings.counts else 0.0
-    return PassiveNumbers(EncoderDisc(float(settings.zero), float(settings.eccentricity), phase), resolution)
-
-
-def passive_reading(numbers: PassiveNumbers, angle: float) -> float:
-    """Return the reading (rad) of an angle (rad)."""
-    reading = seen(numbers.disc, angle, 0.0).angle
-    return counted(reading, numbers.resolution) if numbers.resolution > 0.0 else reading
 
 
 class ReadingQueue(Generic[T]):

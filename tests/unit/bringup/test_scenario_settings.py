@@ -14,8 +14,8 @@ import yaml
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import read_scenario
+from fivebar_control.estimation.camera import CAMERA_GATE
 from fivebar_control.estimation.constants import CAMERA_LATENCY, MISFIT_TIME, OFFSET_TIME
-from fivebar_control.estimation.measurements import CAMERA_GATE
 from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.planning.feasibility import LIKELIEST_WRONG_MODE

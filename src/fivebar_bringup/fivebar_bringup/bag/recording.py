@@ -14,6 +14,7 @@ import numpy as np
 from fivebar_bringup.bag.definitions import TYPESTORE, absolute_name
 from fivebar_bringup.errors import BagError
 from fivebar_description.interface import (
+    EXTRA_READINGS,
     IMU_DATA,
     JOINT_STATES,
     MOTOR_STATES,
@@ -35,7 +36,7 @@ T = TypeVar("T")
 FloatArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 IntArray: TypeAlias = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
 
-OWN_CLOCK = frozenset(topic.name for topic in (IMU_DATA, PASSIVE_STATES, VISION_PLATFORM))
+OWN_CLOCK = frozenset(topic.name for topic in (IMU_DATA, PASSIVE_STATES, EXTRA_READINGS, VISION_PLATFORM))
 """Topics of sensors with clocks of their own, whose jitter makes neighbouring stamps change places."""
 
 OWN_CLOCK_JITTER_NS = 50_000_000

@@ -25,10 +25,10 @@ def guide(scenario: ScenarioArgument, out: OutOption = None, as_json: JsonOption
     from fivebar_bringup.scenarios.scenario_files import load_scenario
     from fivebar_bringup.simulation.guided import guide as lead
     from fivebar_bringup.simulation.guided import write_guided_bag
-    from fivebar_control.laws.registry import laws_unopened
+    from fivebar_description.modules import modules_unopened
 
     # a hand leads the robot, no law does
-    with input_errors(), keyboard_interrupts(), laws_unopened():
+    with input_errors(), keyboard_interrupts(), modules_unopened():
         loaded = load_scenario(scenario)
         with progress_bar(loaded.name, as_json):
             samples = lead(loaded)

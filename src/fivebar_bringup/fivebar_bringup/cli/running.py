@@ -348,7 +348,7 @@ def nodes(
     from fivebar_bringup.graph.crossing_graph import crossing_graph
     from fivebar_bringup.graph.drawing import graph_svg
     from fivebar_bringup.scenarios.scenario_files import load_scenario
-    from fivebar_control.laws.registry import laws_unopened
+    from fivebar_description.modules import modules_unopened
 
     if launch is not None:
         from fivebar_bringup.runs.launched_graph import launched_processes
@@ -358,7 +358,7 @@ def nodes(
             listed = launched_processes(ControlRequest(**json.loads(launch)))
         print(json.dumps([one._asdict() for one in listed]))
         return
-    with input_errors(), nullcontext() if import_law else laws_unopened():
+    with input_errors(), nullcontext() if import_law else modules_unopened():
         loaded = load_scenario(scenario)
         if loaded.law_unopened:
             raise InputError(

@@ -21,13 +21,14 @@ from fivebar_bringup.graph.control_nodes import (
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, SCENE_NODE, Mode, NodeSpec
 from fivebar_bringup.graph.robot_nodes import beside_bridge, bridge, emulated_hardware, plant
 from fivebar_bringup.graph.sensor_nodes import absent_of_vision, estimator, imu_listener
-from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario import Scenario, scalar_topics
 from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_control.ros.node_settings import ProgramSettings
 from fivebar_description.interface import (
     CAMERA_TOPICS,
     CANDIDATES,
     ESTIMATION_TOPICS,
+    EXTRA_READINGS,
     FAULTS,
     GOAL,
     GOAL_STATUS,
@@ -105,7 +106,7 @@ def crossing_graph(
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
-    absent = (*absent, *(() if scenario.passive.leg else (PASSIVE_STATES,)))
+    absent = (*absent, *{PASSIVE_STATES, EXTRA_READINGS}.difference(scalar_topics(scenario)))
     absent = (*absent, *absent_of_vision(scenario))
     if bridged:
         # the emulated robot has a gyroscope, but no accelerometer

@@ -9,8 +9,8 @@ from fivebar_bringup.drives.choice import kind_of
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.control_nodes import held_for
 from fivebar_bringup.graph.node_spec import EMULATED_ROBOT, PLANT, Mode, NodeSpec
-from fivebar_bringup.graph.sensor_nodes import announced, awaited_sights, passive_states
-from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.graph.sensor_nodes import announced, awaited_sights
+from fivebar_bringup.scenario import Scenario, scalar_topics
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_control.scenario.stopping import brake_limit, stop_cycles
@@ -61,7 +61,7 @@ def plant(scenario: Scenario, mode: Mode, awaited: list[str]) -> NodeSpec:
             MOTOR_STATES if scenario.estimated else JOINT_STATES,
             *((GROUND_TRUTH,) if scenario.has_ground_truth else ()),
             IMU_DATA,
-            *passive_states(scenario),
+            *scalar_topics(scenario),
             *((READINGS_RELEASED,) if announced(scenario, mode) else ()),
             FAULTS,
             DRIVES_STATE,
@@ -120,6 +120,6 @@ def emulated_hardware(scenario: Scenario, rehearsal: Rehearsal, awaited: list[st
             )
         ),
         (MOTOR_STATES, TORQUE_COMMAND, FAULTS, PAYLOAD, RUN_READY, RUN_PLAN, RUN_EPOCH),
-        (GROUND_TRUTH, IMU_DATA, *passive_states(scenario), FAULTS, RUN_STATUS),
+        (GROUND_TRUTH, IMU_DATA, *scalar_topics(scenario), FAULTS, RUN_STATUS),
     )
     return bridge(scenario, str(rehearsal.files.drives.absolute()), [*awaited, EMULATED_ROBOT]), robot

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from fivebar_bringup.graph.node_spec import PLANT, Mode, NodeSpec
-from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario import Scenario, scalar_topics
 from fivebar_control.ros.node_settings import (
     EstimatorNodeSettings,
     ImuListenerSettings,
@@ -19,7 +19,6 @@ from fivebar_description.interface import (
     IMU_ERROR,
     JOINT_STATES,
     MOTOR_STATES,
-    PASSIVE_STATES,
     PAYLOAD,
     READINGS_RELEASED,
     REFERENCE,
@@ -51,7 +50,7 @@ def estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
             # commands in transit to the drives matter only if the drives have a delay
             *((TORQUE_COMMAND,) if scenario.plant.delay_samples else ()),
             *((IMU_DATA,) if scenario.gyro else ()),
-            *passive_states(scenario),
+            *scalar_topics(scenario),
             *((VISION_PLATFORM,) if scenario.sees else ()),
             *((READINGS_RELEASED,) if announced(scenario, mode) else ()),
             PAYLOAD,
@@ -67,11 +66,6 @@ def estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
 def estimate_state(scenario: Scenario) -> tuple[Topic, ...]:
     """Return the topic of the estimator's state, where a camera lets it begin again."""
     return (ESTIMATE_STATE,) if scenario.sees else ()
-
-
-def passive_states(scenario: Scenario) -> tuple[Topic, ...]:
-    """Return the topic of the passive joint's encoder, where there is one."""
-    return (PASSIVE_STATES,) if scenario.passive.leg else ()
 
 
 def announced(scenario: Scenario, mode: Mode) -> bool:

@@ -8,12 +8,12 @@ import math
 from fivebar_bringup.motions.model_format import ModelFormat
 from fivebar_bringup.motions.start import HOME_MODE
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.laws.registry import laws_unopened
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import JointAngles
 from fivebar_control.planning.motor_limits import motor_limits
 from fivebar_description.errors import InputError
 from fivebar_description.imu import ImuSettings
+from fivebar_description.modules import modules_unopened
 from fivebar_description.optional import MUJOCO_MODEL, optional_part
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_description import robot_tree, xml_text
@@ -37,7 +37,7 @@ def model_text(kind: ModelFormat, robot: str = "", scenario: str = "", plugin: s
     """
     if plugin and kind is not ModelFormat.URDF:
         raise InputError(f"--plugin: {plugin}: expected with --format urdf only")
-    with laws_unopened():
+    with modules_unopened():
         loaded = load_scenario(scenario) if scenario else None
     chosen = robot or (loaded.robot if loaded else DEFAULT_ROBOT)
     file = read_robot(chosen)

@@ -11,9 +11,9 @@ from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import read_scenario
-from fivebar_control.laws.registry import laws_unopened
 from fivebar_control.model.kinematics import state_from_joints, working_mode
 from fivebar_description.interface import ACTIVE_JOINTS, GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
+from fivebar_description.modules import modules_unopened
 from fivebar_description.robot_file import HOME_MODE as HOME_MODE
 from fivebar_description.strict_yaml import InputError
 
@@ -64,7 +64,7 @@ def start_seen(name_or_path: str) -> Start:
     Raises:
         InputError: there is no such scenario, or the camera does not see where the robot stands.
     """
-    with laws_unopened():
+    with modules_unopened():
         scenario = read_scenario(name_or_path)
     if scenario.stands is None or not scenario.ekf.seen_start:
         raise InputError(f"--seen: {name_or_path}: expected a scenario with start: seen")

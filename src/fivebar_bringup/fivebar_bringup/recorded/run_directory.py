@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from fivebar_bringup.recorded.results import FIGURES, new_directory, write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.laws.registry import laws_unopened
 from fivebar_description.files import is_yaml_path
+from fivebar_description.modules import modules_unopened
 from fivebar_description.optional import CAMERA_ON, CAMERA_OPTICS, optional_part
 from fivebar_description.scenario_file import FILE_OF_RUN
 from fivebar_description.strict_yaml import InputError, read_text
@@ -93,7 +93,7 @@ class RunDirectory(NamedTuple):
         """
         if not self.scenario.is_file():
             raise InputError(f"{self.path}: is not a run directory: it has no {self.scenario.name}")
-        with laws_unopened():
+        with modules_unopened():
             return load_scenario(str(self.scenario))
 
 

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_control.laws.registry import laws_unopened
 from fivebar_control.planning.motor_limits import motor_limits
 from fivebar_description.imu import ImuSettings
+from fivebar_description.modules import modules_unopened
 from fivebar_description.robot_description import robot_description
 from fivebar_description.robot_file import read_robot
 from fivebar_description.scenario_file import DEFAULT_ROBOT
@@ -18,7 +18,7 @@ def described_robot(robot: str = "", scenario: str = "") -> str:
     Raises:
         InputError: there is no such robot or scenario, or its file is wrong.
     """
-    with laws_unopened():
+    with modules_unopened():
         loaded = load_scenario(scenario) if scenario else None
     chosen = robot or (loaded.robot if loaded else DEFAULT_ROBOT)
     file = read_robot(chosen)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.engine_sensors import EngineSensors, engine_sensors
 from fivebar_bringup.simulation.estimator import estimator_model_of
 from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_control.estimation.constants import EstimatorModel
@@ -20,16 +21,14 @@ from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.desired import REFERENCE_VALUES, desired_along
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
-from fivebar_description.optional import CAMERA_FRAMES, CAMERA_ON, optional_part
+from fivebar_description.extra_sensor import ExtraSensor
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 from fivebar_description.strict_yaml import InputError
-from fivebar_sim.effects.gyroscope import ImuClock, SampleSpan, frozen_samples, gain, jumps, missing_samples
 from fivebar_sim.effects.links import with_modelled_geometry
 from fivebar_sim.effects.mechanism import actual_robot, mechanism_of, steps_of_period
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings, has_effects, without_effects
 from fivebar_sim.effects.timing import lost_commands
-from fivebar_sim.sensors import PASSIVE_LOSSES, PassiveNumbers, gyro_errors, gyro_stream, made_readings, passive_numbers
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -58,38 +57,12 @@ class Estimation(NamedTuple):
     Attributes:
         feed_forward: whether the laws compensate its disturbances.
         model: its constants.
-        latency: samples from a gyroscope reading to its arrival.
-        stamps: float64[N + 1], moment of the stamp of the reading that is made at each sample, in samples; [0] without
-            a gyroscope.
-        gyro_keep: of its low-pass, see `ImuSettings.gyro_keep`.
-        gyro_errors: float64[N + 1], error of its reading at each sample (rad/s); [0] without a gyroscope.
-        gyro_made: bool[N + 1], at which samples a reading of it is made that arrives; [0] without one.
-        gyro_gain: how much it reads of a rate.
-        gyro_limit: rate (rad/s) from which on it is at the end of its range.
-        gyro_frozen: samples whose readings repeat the one before.
-        passive: the encoder on a passive joint, whose leg is that of the model.
-        passive_latency: samples from a reading of it to its arrival.
-        passive_made: bool[N + 1], at which samples a reading of it is made that arrives; [0] without one.
-        frames: float64[n, 4], the camera's positions by arrival: samples of exposure and arrival, and the errors in x
-            and y (m); [0, 4] without a camera. Pictures are not rendered here.
-        seen_deviation: of either coordinate (m), as the positions say of themselves.
+        sensors: whose readings come late.
     """
 
     feed_forward: bool
     model: EstimatorModel
-    latency: int
-    stamps: FloatArray
-    gyro_keep: float
-    gyro_errors: FloatArray
-    gyro_made: BoolArray
-    gyro_gain: float
-    gyro_limit: float
-    gyro_frozen: SampleSpan
-    passive: PassiveNumbers
-    passive_latency: int
-    passive_made: BoolArray
-    frames: FloatArray
-    seen_deviation: float
+    sensors: EngineSensors
 
 
 class Numbers(NamedTuple):
@@ -140,48 +113,17 @@ class EngineRun(NamedTuple):
 
 
 class Case(NamedTuple):
-    """One crossing: the controller and its constants."""
+    """One crossing.
+
+    Attributes:
+        controller: of it.
+        numbers: its constants.
+        extra: a sensor from another package, None for none.
+    """
 
     controller: Controller
     numbers: Numbers
-
-
-class GyroReadings(NamedTuple):
-    """The readings of a gyroscope, sample by sample, as `Estimation` has them."""
-
-    stamps: FloatArray
-    errors: FloatArray
-    made: BoolArray
-
-
-def gyro_readings(scenario: Scenario, samples: int) -> GyroReadings:
-    """Return the readings of a scenario's gyroscope at so many samples; none where the estimator uses none."""
-    if not scenario.gyro:
-        return GyroReadings(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.bool_))
-    faults, rate_hz, seed = scenario.plant.gyroscope, scenario.rate_hz, scenario.plant.seed
-    errors = gyro_errors(scenario.imu, gyro_stream(seed), samples) + jumps(faults, rate_hz, samples)
-    made = made_readings(scenario.imu, rate_hz, seed, samples, missing=missing_samples(faults, rate_hz))
-    return GyroReadings(ImuClock(scenario.imu, faults, rate_hz, seed).moments(samples), errors, made)
-
-
-def _passive_made(scenario: Scenario, samples: int) -> BoolArray:
-    """Return at which samples the encoder on a passive joint reads, as `Estimation` has it."""
-    if not scenario.passive.leg:
-        return np.zeros(0, dtype=np.bool_)
-    return made_readings(scenario.passive, scenario.rate_hz, scenario.plant.seed, samples, PASSIVE_LOSSES)
-
-
-def _frames(scenario: Scenario, samples: int) -> FloatArray:
-    """Return the camera's positions that the estimator takes, as `Estimation` has them."""
-    if not (scenario.sees and scenario.ekf.camera):
-        return np.zeros((0, 4))
-    frame_of = optional_part(CAMERA_FRAMES, CAMERA_ON)
-    camera, rate_hz = scenario.camera, scenario.rate_hz
-    made = [frame_of(camera, rate_hz, scenario.plant.seed, sample) for sample in range(samples)]
-    frames = sorted((one for one in made if one is not None and one.arrival >= 0), key=lambda one: one.arrival)
-    spread = camera.deviation
-    rows = [(one.sample, one.arrival, spread * one.noise_x, spread * one.noise_y) for one in frames]
-    return np.array(rows, dtype=np.float64).reshape(len(rows), 4)
+    extra: ExtraSensor | None = None
 
 
 def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bool = False) -> Case:
@@ -224,32 +166,18 @@ def case_of(scenario: Scenario, actual: FiveBar | None = None, stop_at_fault: bo
         mechanism=mechanism,
         lost=lost,
         missing=np.zeros_like(lost),
-        estimation=_estimation(scenario, nominal, control.period) if scenario.estimated else None,
+        estimation=_estimation(scenario, nominal) if scenario.estimated else None,
         stop_at_fault=stop_at_fault,
     )
-    return Case(scenario.scheme(), numbers)
+    mounted = scenario.extra() if scenario.estimated else None
+    return Case(scenario.scheme(), numbers, None if mounted is None else mounted.kind)
 
 
-def _estimation(scenario: Scenario, robot: FiveBar, period: float) -> Estimation:
+def _estimation(scenario: Scenario, robot: FiveBar) -> Estimation:
     """Return the estimator of a scenario, for its robot with other types of number."""
     samples = scenario.plan().path.samples(scenario.rate_hz) + 1 if scenario.reads_late else 0
-    gyro = gyro_readings(scenario, samples)
     return Estimation(
-        scenario.compensates_disturbance,
-        estimator_model_of(scenario, robot),
-        scenario.imu.schedule(scenario.rate_hz).latency,
-        gyro.stamps,
-        scenario.imu.gyro_keep(period),
-        gyro.errors,
-        gyro.made,
-        gain(scenario.plant.gyroscope),
-        scenario.imu.gyro_limit(),
-        frozen_samples(scenario.plant.gyroscope, scenario.rate_hz),
-        passive_numbers(scenario.passive, scenario.plant.seed),
-        scenario.passive.schedule(scenario.rate_hz).latency,
-        _passive_made(scenario, samples),
-        _frames(scenario, samples),
-        scenario.camera.deviation,
+        scenario.compensates_disturbance, estimator_model_of(scenario, robot), engine_sensors(scenario, samples)
     )
 
 

@@ -28,6 +28,7 @@ from fivebar_bringup.simulation.engine_robot import (
     started_ideal,
     started_with_effects,
 )
+from fivebar_bringup.simulation.engine_sensors import sensed
 from fivebar_bringup.simulation.outcome import Outcome, RunEnd, TraceRow
 from fivebar_bringup.simulation.planned import planned_at
 from fivebar_bringup.simulation.robot import (
@@ -42,11 +43,12 @@ from fivebar_bringup.simulation.run_metrics import summarized
 from fivebar_bringup.simulation.table_rows import concluded, empty_table, ends, recorded, recorded_estimate
 from fivebar_control.compiling import bound, compiled_and_kept, is_of_compiler, kept_by_itself
 from fivebar_control.estimation.compiled import compiled_step
-from fivebar_control.estimation.readings import with_readings
-from fivebar_control.estimation.step import estimator_step, first_update
+from fivebar_control.estimation.late_sensors import with_readings
+from fivebar_control.estimation.step import estimator_step, estimator_step_with, first_update
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.closed_loop import LoopSettings, first_memory, law_functions, run_loop
 from fivebar_control.loop.plan_sample import PlanSample
+from fivebar_description.extra_sensor import ExtraSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
 
@@ -86,10 +88,22 @@ robot_sensed: Callable[..., Any] = ideal_sensed
 
 
 @cache
-def _loop(effects: bool, has_estimator: bool, **of_laws: Callable[..., Any]) -> Any:
+def _loop(effects: bool, has_estimator: bool, extra: ExtraSensor | None, **of_laws: Callable[..., Any]) -> Any:
     robot = WITH_EFFECTS if effects else IDEAL
-    known = ESTIMATED if has_estimator else MEASURED
+    known = _estimated_with(extra) if has_estimator else MEASURED
     return compiled_and_kept(run_loop, **of_laws, **robot, **known, **RUN)
+
+
+@cache
+def _estimated_with(extra: ExtraSensor | None) -> Functions:
+    """Return the functions of an estimator, with those of a sensor from another package."""
+    if extra is None:
+        return ESTIMATED
+    estimate = bound(
+        estimated, estimator_step=estimator_step_with(extra.expected), sensed=bound(sensed, extra_read=extra.read)
+    )
+    estimate.__name__ = f"{estimate.__name__}_{extra.expected.__name__}"
+    return {**ESTIMATED, "estimate": estimate}
 
 
 def crossing(case: Case, plan: Sampled) -> Outcome:
@@ -128,7 +142,7 @@ def _run(case: Case, plan: Sampled, trace: FloatArray) -> RunEnd:
     )
     if controller.compiles and controller.name not in _refused:
         try:
-            ended: RunEnd = _loop(*of_robot, **law_functions(controller))(*of_run)
+            ended: RunEnd = _loop(*of_robot, case.extra, **law_functions(controller))(*of_run)
             return ended
         except Exception as error:
             if controller.name in CONTROLLERS or not is_of_compiler(error):
@@ -144,7 +158,8 @@ def _interpreted_loop(case: Case) -> Callable[..., RunEnd]:
     count = max(controller.nominal.samples_ahead(control.nominal), constraint)
     known = MEASURED
     if case.numbers.estimation is not None:
-        known = {**ESTIMATED, "estimate": bound(estimated, estimator_step=compiled_step())}
+        known = _estimated_with(case.extra)
+        known = {**known, "estimate": bound(known["estimate"], estimator_step=compiled_step(case.extra))}
     of_run: Functions = {**RUN, "plan_at": partial(planned_with_ahead, count)}
     robot = _compiled_robot(case.numbers.mechanism is not None)
     return bound(run_loop, **law_functions(controller), **robot, **known, **of_run)

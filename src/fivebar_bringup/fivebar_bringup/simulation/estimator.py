@@ -10,8 +10,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.settings import Drives, EkfSettings
-from fivebar_control.estimation.step import EstimatorStep, estimator_step
+from fivebar_control.estimation.step import EstimatorStep, estimator_step, estimator_step_with
 from fivebar_control.scenario.sensors import homing_of
+from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import KnownSensors, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
@@ -26,15 +27,24 @@ class _Declared(NamedTuple):
     tolerances: Tolerances
     passive: PassiveEncoder
     known: KnownSensors
+    extra: MountedSensor | None
 
 
-def estimator_of(scenario: Scenario, step: Callable[..., EstimatorStep] = estimator_step) -> StateEstimator:
+def step_of(scenario: Scenario) -> Callable[..., EstimatorStep]:
+    """Return the step of a scenario's estimator."""
+    extra = scenario.extra()
+    return estimator_step if extra is None else estimator_step_with(extra.kind.expected)
+
+
+def estimator_of(scenario: Scenario, step: Callable[..., EstimatorStep] | None = None) -> StateEstimator:
     """Return a new estimator for a run of a scenario; `step` may be machine code.
 
     Raises:
         HomingContradicted: the declared posture contradicts itself.
     """
-    return StateEstimator(scenario.five_bar(), homing_of(scenario), *_declared(scenario), step=step)
+    return StateEstimator(
+        scenario.five_bar(), homing_of(scenario), *_declared(scenario), step=step or step_of(scenario)
+    )
 
 
 def estimator_model_of(scenario: Scenario, robot: FiveBar) -> EstimatorModel:
@@ -51,4 +61,5 @@ def _declared(scenario: Scenario) -> _Declared:
         scenario.known_within(),
         scenario.passive,
         scenario.known_sensors(),
+        scenario.extra(),
     )

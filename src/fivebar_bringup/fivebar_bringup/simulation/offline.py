@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.writer import BagWriter
-from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.scenario import Scenario, scalar_topics
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, FAULT_NUMBERS
 from fivebar_bringup.simulation.settings import cycle_settings
 from fivebar_control.compiling import bound
@@ -35,13 +35,13 @@ from fivebar_description.interface import (
     ALL_WELL,
     DRIVES_STATE,
     ESTIMATION_TOPICS,
+    EXTRA_NAME,
     FAULTS,
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
     IMU_FRAME,
     JOINT_STATES,
-    PASSIVE_STATES,
     PLATFORM_NAMES,
     REFERENCE,
     REFERENCE_NAMES,
@@ -84,10 +84,12 @@ from fivebar_description.run_quantities import (
 )
 from fivebar_sim.effects.gyroscope import ImuClock
 from fivebar_sim.plant import Measurement, Plant, PlantDiverged
-from fivebar_sim.sensors import PASSIVE_LOSSES, ImuReading, ReadingQueue, imu_queue, passive_numbers, passive_reading
+from fivebar_sim.scalar_sensors import ScalarReading, scalar_sensors
+from fivebar_sim.sensors import ImuReading, ReadingQueue, imu_queue
 
 if TYPE_CHECKING:
-    from fivebar_control.estimation.estimator import PositionFix, StateEstimator, Vector6
+    from fivebar_control.estimation.estimator import StateEstimator, Vector6
+    from fivebar_control.estimation.late_reading import LateReading
     from fivebar_control.estimation.platform_reading import StampedPosition
 
 NOTHING_MEASURED = Measurement((), (), ())
@@ -127,13 +129,6 @@ class ImuSample(NamedTuple):
     error: float | None
 
 
-class PassiveSample(NamedTuple):
-    """A reading of the encoder on a passive joint: the sample at which it was made, and the angle (rad)."""
-
-    made: int
-    angle: float
-
-
 class Sample(NamedTuple):
     """Data of one sample of the closed loop.
 
@@ -141,7 +136,7 @@ class Sample(NamedTuple):
         number: of the sample.
         measured: the joint states that the controllers use, measured or estimated.
         imu: readings that came with the sample.
-        passive: those of the encoder on a passive joint that came with it.
+        scalars: those of sensors of one value that came with it.
         reference: at the time for which the joint states hold.
         nominal: torque of the nominal law (Nm).
         constraint: that of the constraint law, None where the controller has no such law.
@@ -155,7 +150,7 @@ class Sample(NamedTuple):
     number: int
     measured: Measurement
     imu: list[ImuSample]
-    passive: list[PassiveSample]
+    scalars: list[ScalarReading]
     reference: Platform
     supervisor: SupervisorState
     nominal: Torque
@@ -295,7 +290,7 @@ class _Run:
         sensors.read(number)
         if self._estimator is not None:
             angles, torques = motors = self._measured.of_motors()
-            found = self._estimator.take(number, *angles, *torques, sensors.rates(), sensors.elbows, sensors.fixes())
+            found = self._estimator.take(number, *angles, *torques, sensors.readings())
             self._measured = Measurement(found.position, found.velocity, found.effort)
             self._estimated = Estimated(motors, found.deviations, found.disturbance)
             d1, d2 = found.disturbance
@@ -321,7 +316,7 @@ class _Run:
                 ImuSample(stamp, moment_of_stamp(stamp, self._rate_hz), one, self._imu_error(stamp, one))
                 for stamp, one in sensors.imu
             ],
-            [PassiveSample(*one) for one in sensors.elbows],
+            sensors.scalars,
             planned.platform,
             SupervisorState(cycle.sigma, cycle.kappa),
             cycle.nominal,
@@ -362,50 +357,49 @@ class _Run:
 
 
 class _Sensors:
-    """The late sensors of a run: IMU, encoder on a passive joint, camera."""
+    """The late sensors of a run: IMU, those of one value, and camera."""
 
     def __init__(self, scenario: Scenario, plant: SampledRobot) -> None:
         self._scenario, self._plant, self._rate_hz = scenario, plant, scenario.rate_hz
         seed, faults = scenario.plant.seed, scenario.plant.gyroscope
         self._imu: ReadingQueue[ImuReading] = imu_queue(scenario.imu, faults, self._rate_hz, seed)
         self._imu_clock = ImuClock(scenario.imu, faults, self._rate_hz, seed)
-        self._passive: ReadingQueue[float] = ReadingQueue(scenario.passive, self._rate_hz, seed, PASSIVE_LOSSES)
-        self._encoder = passive_numbers(scenario.passive, seed)
+        self._scalars = scalar_sensors(scenario.passive, scenario.extra(), scenario.actual_robot(), self._rate_hz, seed)
         self._camera = optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario) if scenario.camera.on else None
         self.imu: list[tuple[int, ImuReading]] = []
-        self.elbows: list[tuple[int, float]] = []
+        self.scalars: list[ScalarReading] = []
         self.vision: tuple[StampedPosition, ...] = ()
-        """Readings that came with the sample: of the IMU by their stamps (ns), angles (rad) by their samples,
-        positions."""
+        """Readings that came with the sample: of the IMU by their stamps (ns), of one value, positions."""
 
     def read(self, number: int) -> None:
         """Read all at a sample, and take what comes with it."""
-        scenario, plant = self._scenario, self._plant
+        plant = self._plant
         self.imu = [
             (late_stamp_ns(made, self._rate_hz, self._imu_clock.offset(made)), one)
             for made, one in self._imu.arrived(number, plant.measure_imu())
         ]
-        if scenario.passive.leg:
-            angle = passive_reading(self._encoder, plant.truth().position[scenario.passive.place])
-            self.elbows = self._passive.arrived(number, angle)
+        if self._scalars:
+            angles = plant.truth().position
+            self.scalars = [one for sensor in self._scalars for one in sensor.arrived(number, angles)]
         if self._camera is not None:
             self.vision = self._camera.arrived(number, plant.truth())
 
-    def rates(self) -> list[tuple[float, float]]:
-        """Return the gyroscope's readings for the estimator: moment (samples) and rate (rad/s) of each."""
-        if not self._scenario.gyro:
-            return []
-        usable_rate = self._scenario.imu.usable_rate
-        return [(moment_of_stamp(stamp, self._rate_hz), usable_rate(one.angular_velocity)) for stamp, one in self.imu]
-
-    def fixes(self) -> list[PositionFix]:
-        """Return the camera's positions for the estimator."""
-        if not self._scenario.sees:
-            return []
-        from fivebar_control.estimation.estimator import PositionFix
+    def readings(self) -> list[LateReading]:
+        """Return the readings for the estimator."""
+        from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, LateReading
         from fivebar_control.estimation.platform_reading import used
 
-        return [PositionFix(one.moment, *used(one.reading)) for one in self.vision]
+        scenario = self._scenario
+        found = [LateReading(EXTRA if one.name == EXTRA_NAME else PASSIVE, one.made, one.value) for one in self.scalars]
+        if scenario.gyro:
+            usable_rate = scenario.imu.usable_rate
+            found += [
+                LateReading(GYROSCOPE, moment_of_stamp(stamp, self._rate_hz), usable_rate(one.angular_velocity))
+                for stamp, one in self.imu
+            ]
+        if scenario.sees:
+            found += [LateReading(CAMERA, one.moment, *used(one.reading)) for one in self.vision]
+        return found
 
     def compared(self, number: int, state: State) -> VisionErrors:
         """Return the stamps (ns) of exposures that can be compared with a sample's state, and the differences (m)."""
@@ -441,8 +435,7 @@ def write_bag(run: OfflineRun, scenario: Scenario, directory: Path) -> None:
         topics.append(VHC_TORQUE)
     if scenario.estimated:
         topics += ESTIMATION_TOPICS
-    if scenario.passive.leg:
-        topics.append(PASSIVE_STATES)
+    topics += scalar_topics(scenario)
     if scenario.has_ground_truth:
         topics.append(GROUND_TRUTH)
     if scenario.camera.on:
@@ -485,10 +478,9 @@ def _messages(sample: Sample, stamp: int, nominal: Topic, scenario: Scenario) ->
         for one in sample.imu
     ]
     messages += [(IMU_ERROR, serialize.float64(one.error)) for one in sample.imu if one.error is not None]
-    joint = (scenario.passive.joint,)
     messages += [
-        (PASSIVE_STATES, serialize.joint_state(sample_stamp_ns(one.made, scenario.rate_hz), joint, (one.angle,)))
-        for one in sample.passive
+        (one.topic, serialize.joint_state(sample_stamp_ns(one.made, scenario.rate_hz), (one.name,), (one.value,)))
+        for one in sample.scalars
     ]
     messages += [
         (VISION_PLATFORM, serialize.joint_state(one.stamp, VISION_NAMES, one.reading)) for one in sample.vision

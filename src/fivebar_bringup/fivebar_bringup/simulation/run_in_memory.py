@@ -82,7 +82,8 @@ def _readings(samples: list[Sample]) -> dict[Quantity, FloatArray]:
         for reading in sample.imu:
             made[TURN_RATE].setdefault(reading.made, reading.reading.angular_velocity)
             made[ACCELERATION].setdefault(reading.made, reading.reading.acceleration)
-        made[PASSIVE_ANGLE] |= {one.made: (one.angle,) for one in sample.passive}
+        passive = (one for one in sample.scalars if one.topic == PASSIVE_STATES)
+        made[PASSIVE_ANGLE] |= {one.made: (one.value,) for one in passive}
     return {
         one: np.array([values.get(sample.number, (math.nan,) * len(one.columns)) for sample in samples])
         for one, values in made.items()

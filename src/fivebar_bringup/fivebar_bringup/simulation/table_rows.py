@@ -93,7 +93,7 @@ def recorded_estimate(
     watched = Watched(
         known.deviations,
         # a mean that is not known is left out
-        max(0.0, misfit.encoders, misfit.gyro, misfit.elbow),
+        max(0.0, misfit.encoders, misfit.gyro, misfit.elbow, misfit.extra),
         largest_offset(pattern),
         pattern.jump,
         pattern.error,

@@ -12,7 +12,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.units import error_of
 from fivebar_control.estimation.homing import HomingContradicted
-from fivebar_control.laws.registry import laws_unopened
+from fivebar_description.modules import modules_unopened
 from fivebar_description.strict_yaml import InputError
 from fivebar_studies.estimate.changes import SECTIONS, changed_scenario
 from fivebar_studies.estimate.record import read_estimator_record
@@ -81,7 +81,7 @@ def _yes(same: bool) -> str:
     return "yes" if same else "no"
 
 
-@laws_unopened()
+@modules_unopened()
 def estimate_bag(
     path: Path,
     file: Path | None,

@@ -16,12 +16,14 @@ from fivebar_bringup.bag.recording import FloatArray, IntArray, Recording
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.identify.reading import Source
 from fivebar_bringup.recorded.timing import read_timing
-from fivebar_bringup.scenario import Scenario
-from fivebar_control.estimation.estimator import PositionFix
+from fivebar_bringup.scenario import Scenario, scalar_topics
+from fivebar_control.estimation.late_reading import CAMERA, EXTRA, PASSIVE, LateReading
 from fivebar_control.estimation.platform_reading import PlatformReading, used
 from fivebar_description.imu import Vector3
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
+    EXTRA_NAME,
+    EXTRA_READINGS,
     GROUND_TRUTH,
     IMU_DATA,
     JOINT_STATES,
@@ -36,6 +38,7 @@ from fivebar_description.interface import (
     moment_of_stamp,
 )
 from fivebar_description.optional import CAMERA_FRAMES, CAMERA_ON, optional_part
+from fivebar_description.sensors import LateSensor
 from fivebar_sim.effects.gyroscope import ImuClock
 
 T = TypeVar("T")
@@ -56,10 +59,9 @@ class EstimatorRecord(NamedTuple):
         samples: int64[n], of the motor readings.
         angles, torques: float64[n, 2], motors (rad) and the torques that acted before (Nm).
         commands: commanded torques (Nm) by sample.
-        elbows: in the same way the readings (rad) of the encoder on a passive joint.
         gyroscope: for each reading of the motors, the gyroscope's that came with it: its sample, and the angular
             velocity in the IMU's frame (rad/s).
-        seen: in the same way the positions by the camera.
+        late: in the same way the readings of the other late sensors.
         estimated: recorded joint states by sample: four angles (rad) and four speeds (rad/s).
         truth: the exact ones by sample, where they were recorded.
         payloads: of the platform (kg) by the row of the first readings that are estimated with it.
@@ -70,8 +72,7 @@ class EstimatorRecord(NamedTuple):
     torques: FloatArray
     commands: dict[int, tuple[float, float]]
     gyroscope: list[list[tuple[float, Vector3]]]
-    elbows: list[list[tuple[float, float]]]
-    seen: list[list[PositionFix]]
+    late: list[list[LateReading]]
     estimated: dict[int, tuple[float, ...]]
     truth: dict[int, tuple[float, ...]]
     payloads: dict[int, float]
@@ -83,8 +84,7 @@ class EstimatorRecord(NamedTuple):
             angles=self.angles[:count],
             torques=self.torques[:count],
             gyroscope=self.gyroscope[:count],
-            elbows=self.elbows[:count],
-            seen=self.seen[:count],
+            late=self.late[:count],
         )
 
 
@@ -96,7 +96,7 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
         InputError: the run's timing cannot be read.
     """
     recording = read_bag(source.bag, source.namespace)
-    recording.refuse_clock_steps(MOTOR_STATES, JOINT_STATES, IMU_DATA, PASSIVE_STATES, VISION_PLATFORM)
+    recording.refuse_clock_steps(MOTOR_STATES, JOINT_STATES, IMU_DATA, PASSIVE_STATES, EXTRA_READINGS, VISION_PLATFORM)
     rate_hz = scenario.rate_hz
     samples, rows = _samples(recording, MOTOR_STATES, rate_hz)
     if not samples.size:
@@ -110,8 +110,15 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
             sample: (one, two) for sample, (one, two) in _by_sample(recording, TORQUE_COMMAND, rate_hz, "effort")
         },
         gyroscope=_gyroscope(recording, scenario, samples, lockstep),
-        elbows=_elbows(recording, scenario, samples, lockstep),
-        seen=_seen(recording, scenario, samples, lockstep),
+        late=[
+            [*scalars, *more, *seen]
+            for scalars, more, seen in zip(
+                _scalars(recording, scenario, samples, lockstep, PASSIVE),
+                _scalars(recording, scenario, samples, lockstep, EXTRA),
+                _seen(recording, scenario, samples, lockstep),
+                strict=True,
+            )
+        ],
         estimated=_states(recording, JOINT_STATES, rate_hz),
         truth=_states(recording, GROUND_TRUTH, rate_hz) if recording.count(GROUND_TRUTH) else {},
         payloads=_payloads(recording, rate_hz, samples),
@@ -174,17 +181,22 @@ def _by_its_clock(scenario: Scenario, last: int) -> Arrival:
     return arrival
 
 
-def _elbows(
-    recording: Recording, scenario: Scenario, samples: IntArray, lockstep: bool
-) -> list[list[tuple[float, float]]]:
-    if not (scenario.passive.leg and recording.count(PASSIVE_STATES)):
+def _scalars(
+    recording: Recording, scenario: Scenario, samples: IntArray, lockstep: bool, sensor: int
+) -> list[list[LateReading]]:
+    """Return the readings of a sensor of one value."""
+    topic, extra = PASSIVE_STATES if sensor == PASSIVE else EXTRA_READINGS, scenario.extra()
+    settings: LateSensor | None = scenario.passive if sensor == PASSIVE else extra
+    if topic not in scalar_topics(scenario) or settings is None or not recording.count(topic):
         return [[] for _ in samples]
-    values = recording.values(PASSIVE_STATES, "position", (scenario.passive.joint,))[:, 0].tolist()
-    arrival = _later_by(scenario.passive.schedule(scenario.rate_hz).latency) if lockstep else None
-    return _came(recording, PASSIVE_STATES, _finite(values), scenario, samples, arrival)
+    name = scenario.passive.joint if sensor == PASSIVE else EXTRA_NAME
+    values = recording.values(topic, "position", (name,))[:, 0].tolist()
+    arrival = _later_by(settings.schedule(scenario.rate_hz).latency) if lockstep else None
+    came = _came(recording, topic, _finite(values), scenario, samples, arrival)
+    return [[LateReading(sensor, moment, value) for moment, value in readings] for readings in came]
 
 
-def _seen(recording: Recording, scenario: Scenario, samples: IntArray, lockstep: bool) -> list[list[PositionFix]]:
+def _seen(recording: Recording, scenario: Scenario, samples: IntArray, lockstep: bool) -> list[list[LateReading]]:
     if not recording.count(VISION_PLATFORM):
         return [[] for _ in samples]
     rows = recording.values(VISION_PLATFORM, "position", VISION_NAMES).tolist()
@@ -201,7 +213,7 @@ def _seen(recording: Recording, scenario: Scenario, samples: IntArray, lockstep:
 
     offset = camera.clock_offset
     came = _came(recording, VISION_PLATFORM, seen, scenario, samples, arrival if lockstep else None, offset)
-    return [[PositionFix(moment, *value) for moment, value in readings] for readings in came]
+    return [[LateReading(CAMERA, moment, *value) for moment, value in readings] for readings in came]
 
 
 def _finite(values: Sequence[float]) -> list[float | None]:

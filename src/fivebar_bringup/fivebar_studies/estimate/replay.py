@@ -15,6 +15,8 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_control.estimation.estimator import JointEstimate, StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted
+from fivebar_control.estimation.late_reading import CAMERA, GYROSCOPE, LateReading
+from fivebar_control.estimation.readings import Misfit
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.program_run import SETTLING
 from fivebar_description.parameters import FiveBar, laden
@@ -122,10 +124,12 @@ def _estimate(
         if before in record.commands:
             estimator.commanded(before, *record.commands[before])
     (q11, q21), (tau1, tau2) = record.angles[row].tolist(), record.torques[row].tolist()
-    rates = [(made, scenario.imu.usable_rate(one)) for made, one in record.gyroscope[row]] if scenario.gyro else []
-    seen = record.seen[row] if scenario.sees else []
+    readings = [one for one in record.late[row] if scenario.sees or one.sensor != CAMERA]
+    if scenario.gyro:
+        usable_rate = scenario.imu.usable_rate
+        readings += [LateReading(GYROSCOPE, made, usable_rate(one)) for made, one in record.gyroscope[row]]
     try:
-        return estimator.take(sample, q11, q21, tau1, tau2, rates, record.elbows[row], seen)
+        return estimator.take(sample, q11, q21, tau1, tau2, readings)
     except HomingContradicted as contradiction:
         raise HomingContradicted(f"{source}: {contradiction}") from contradiction
 
@@ -144,7 +148,7 @@ def estimated_again(record: EstimatorRecord, scenario: Scenario, source: Path) -
     """
     robot, estimator = scenario.five_bar(), estimator_of(scenario)
     count = len(record.samples)
-    joints, squared = np.full((count, 8), math.nan), np.full((count, 3), math.nan)
+    joints, squared = np.full((count, 8), math.nan), np.full((count, len(Misfit._fields)), math.nan)
     difference, error, position, velocity = (np.full(count, math.nan) for _ in range(4))
     same, faulted_at = True, None
     for row, sample in enumerate(record.samples.tolist()):

@@ -13,6 +13,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.calibration.otherwise import READINGS, Otherwise, turned_gyroscope
 from fivebar_control.calibration.record import CONTRADICTS
 from fivebar_control.estimation.homing import HomingContradicted
+from fivebar_control.estimation.late_reading import PASSIVE
 from fivebar_description.interface import JOINTS
 from fivebar_description.strict_yaml import InputError
 from fivebar_studies.estimate.record import EstimatorRecord
@@ -73,7 +74,11 @@ def _others(
     if rejected and scenario.passive.leg:
         joint = JOINTS[scenario.passive.place]
         words = f"the readings of {joint} have the opposite sign: its encoder counts backwards"
-        yield words, some._replace(elbows=[[(made, -angle) for made, angle in one] for one in some.elbows])
+        backwards = [
+            [one._replace(value=-one.value) if one.sensor == PASSIVE else one for one in readings]
+            for readings in some.late
+        ]
+        yield words, some._replace(late=backwards)
 
 
 def _read(record: EstimatorRecord, other: Otherwise) -> EstimatorRecord:

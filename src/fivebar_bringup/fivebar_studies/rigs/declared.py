@@ -266,7 +266,7 @@ def _rounded(value: float) -> float:
 
 def sees_platform(file: RobotFile) -> bool:
     """Return whether a robot has a sensor beside its motors' encoders."""
-    return file.imu is not None or file.passive_encoder is not None or file.camera is not None
+    return any((file.imu, file.passive_encoder, file.camera, file.extra_sensor))
 
 
 def assumptions(file: RobotFile) -> list[Assumption]:
@@ -325,6 +325,7 @@ def _content(file: RobotFile, robot: str) -> dict[str, Any]:
                 "on": file.camera is not None,
                 "pictures": False,
             },
+            "extra_sensor": file.extra_sensor,
             **{name: keys for name, keys in settings.items() if name != "safety"},
             "tolerances": plain_keys(file.tolerances),
             "loads": plain_keys(file.loads),

@@ -30,6 +30,7 @@ OF_A_RIG = (
     "imu",
     "sensors",
     "camera",
+    "extra_sensor",
     "gains",
     "unified",
     "adaptive_gain",

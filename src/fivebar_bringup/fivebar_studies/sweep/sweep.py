@@ -12,8 +12,9 @@ from pydantic import field_validator
 from fivebar_bringup.odds.odds import success_rule
 from fivebar_bringup.pages.rendering import render
 from fivebar_control.compiling import expect_many_motions
-from fivebar_control.laws.registry import controller_problem, laws_unopened
+from fivebar_control.laws.registry import controller_problem
 from fivebar_control.trajectory.path_distance import TIMED
+from fivebar_description.modules import modules_unopened
 from fivebar_studies.engine.program import program_digest
 from fivebar_studies.engine.study import Study, StudyReport, StudySettings
 from fivebar_studies.rigs.named import find_rig
@@ -69,7 +70,7 @@ class SweepSettings(StudySettings):
         """Refuse none, and one that is not known; a law from elsewhere is loaded where it runs."""
         if not names:
             raise ValueError("expected at least one")
-        with laws_unopened():
+        with modules_unopened():
             for name in names:
                 problem = controller_problem(name)
                 if problem is not None:

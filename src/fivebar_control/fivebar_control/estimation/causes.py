@@ -40,7 +40,8 @@ def causes_of(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> list[C
     """Return the causes that an inconsistent estimate may have, the most likely one first."""
     encoders, gyro = max(misfit.encoders, 1e-9), max(misfit.gyro, 1e-9)
     elbow = misfit.elbow if model.elbow else 0.0
-    total = encoders + (gyro if model.gyro else 0.0) + elbow
+    extra = misfit.extra if model.extra is not None else 0.0
+    total = encoders + (gyro if model.gyro else 0.0) + elbow + extra
     part, part_gyro = encoders / total, gyro / total if model.gyro else 0.0
     # of the mean of both encoders' squares, the share of one sample
     sudden = min(1.0, 0.5 * model.misfit_share * pattern.jump**2 / encoders)
@@ -67,6 +68,8 @@ def causes_of(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> list[C
         found.append(Cause("the gyroscope's bias, sensitivity or mounting, or its clock", one_sided_gyro * part_gyro))
     if model.elbow:
         found.append(Cause("the passive joint's encoder or its zero", elbow / total))
+    if model.extra is not None:
+        found.append(Cause("the sensor of `extra_sensor`, or what is expected of it", extra / total))
     return sorted(found, key=lambda cause: -cause.weight)
 
 
@@ -82,6 +85,7 @@ def _beyond(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
             (misfit.encoders, ENCODERS_DIFFER),
             (misfit.gyro, "the gyroscope differs"),
             (misfit.elbow, "the passive joint's encoder differs"),
+            (misfit.extra, "the sensor of `extra_sensor` differs"),
         ),
         reverse=True,
     )

@@ -13,19 +13,21 @@ from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.frozen import FrozenMemory
 from fivebar_control.estimation.readings import EstimatorMemory
-from fivebar_control.estimation.step import EstimatorStep, estimator_step
+from fivebar_control.estimation.step import EstimatorStep, estimator_step, estimator_step_with
+from fivebar_description.extra_sensor import ExtraSensor
 
 # the compiled engine has it too
 kept_by_itself(estimator_step)
 
 
 @cache
-def compiled_step() -> Callable[..., EstimatorStep]:
-    """Return `estimator_step` as machine code.
+def compiled_step(extra: ExtraSensor | None = None) -> Callable[..., EstimatorStep]:
+    """Return `estimator_step` as machine code, with a sensor from another package or without.
 
     The first call compiles for some seconds where no process has done so before; then it loads the code from disk.
     """
-    step = compiled_and_kept(_step)
+    names = {} if extra is None else {"estimator_step": estimator_step_with(extra.expected)}
+    step = compiled_and_kept(_step, **names)
 
     def stepped(
         model: EstimatorModel,

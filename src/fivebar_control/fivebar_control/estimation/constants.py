@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fivebar_control.estimation.ekf import FilterModel, filter_model
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.mirror import AmbiguityLimits
 from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import LONGEST_LATENCY, NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.settings import as_numbers
@@ -59,6 +60,8 @@ class EstimatorModel(NamedTuple):
         elbow_rate: its readings per second.
         elbow_zero: its reading where the angle is 0, as far as it is known (rad).
         camera_variance: least variance of a coordinate by the camera (m^2).
+        extra: settings of a sensor from another package as numbers, None without one.
+        extra_variance: of its readings, in the square of its unit.
         misfit_share: weight of a sample in the mean of the squared innovations.
         offset_share: weight of an innovation in the mean of one sensor's with their signs.
         misfit_limit: of that mean.
@@ -83,6 +86,8 @@ class EstimatorModel(NamedTuple):
     elbow_rate: int
     elbow_zero: float
     camera_variance: float
+    extra: Any
+    extra_variance: float
     misfit_share: float
     offset_share: float
     misfit_limit: float
@@ -102,13 +107,15 @@ def estimator_model(
     tolerances: Tolerances = EXACT,
     passive: PassiveEncoder = NO_ENCODER,
     known: KnownSensors = NOTHING_KNOWN,
+    extra: MountedSensor | None = None,
 ) -> EstimatorModel:
     """Return the constants for a robot in a working mode at a sampling rate, each a number of one type."""
     numbers = as_numbers(settings)
     torque_limit = math.inf if drives.torque_limit is None else float(drives.torque_limit)
     bending = largest_bending(robot, numbers.play_frequency, torque_limit)
     limits = watch_limits(numbers, rate_hz, bending, float(tolerances.zero))
-    others = settings.gyro or settings.camera or passive.leg > 0
+    others = settings.gyro or settings.camera or passive.leg > 0 or extra is not None
+    spread = 0.0 if extra is None else float(extra.kind.deviation(extra.settings))
     latency = CAMERA_LATENCY if settings.camera else LONGEST_LATENCY
     return EstimatorModel(
         filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), others),
@@ -130,6 +137,8 @@ def estimator_model(
         elbow_rate=max(1, rate_hz // passive.schedule(rate_hz).every),
         elbow_zero=float(known.passive_zero),
         camera_variance=numbers.camera_deviation * numbers.camera_deviation,
+        extra=None if extra is None else extra.numbers,
+        extra_variance=spread * spread,
         misfit_share=share_of_one(rate_hz, MISFIT_TIME),
         offset_share=share_of_one(rate_hz, OFFSET_TIME),
         misfit_limit=limits.misfit_limit,

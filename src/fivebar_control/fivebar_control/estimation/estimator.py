@@ -24,13 +24,14 @@ from fivebar_control.estimation.frozen import (
 )
 from fivebar_control.estimation.gyro_watch import gyro_reason
 from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, check_encoders, seen_assembly
+from fivebar_control.estimation.late_reading import CAMERA, EXTRA, PASSIVE, LateReading
+from fivebar_control.estimation.late_sensors import with_readings
 from fivebar_control.estimation.mirror import ambiguity_reason
 from fivebar_control.estimation.readings import (
     EstimatorMemory,
     Misfit,
     longest_gap,
     with_motors,
-    with_readings,
 )
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import (
@@ -49,23 +50,15 @@ from fivebar_control.estimation.trips import (
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.whole_turns import same_turn, turns_between
 
-NO_READINGS = Misfit(math.nan, math.nan, math.nan)
+NO_READINGS = Misfit(math.nan, math.nan, math.nan, math.nan)
 
 Vector6 = tuple[float, float, float, float, float, float]
-
-
-class PositionFix(NamedTuple):
-    """A position by the camera: its moment in samples, x, y (m), NaN where nothing was seen, their deviation (m)."""
-
-    made: float
-    x: float
-    y: float
-    deviation: float
 
 
 class JointEstimate(NamedTuple):
@@ -98,6 +91,7 @@ class StateEstimator:
         tolerances: Tolerances = EXACT,
         passive: PassiveEncoder = NO_ENCODER,
         known: KnownSensors = NOTHING_KNOWN,
+        extra: MountedSensor | None = None,
         step: Callable[..., EstimatorStep] = estimator_step,
     ) -> None:
         """Make an estimator for a robot at rest in a declared posture; `step` may be machine code.
@@ -111,7 +105,7 @@ class StateEstimator:
         self._step = step
         self._sees, self._seen_start = settings.camera, settings.seen_start
         self._model = estimator_model(
-            robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances, passive, known
+            robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances, passive, known, extra
         )
         self._tolerance = settings.homing_tolerance + self._model.resolution
         self._frozen = nothing_read()
@@ -198,15 +192,12 @@ class StateEstimator:
         q21: float,
         tau1: float,
         tau2: float,
-        rates: Sequence[tuple[float, float]] = (),
-        elbows: Sequence[tuple[float, float]] = (),
-        seen: Sequence[PositionFix] = (),
+        readings: Sequence[LateReading] = (),
     ) -> JointEstimate:
         """Return the joint states for a sample's motor angles (rad) and the torques applied before it (Nm).
 
-        `rates` are the gyroscope's readings that came with the sample: the moment of each one's stamp, in samples, and
-        the rate (rad/s) of the distal link of leg 2. `elbows` are those of a passive joint's encoder (rad), in their
-        order. `seen` are positions by the camera. One that is older than the history is left out.
+        `readings` are those of the late sensors that came with the sample, of each sensor in their order. One that is
+        older than the history is left out.
 
         Angles may be wrapped or offset by whole turns: each is taken in the turn of the one before, the first in that
         of the declared posture.
@@ -219,7 +210,7 @@ class StateEstimator:
         read = q11, q21
         q11, q21 = self._near = same_turn(q11, self._near[0]), same_turn(q21, self._near[1])
         self.turns = turns_between(read[0], q11), turns_between(read[1], q21)
-        ahead = self._stepped(sample, q11, q21, tau1, tau2, rates, elbows, seen)
+        ahead = self._stepped(sample, q11, q21, tau1, tau2, readings)
         self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
         trip = ahead.trip
@@ -242,24 +233,18 @@ class StateEstimator:
         q21: float,
         tau1: float,
         tau2: float,
-        rates: Sequence[tuple[float, float]],
-        elbows: Sequence[tuple[float, float]],
-        seen: Sequence[PositionFix],
+        readings: Sequence[LateReading],
     ) -> Prediction:
         model, last, self._last = self._model, self._last, sample
         if self._memory is None:
             one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
             check_encoders(self._robot, self._homing, self._tolerance, one.value, two.value)
-            memory = first_update(model, self._first_assembly(one.value, two.value, seen), q11, q21)
+            memory = first_update(model, self._first_assembly(one.value, two.value, readings), q11, q21)
             return self._step(model, memory, self._frozen, 1, self._pending(sample), 0, False).prediction
         # over a gap in the readings the torque is assumed to be that of its last period
         periods = min(max(sample - last, 1), self._longest_gap)
-        angles = []
-        for made, angle in elbows:
-            self._near_elbow = same_turn(angle, self._near_elbow)
-            angles.append((made, self._near_elbow))
-        fixes = [one for one in seen if self._sees and math.isfinite(one.x + one.y + one.deviation)]
-        memory, start = with_readings(model, self._memory, sample, periods, q11, q21, tau1, tau2, rates, angles, fixes)
+        usable = self._usable(readings)
+        memory, start = with_readings(model, self._memory, sample, periods, q11, q21, tau1, tau2, usable)
         # exactly zero is what the guard commands once a fault is latched
         coasts = self._newest_command == (0.0, 0.0)
         stepped = self._step(model, memory, self._frozen, start, self._pending(sample), 0, coasts)
@@ -267,6 +252,19 @@ class StateEstimator:
         if sample - last > self._longest_gap:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
         return stepped.prediction
+
+    def _usable(self, readings: Sequence[LateReading]) -> list[LateReading]:
+        """Return the readings that can be taken: angles in the turn of those before, and positions that were seen."""
+        usable = []
+        for reading in readings:
+            if reading.sensor == PASSIVE:
+                self._near_elbow = same_turn(reading.value, self._near_elbow)
+                reading = reading._replace(value=self._near_elbow)
+            known = math.isfinite(reading.value + reading.second + reading.deviation)
+            if (reading.sensor == CAMERA and not (self._sees and known)) or (reading.sensor == EXTRA and not known):
+                continue
+            usable.append(reading)
+        return usable
 
     def _reason(self, trip: int, ahead: Prediction) -> str:
         """Return a fault in words that go on from "at sample N"."""
@@ -282,14 +280,15 @@ class StateEstimator:
             return f" {inconsistency_reason(model, memory.misfit, memory.pattern)}"
         return f": {gyro_reason(trip, memory.gyro, model.rate_hz)}"
 
-    def _first_assembly(self, q11: float, q21: float, seen: Sequence[PositionFix]) -> int:
+    def _first_assembly(self, q11: float, q21: float, readings: Sequence[LateReading]) -> int:
         """Return the assembly mode at the start: declared, or by the camera with `seen_start`."""
         if not self._seen_start:
             return self._homing.assembly
-        found = next((one for one in seen if math.isfinite(one.x + one.y)), None)
+        seen = (reading for reading in readings if reading.sensor == CAMERA)
+        found = next((one for one in seen if math.isfinite(one.value + one.second)), None)
         if found is None:
             raise HomingContradicted("homing_contradicted: the camera does not see the platform at the start")
-        assembly = seen_assembly(self._robot, q11, q21, found.x, found.y)
+        assembly = seen_assembly(self._robot, q11, q21, found.value, found.second)
         if assembly != self._homing.assembly:
             raise HomingContradicted(
                 f"homing_contradicted: the camera sees the platform in assembly mode {assembly}, the motion begins in"

@@ -15,20 +15,18 @@ import numpy as np
 from fivebar_control.estimation.covariance import SIZE, Matrix
 from fivebar_control.estimation.ekf import Belief, as_vector, from_vector
 from fivebar_control.estimation.encoder import Angle
+from fivebar_control.estimation.late_reading import SENSORS
 
 ANGLE1, VARIANCE1, ANGLE2, VARIANCE2, TAU1, TAU2, PERIODS, SAMPLE = range(8)
 """Columns of the inputs: angle (rad) and variance (rad^2) of both motors, the torques (Nm) that were applied over the
 periods since the entry before, and the sample."""
 
-RATE, LAG, RATE_IS_NEW, ELBOW, ELBOW_VARIANCE, ELBOW_IS_NEW = range(8, 14)
-"""Columns of the late readings, NaN for none: the gyroscope's (rad/s) and the time (s) from the entry's sample to its
-stamp, the passive joint's angle (rad) and its variance (rad^2), and of each whether no update has taken it yet."""
+INPUTS = 8
 
-SEEN_X, SEEN_Y, SEEN_LAG, SEEN_VARIANCE = range(14, 18)
-"""Columns of the camera's position, NaN for none: x and y (m), the time (s) from the entry's sample to the exposure,
-and the variance of either coordinate (m^2)."""
-
-INPUTS = 18
+VALUE, SECOND, LAG, VARIANCE, IS_NEW = range(5)
+"""Columns of a late reading: its values (`LateReading`), the first of which is NaN for none, the time (s) from the
+entry's sample to its stamp, its variance where readings differ in it, and whether an update has still to count its
+innovation."""
 
 
 class History(NamedTuple):
@@ -38,16 +36,23 @@ class History(NamedTuple):
         estimates: [n, SIZE], after all readings of the entry's sample.
         covariances: [n, SIZE^2], row by row; numba compiles the assignment of a vector sooner than that of a matrix.
         inputs: [n, INPUTS].
+        late: [n, SENSORS, 5], the last reading of each late sensor in an entry.
     """
 
     estimates: Matrix
     covariances: Matrix
     inputs: Matrix
+    late: Matrix
 
 
 def empty_history(length: int) -> History:
     """Return a history of so many samples, two at least."""
-    return History(np.zeros((length, SIZE)), np.zeros((length, SIZE * SIZE)), np.full((length, INPUTS), -1.0))
+    return History(
+        np.zeros((length, SIZE)),
+        np.zeros((length, SIZE * SIZE)),
+        np.full((length, INPUTS), -1.0),
+        np.full((length, SENSORS, 5), math.nan),
+    )
 
 
 def row_of(history: History, entry: int) -> int:
@@ -57,10 +62,11 @@ def row_of(history: History, entry: int) -> int:
 
 def keep_inputs(history: History, entry: int, sample: int, periods: int, tau1: float, tau2: float) -> None:
     """Begin an entry: a sample, the periods since the entry before, and the torques (Nm) that were applied in them."""
-    inputs = history.inputs[row_of(history, entry)]
-    inputs[SAMPLE], inputs[PERIODS], inputs[RATE], inputs[ELBOW] = sample, periods, math.nan, math.nan
-    inputs[SEEN_X] = math.nan
-    inputs[TAU1], inputs[TAU2] = tau1, tau2
+    row = row_of(history, entry)
+    inputs = history.inputs[row]
+    inputs[SAMPLE], inputs[PERIODS], inputs[TAU1], inputs[TAU2] = sample, periods, tau1, tau2
+    for sensor in range(SENSORS):
+        history.late[row, sensor, VALUE] = math.nan
 
 
 def keep_angles(history: History, entry: int, q11: Angle, q21: Angle) -> None:
@@ -91,22 +97,29 @@ def entry_of(history: History, newest: int, sample: int) -> int:
     return 0
 
 
-def keep_rate(history: History, entry: int, rate: float, lag: float) -> None:
-    """Keep a gyroscope reading (rad/s) in an entry; `lag` (s) is the time from its sample to the reading's stamp."""
-    inputs = history.inputs[row_of(history, entry)]
-    inputs[RATE], inputs[LAG], inputs[RATE_IS_NEW] = rate, lag, 1.0
+def keep_late(
+    history: History,
+    entry: int,
+    sensor: int,
+    value: float,
+    lag: float,
+    variance: float = math.nan,
+    second: float = 0.0,
+    counts: bool = True,
+) -> None:
+    """Keep a reading of a late sensor in an entry.
 
-
-def keep_elbow(history: History, entry: int, reading: Angle) -> None:
-    """Keep a reading of the passive joint's encoder in an entry."""
-    inputs = history.inputs[row_of(history, entry)]
-    inputs[ELBOW], inputs[ELBOW_VARIANCE], inputs[ELBOW_IS_NEW] = reading.value, reading.variance, 1.0
-
-
-def keep_seen(history: History, entry: int, x: float, y: float, lag: float, variance: float) -> None:
-    """Keep a position (m) by the camera in an entry; `lag` (s) is the time from its sample to the exposure."""
-    inputs = history.inputs[row_of(history, entry)]
-    inputs[SEEN_X], inputs[SEEN_Y], inputs[SEEN_LAG], inputs[SEEN_VARIANCE] = x, y, lag, variance
+    Args:
+        history: changed in place.
+        entry: its entry.
+        sensor: number of the sensor.
+        value, second: of the reading.
+        lag: time (s) from the entry's sample to the reading's stamp.
+        variance: of the reading, NaN where all readings of the sensor have the same.
+        counts: whether its first innovation counts among the sensor's.
+    """
+    late = history.late[row_of(history, entry), sensor]
+    late[VALUE], late[SECOND], late[LAG], late[VARIANCE], late[IS_NEW] = value, second, lag, variance, counts
 
 
 def keep_belief(history: History, entry: int, belief: Belief) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measurement updates of the filter: motor encoders, gyroscope, encoder on a passive joint, and camera.
+"""Measurement updates of the filter: those of the motor encoders, and what all sensors share.
 
 Each measurement has a row, its derivatives with respect to all states and constant errors. It is expected to read what
 the nominal geometry gives at the estimated state, plus the row's share of the estimated errors, which are small.
@@ -28,7 +28,6 @@ from fivebar_control.estimation.covariance import (
     L21,
     L22,
     PASSIVE,
-    SCALE,
     SIZE,
     VX,
     VY,
@@ -45,7 +44,6 @@ from fivebar_control.estimation.platform_motion import (
     LegMotion,
     leg_at_rest,
     leg_motion,
-    turn_change,
 )
 from fivebar_control.model.geometry import wrap
 from fivebar_description.parameters import LegParameters
@@ -157,12 +155,12 @@ def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Cor
     leg2 = leg_at_rest(model.robot.leg2, model.mode2, x, y)
     # one after the other, which for independent encoders is the same as both at once
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
-    one = measured(belief.covariance, row1, q11.variance + _linearised(model, row1), model.estimates_errors)
-    two = measured(one.covariance, row2, q21.variance + _linearised(model, row2), model.estimates_errors)
-    innovation1 = _ahead(q11.value, leg1.r_x, leg1.r_y) - share_of_errors(belief.estimate, row1)
+    one = measured(belief.covariance, row1, q11.variance + linearised(model, row1), model.estimates_errors)
+    two = measured(one.covariance, row2, q21.variance + linearised(model, row2), model.estimates_errors)
+    innovation1 = ahead_of(q11.value, leg1.r_x, leg1.r_y) - share_of_errors(belief.estimate, row1)
     change = one.gain * innovation1
     expected2 = share_of_errors(belief.estimate, row2) + float(np.dot(row2, change))
-    innovation2 = _ahead(q21.value, leg2.r_x, leg2.r_y) - expected2
+    innovation2 = ahead_of(q21.value, leg2.r_x, leg2.r_y) - expected2
     change += two.gain * innovation2
     misfit = innovation1 * innovation1 / one.variance + innovation2 * innovation2 / two.variance
     ahead1, ahead2 = innovation1 / math.sqrt(abs(one.variance)), innovation2 / math.sqrt(abs(two.variance))
@@ -177,7 +175,7 @@ def share_of_errors(estimate: Estimate, row: Vector) -> float:
     return total
 
 
-def _linearised(model: FilterModel, row: Vector) -> float:
+def linearised(model: FilterModel, row: Vector) -> float:
     """Return the variance (rad^2) by which an encoder's row errs; 0 where geometry and zeros are exact."""
     total = 0.0
     for index, deviation in enumerate(model.errors):
@@ -205,106 +203,7 @@ class Taken(NamedTuple):
     ahead: float
 
 
-def turn_rate(model: FilterModel, estimate: Estimate) -> float:
-    """Return the rate of the distal link of leg 2 (rad/s)."""
-    x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
-    return leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dtheta
-
-
-def turn_row(parameters: LegParameters, leg: LegMotion, vx: float, vy: float) -> Vector:
-    """Return the derivatives of the reading of a gyroscope on leg 2's distal link, w_2 . xdot + bias, [SIZE].
-
-    Whatever turns both links, the platform or an error of the geometry at a given platform, turns w_2.
-    """
-    proximal, distal = proximal_row(2, leg), distal_row(2, parameters, leg)
-    row = np.zeros(SIZE)
-    for column in (X, Y, L21, L22, BASE2):
-        row[column] = turn_change(parameters, leg, vx, vy, proximal[column], distal[column])
-    row[L22] -= leg.dtheta / parameters.distal
-    row[VX], row[VY], row[BIAS], row[SCALE] = leg.w_x, leg.w_y, 1.0, leg.dtheta
-    return row
-
-
-def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: float) -> Taken:
-    """Return the effect of the measured rate of the distal link of leg 2: w_2 . xdot + bias + noise.
-
-    Args:
-        model: constants.
-        belief: at a sample.
-        rate: reading (rad/s).
-        lag: time (s) from the sample to the reading's stamp, negative for one before it.
-        slope: change of the rate in that time (rad/s^2).
-    """
-    e = belief.estimate
-    x, y, vx, vy, bias, clock = e.x, e.y, e.vx, e.vy, e.bias, e.clock
-    leg = model.robot.leg2
-    moving = leg_motion(leg, model.mode2, x, y, vx, vy)
-    row = turn_row(leg, moving, vx, vy)
-    row[CLOCK_ERROR] = -slope
-    innovation = rate - (moving.dtheta + slope * (lag - clock)) - bias - share_of_errors(e, row)
-    return _taken(belief, row, innovation, model.gyro_noise * model.gyro_noise)
-
-
-def elbow_row(number: int, parameters: LegParameters, leg: LegMotion) -> Vector:
-    """Return the derivatives of the reading of an encoder on leg 1's or leg 2's passive joint, q_i2 + zero, [SIZE]."""
-    row = distal_row(number, parameters, leg) - proximal_row(number, leg)
-    row[PASSIVE] = 1.0
-    return row
-
-
-def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle) -> Taken:
-    """Return the effect of the measured angle of leg 1's or leg 2's passive joint, in any turn."""
-    e = belief.estimate
-    x, y, vx, vy, passive = e.x, e.y, e.vx, e.vy, e.passive
-    robot = model.robot
-    parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
-    leg = leg_motion(parameters, mode, x, y, vx, vy)
-    row = elbow_row(number, parameters, leg)
-    innovation = _ahead(reading.value - passive, leg.cos_q2, leg.sin_q2) - share_of_errors(e, row)
-    return _taken(belief, row, innovation, reading.variance + _linearised(model, row))
-
-
-def elbow_speed(model: FilterModel, estimate: Estimate, number: int) -> float:
-    """Return the speed (rad/s) of the passive joint of leg 1 or leg 2."""
-    x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
-    robot = model.robot
-    parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
-    leg = leg_motion(parameters, mode, x, y, vx, vy)
-    return leg.dtheta - leg.dq1
-
-
-CAMERA_GATE = 6.0
-"""Distance of a position by the camera from the estimate, in standard deviations, beyond which it is not taken: noise
-does not get there, and a wrong tag is farther away."""
-
-
-def seen_at(belief: Belief, x: float, y: float, lag: float, variance: float, gate: float) -> Taken:
-    """Return the effect of a position by the camera; one beyond the gate has none, but its misfit is returned.
-
-    Args:
-        belief: at a sample.
-        x, y: position (m).
-        lag: time (s) from the sample to the exposure.
-        variance: of either coordinate (m^2).
-        gate: in standard deviations of the innovation.
-    """
-    e, p = belief.estimate, belief.covariance
-    row_x, row_y = np.zeros(SIZE), np.zeros(SIZE)
-    row_x[X], row_x[VX], row_y[Y], row_y[VY] = 1.0, lag, 1.0, lag
-    off_x, off_y = x - e.x - lag * e.vx, y - e.y - lag * e.vy
-    column_x, column_y = p @ row_x, p @ row_y
-    s_xx, s_yy = float(np.dot(row_x, column_x)) + variance, float(np.dot(row_y, column_y)) + variance
-    s_xy = float(np.dot(row_y, column_x))
-    squared = (s_yy * off_x * off_x - 2.0 * s_xy * off_x * off_y + s_xx * off_y * off_y) / (s_xx * s_yy - s_xy * s_xy)
-    if not squared <= gate * gate:
-        return Taken(belief, 0.5 * squared, math.nan)
-    one = _taken(belief, row_x, off_x, variance)
-    e = one.belief.estimate
-    two = _taken(one.belief, row_y, y - e.y - lag * e.vy, variance)
-    return Taken(two.belief, 0.5 * squared, math.nan)
-
-
-def _taken(belief: Belief, row: Vector, innovation: float, variance: float) -> Taken:
+def taken(belief: Belief, row: Vector, innovation: float, variance: float) -> Taken:
     """Return the effect of a reading by its row, innovation and the variance of its noise."""
     correction = measured(belief.covariance, row, variance)
     estimate = changed(belief.estimate, correction.gain * innovation)
@@ -312,7 +211,7 @@ def _taken(belief: Belief, row: Vector, innovation: float, variance: float) -> T
     return Taken(Belief(estimate, correction.covariance), innovation * innovation / correction.variance, ahead)
 
 
-def _ahead(reading: float, x: float, y: float) -> float:
+def ahead_of(reading: float, x: float, y: float) -> float:
     """Return by how much a reading (rad) is ahead of the direction (x, y), in (-pi, pi]; NaN for no direction."""
     ahead = reading - math.atan2(y, x)
     return wrap(ahead) if math.isfinite(ahead) else math.nan

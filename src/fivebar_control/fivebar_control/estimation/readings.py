@@ -1,43 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator's memory, and how readings get into it: of the motors, and late ones of gyroscope, joint and camera."""
+"""The estimator's memory, and how the motors' readings get into it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
 
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Belief, Estimate
-from fivebar_control.estimation.encoder import Angle, first_angle, next_angle, repetitions
-from fivebar_control.estimation.gyro_watch import GyroHeard, not_used, used, waited
+from fivebar_control.estimation.encoder import repetitions
+from fivebar_control.estimation.gyro_watch import GyroHeard, waited
 from fivebar_control.estimation.history import (
-    SAMPLE,
     History,
-    belief_at,
-    entry_of,
-    keep_elbow,
     keep_inputs,
-    keep_rate,
-    keep_seen,
-    row_of,
 )
-from fivebar_control.estimation.measurements import elbow_speed, turn_rate
+from fivebar_control.estimation.late_reading import EXTRA, GYROSCOPE, PASSIVE
 from fivebar_description.tolerances import UNIFORM
-
-Readings = Sequence[Sequence[float]] | NDArray[np.float64]
-"""Readings of a late sensor, each with the moment of its stamp in samples and its values."""
 
 LONGEST_GAP = 10
 LONGEST_GAP_TIME = 0.02
 """Samples, and time (s), without a reading over which the filter predicts: the longer of both, as long as drives hold
 their torque by default. After a longer gap the estimate is lost."""
-
-EARLIEST = 0.02
-"""Time (s) by which the stamp of a reading may be ahead of the newest sample: beyond it, its clock is wrong."""
 
 
 class Misfit(NamedTuple):
@@ -47,11 +30,25 @@ class Misfit(NamedTuple):
         encoders: of the motor encoders.
         gyro: of the gyroscope.
         elbow: of the passive joint's encoder.
+        extra: of a sensor from another package.
     """
 
     encoders: float
     gyro: float
     elbow: float
+    extra: float
+
+
+def approached(misfit: Misfit, sensor: int, share: float, square: float) -> Misfit:
+    """Return the misfit after another squared innovation of a late sensor; `share` is its weight in the mean."""
+    encoders, gyro, elbow, extra = misfit.encoders, misfit.gyro, misfit.elbow, misfit.extra
+    if sensor == GYROSCOPE:
+        gyro += share * (square - gyro)
+    elif sensor == PASSIVE:
+        elbow += share * (square - elbow)
+    elif sensor == EXTRA:
+        extra += share * (square - extra)
+    return Misfit(encoders, gyro, elbow, extra)
 
 
 class Trend(NamedTuple):
@@ -217,131 +214,6 @@ class Placed(NamedTuple):
 
     memory: EstimatorMemory
     start: int
-
-
-def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate: float) -> Placed:
-    """Add a gyroscope reading (rad/s).
-
-    It is put at the first sample at or after the moment at which it was made, by what is known and estimated of its
-    clock, and at the newest one at the latest. A reading of sample 0, or of one that is no longer in the history, is
-    left out, and so is an infinite one, at the end of its range, or one whose stamp is far ahead of the newest sample,
-    and so are all once the estimate is lost for good, NaN in all that it has.
-
-    Args:
-        model: constants.
-        memory: with the motor readings with which it came.
-        made: moment of its stamp, in samples.
-        rate: reading.
-    """
-    newest, rate_hz = memory.newest, model.rate_hz
-    stamp = made - model.gyro_clock * rate_hz
-    moment = stamp - memory.belief.estimate.clock * rate_hz
-    entry = 0 if math.isnan(moment) else entry_of(memory.history, newest, math.ceil(moment))
-    if -1.0 < moment <= 0.0:
-        # of sample 0, which is there already
-        return Placed(memory, newest)
-    early = moment > memory.history.inputs[row_of(memory.history, newest), SAMPLE] + EARLIEST * rate_hz
-    if entry == 0 or early or not math.isfinite(rate):
-        return Placed(with_gyro(memory, not_used(memory.gyro, rate, early)), newest)
-    at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
-    keep_rate(memory.history, entry, rate, (stamp - at) / rate_hz)
-    expected = turn_rate(model.filter, belief_at(memory.history, entry - 1).estimate)
-    return Placed(with_gyro(memory, used(memory.gyro, rate, expected)), entry)
-
-
-def with_gyro(memory: EstimatorMemory, gyro: GyroHeard) -> EstimatorMemory:
-    """Return a memory in which something else has been heard of the gyroscope."""
-    return changed_memory(memory, memory.belief, memory.near, memory.misfit, memory.pattern, gyro)
-
-
-def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, reading: float) -> Placed:
-    """Add a reading (rad) of the passive joint's encoder, as `with_rate` does; readings come in their order.
-
-    One between two samples is moved to the later one by the speed that is expected.
-    """
-    newest, history = memory.newest, memory.history
-    entry = entry_of(history, newest, math.ceil(made))
-    if entry == 0:
-        return Placed(memory, newest)
-    speed = elbow_speed(model.filter, belief_at(history, entry - 1).estimate, model.elbow)
-    repeated = repetitions(memory.elbow, memory.elbow_repeated, reading)
-    if math.isnan(memory.elbow):
-        angle = first_angle(model.elbow_resolution, reading)
-    else:
-        angle = next_angle(model.elbow_resolution, model.elbow_rate, memory.elbow, repeated, reading, speed)
-    since = (float(history.inputs[row_of(history, entry), SAMPLE]) - made) / model.rate_hz
-    keep_elbow(history, entry, Angle(angle.value - model.elbow_zero + since * speed, angle.variance))
-    changed = EstimatorMemory(
-        belief=memory.belief,
-        newest=newest,
-        last1=memory.last1,
-        last2=memory.last2,
-        before1=memory.before1,
-        before2=memory.before2,
-        repeated1=memory.repeated1,
-        repeated2=memory.repeated2,
-        elbow=reading,
-        elbow_repeated=repeated,
-        near=memory.near,
-        misfit=memory.misfit,
-        pattern=memory.pattern,
-        gyro=memory.gyro,
-        history=history,
-    )
-    return Placed(changed, entry)
-
-
-def with_seen(
-    model: EstimatorModel, memory: EstimatorMemory, made: float, x: float, y: float, variance: float
-) -> Placed:
-    """Add a position (m) by the camera with the variance (m^2) that it says of itself, as `with_rate` does.
-
-    It is put at the sample before its exposure, and takes effect there: what followed is worked out again.
-    """
-    entry = entry_of(memory.history, memory.newest, math.floor(made))
-    if entry == 0:
-        return Placed(memory, memory.newest)
-    at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
-    lag = (made - at) / model.rate_hz
-    keep_seen(memory.history, entry, x, y, lag, max(variance, model.camera_variance))
-    return Placed(memory, entry)
-
-
-def with_readings(
-    model: EstimatorModel,
-    memory: EstimatorMemory,
-    sample: int,
-    periods: int,
-    q11: float,
-    q21: float,
-    tau1: float,
-    tau2: float,
-    rates: Readings,
-    elbows: Readings,
-    seen: Readings,
-) -> Placed:
-    """Return the memory with all readings that came with a sample, to be taken by `next_update`.
-
-    Args:
-        model: constants.
-        memory: of the readings before.
-        sample, periods, q11, q21, tau1, tau2: the motors', see `with_motors`.
-        rates: of the gyroscope, each with moment (samples) and rate (rad/s).
-        elbows: of the passive joint's encoder, each with moment and angle (rad), in their order.
-        seen: positions by the camera, each with moment, x, y (m) and the standard deviation (m) of either.
-    """
-    memory = with_motors(memory, sample, periods, q11, q21, tau1, tau2)
-    start = memory.newest
-    for number in range(len(rates)):
-        heard = with_rate(model, memory, rates[number][0], rates[number][1])
-        memory, start = heard.memory, min(start, heard.start)
-    for number in range(len(elbows)):
-        placed = with_elbow(model, memory, elbows[number][0], elbows[number][1])
-        memory, start = placed.memory, min(start, placed.start)
-    for number in range(len(seen)):
-        made, x, y, deviation = seen[number][0], seen[number][1], seen[number][2], seen[number][3]
-        start = min(start, with_seen(model, memory, made, x, y, deviation * deviation).start)
-    return Placed(memory, start)
 
 
 def changed_memory(

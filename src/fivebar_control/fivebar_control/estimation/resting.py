@@ -7,8 +7,8 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-from fivebar_control.estimation.estimator import PositionFix
 from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, seen_posture
+from fivebar_control.estimation.late_reading import LateReading
 from fivebar_description.parameters import FiveBar
 from fivebar_description.whole_turns import same_turn
 
@@ -40,7 +40,7 @@ class Resting:
         self._samples = math.ceil(REST_TIME * rate_hz)
         self._still = REST_ANGLE + 2.0 * resolution
         self._motors: deque[MotorReading] = deque()
-        self._seen: deque[PositionFix] = deque(maxlen=2)
+        self._seen: deque[LateReading] = deque(maxlen=2)
 
     def read(self, reading: MotorReading) -> None:
         """Take the motors' readings of a sample, which may be wrapped to one turn."""
@@ -51,9 +51,9 @@ class Resting:
         while self._motors[0].sample < reading.sample - self._samples:
             self._motors.popleft()
 
-    def see(self, seen: PositionFix) -> None:
+    def see(self, seen: LateReading) -> None:
         """Take a position by the camera."""
-        if math.isfinite(seen.x + seen.y):
+        if math.isfinite(seen.value + seen.second):
             self._seen.append(seen)
 
     def posture(self) -> Homing:
@@ -71,10 +71,10 @@ class Resting:
         if len(self._seen) < 2 or self._seen[0].made < begun:
             raise HomingContradicted("the camera has not seen the platform twice since the motors stand still")
         one, two = self._seen
-        moved = math.hypot(two.x - one.x, two.y - one.y)
+        moved = math.hypot(two.value - one.value, two.second - one.second)
         if moved > REST_DISTANCE:
             raise HomingContradicted(f"by the camera the platform still moves, {1e3 * moved:.1f} mm in a picture")
-        found = seen_posture(self._robot, last.q11, last.q21, two.x, two.y)
+        found = seen_posture(self._robot, last.q11, last.q21, two.value, two.second)
         if (found.mode1, found.mode2) != self._working_mode:
             raise HomingContradicted(
                 f"the robot is in working mode [{found.mode1}, {found.mode2}], the controllers are for"

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
+from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.sensors import NO_ENCODER, PassiveEncoder
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
@@ -220,6 +221,7 @@ class Sensing(NamedTuple):
         gyro_every: samples from one gyroscope reading to the next.
         passive: the encoder on a passive joint.
         camera_every: samples from one position by the camera to the next, 0 for none.
+        extra: a sensor from another package, None for none.
     """
 
     drives: Drives
@@ -228,6 +230,7 @@ class Sensing(NamedTuple):
     gyro_every: int = 1
     passive: PassiveEncoder = NO_ENCODER
     camera_every: int = 0
+    extra: MountedSensor | None = None
 
     @property
     def declared(self) -> bool:

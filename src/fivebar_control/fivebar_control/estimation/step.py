@@ -9,31 +9,28 @@ gaps, latched faults, the check of homing.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.compiling import bound
 from fivebar_control.estimation.constants import EstimatorModel
+from fivebar_control.estimation.covariance import Matrix
 from fivebar_control.estimation.ekf import Estimate, advanced, guessed, predicted
-from fivebar_control.estimation.encoder import Angle, first_angle, next_angle, with_variance
+from fivebar_control.estimation.encoder import first_angle, next_angle, with_variance
+from fivebar_control.estimation.extra_sensor import extra_taken
 from fivebar_control.estimation.frozen import FrozenMemory, after_readings, named_fault
 from fivebar_control.estimation.gyro_watch import gyro_fault, unheard
+from fivebar_control.estimation.gyroscope import turn_rate
 from fivebar_control.estimation.history import (
-    ELBOW,
-    ELBOW_IS_NEW,
-    ELBOW_VARIANCE,
-    LAG,
+    IS_NEW,
     PERIODS,
-    RATE,
-    RATE_IS_NEW,
-    SEEN_LAG,
-    SEEN_VARIANCE,
-    SEEN_X,
-    SEEN_Y,
     TAU1,
     TAU2,
+    VALUE,
     angle_at,
     belief_at,
     empty_history,
@@ -42,16 +39,9 @@ from fivebar_control.estimation.history import (
     keep_inputs,
     row_of,
 )
-from fivebar_control.estimation.measurements import (
-    CAMERA_GATE,
-    corrected,
-    elbow_turned,
-    homed_belief,
-    motor_speeds,
-    seen_at,
-    turn_rate,
-    turned,
-)
+from fivebar_control.estimation.late_reading import EXTRA, GYROSCOPE, PASSIVE, SENSORS
+from fivebar_control.estimation.late_sensors import effect_of
+from fivebar_control.estimation.measurements import corrected, homed_belief, motor_speeds
 from fivebar_control.estimation.mirror import AmbiguityCheck, check_ambiguity
 from fivebar_control.estimation.readings import (
     EstimatorMemory,
@@ -60,6 +50,7 @@ from fivebar_control.estimation.readings import (
     after_encoders,
     after_estimate,
     after_gyro,
+    approached,
     changed_memory,
     no_pattern,
     strain,
@@ -69,6 +60,7 @@ from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.state import Joints
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_description.extra_sensor import ExpectedReading
 
 
 class Update(NamedTuple):
@@ -85,16 +77,9 @@ class Update(NamedTuple):
     squared: Misfit
 
 
-class Mean(NamedTuple):
-    """Sum and number of some values."""
-
-    total: float
-    number: int
-
-
-def mean_of(values: Mean) -> float:
-    """Return the mean, NaN of no values."""
-    return values.total / values.number if values.number > 0 else math.nan
+def mean_square(squares: Matrix, sensor: int) -> float:
+    """Return the mean of a late sensor's squared innovations, of sums and numbers in [SENSORS, 2]; NaN of none."""
+    return float(squares[sensor, 0] / squares[sensor, 1]) if squares[sensor, 1] > 0.0 else math.nan
 
 
 class Prediction(NamedTuple):
@@ -139,9 +124,23 @@ def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -
     history = empty_history(model.history)
     keep_inputs(history, 0, 0, 0, 0.0, 0.0)
     keep_belief(history, 0, belief)
+    misfit = Misfit(1.0, 1.0, 1.0, 1.0)
     return EstimatorMemory(
-        belief, 0, q11, q21, q11, q21, 1, 1, math.nan, 1, 0, Misfit(1.0, 1.0, 1.0), no_pattern(), unheard(), history
+        belief, 0, q11, q21, q11, q21, 1, 1, math.nan, 1, 0, misfit, no_pattern(), unheard(), history
     )
+
+
+@cache
+def estimator_step_with(expected: Callable[..., ExpectedReading]) -> Callable[..., EstimatorStep]:
+    """Return `estimator_step` for a sensor from another package, given what is expected of it.
+
+    It is one object for each such function, named after it.
+    """
+    taken = bound(extra_taken, extra_expected=expected)
+    update = bound(next_update, effect_of=bound(effect_of, extra_taken=taken))
+    step = bound(estimator_step, next_update=update)
+    step.__name__ = step.__qualname__ = f"{step.__name__}_{expected.__name__}"
+    return step
 
 
 def estimator_step(
@@ -179,13 +178,14 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
     filter_model, history, newest = model.filter, memory.history, memory.newest
     belief = belief_at(history, start - 1)
     expected = belief.estimate
-    encoders, gyro, elbow = memory.misfit.encoders, memory.misfit.gyro, memory.misfit.elbow
-    pattern = memory.pattern
-    by_encoders, by_gyro, by_elbow = math.nan, Mean(0.0, 0), Mean(0.0, 0)
+    misfit, pattern = memory.misfit, memory.pattern
+    by_encoders, squares = math.nan, np.zeros((SENSORS, 2))
     for entry in range(start, newest + 1):
-        inputs = history.inputs[row_of(history, entry)]
+        row = row_of(history, entry)
+        inputs, late = history.inputs[row], history.late[row]
+        has_rate = not math.isnan(late[GYROSCOPE, VALUE])
         tau1, tau2, gap = float(inputs[TAU1]), float(inputs[TAU2]), inputs[PERIODS] > 1.0
-        rate_before = turn_rate(filter_model, belief.estimate) if not math.isnan(inputs[RATE]) else 0.0
+        rate_before = turn_rate(filter_model, belief.estimate) if has_rate else 0.0
         before1, before2 = motor_speeds(filter_model, belief.estimate) if entry == newest else (0.0, 0.0)
         if gap:
             # the torque of one of these periods is known, and not of which: between it and the one before the gap
@@ -196,7 +196,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         else:
             belief = predicted(filter_model, belief, tau1, tau2)
         slope = 0.0
-        if not math.isnan(inputs[RATE]):
+        if has_rate:
             slope = (turn_rate(filter_model, belief.estimate) - rate_before) / (
                 float(inputs[PERIODS]) * filter_model.period
             )
@@ -218,32 +218,27 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
         belief = by_angles.belief
         if entry == newest:
             by_encoders = 0.5 * by_angles.misfit
-            encoders += model.misfit_share * (by_encoders - encoders)
+            encoders = misfit.encoders + model.misfit_share * (by_encoders - misfit.encoders)
+            misfit = Misfit(encoders, misfit.gyro, misfit.elbow, misfit.extra)
             pattern = after_encoders(model, pattern, by_angles.ahead1, by_angles.ahead2)
-        # a late reading is taken again with each later one: only its first innovation counts
-        if not math.isnan(inputs[ELBOW]):
-            reading = Angle(float(inputs[ELBOW]), float(inputs[ELBOW_VARIANCE]))
-            by_angle = elbow_turned(filter_model, belief, model.elbow, reading)
-            belief = by_angle.belief
-            if inputs[ELBOW_IS_NEW] > 0.0:
-                by_elbow = Mean(by_elbow.total + by_angle.misfit, by_elbow.number + 1)
-                elbow += model.misfit_share * (by_angle.misfit - elbow)
-                inputs[ELBOW_IS_NEW] = 0.0
-        if not math.isnan(inputs[RATE]):
-            by_rate = turned(filter_model, belief, float(inputs[RATE]), float(inputs[LAG]), slope)
-            belief = by_rate.belief
-            if inputs[RATE_IS_NEW] > 0.0:
-                by_gyro = Mean(by_gyro.total + by_rate.misfit, by_gyro.number + 1)
-                gyro += model.misfit_share * (by_rate.misfit - gyro)
-                pattern = after_gyro(model, pattern, by_rate.ahead)
-                inputs[RATE_IS_NEW] = 0.0
-        if not math.isnan(inputs[SEEN_X]):
-            x, y, lag = float(inputs[SEEN_X]), float(inputs[SEEN_Y]), float(inputs[SEEN_LAG])
-            belief = seen_at(belief, x, y, lag, float(inputs[SEEN_VARIANCE]), CAMERA_GATE).belief
+        for sensor in range(SENSORS):
+            if math.isnan(late[sensor, VALUE]):
+                continue
+            effect = effect_of(model, belief, sensor, late[sensor], slope)
+            belief = effect.belief
+            # a late reading is taken again with each later one: only its first innovation counts
+            if late[sensor, IS_NEW] > 0.0:
+                squares[sensor, 0] += effect.misfit
+                squares[sensor, 1] += 1.0
+                misfit = approached(misfit, sensor, model.misfit_share, effect.misfit)
+                if sensor == GYROSCOPE:
+                    pattern = after_gyro(model, pattern, effect.ahead)
+                late[sensor, IS_NEW] = 0.0
         keep_belief(history, entry, belief)
     pattern = after_estimate(model, pattern, belief.estimate)
-    changed = changed_memory(memory, belief, memory.near, Misfit(encoders, gyro, elbow), pattern, memory.gyro)
-    return Update(changed, expected, Misfit(by_encoders, mean_of(by_gyro), mean_of(by_elbow)))
+    changed = changed_memory(memory, belief, memory.near, misfit, pattern, memory.gyro)
+    by_gyro, by_elbow = mean_square(squares, GYROSCOPE), mean_square(squares, PASSIVE)
+    return Update(changed, expected, Misfit(by_encoders, by_gyro, by_elbow, mean_square(squares, EXTRA)))
 
 
 def prediction(
@@ -285,7 +280,7 @@ def prediction(
 def is_consistent(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> bool:
     """Return whether the innovations are within all limits; NaN is not."""
     return (
-        max(misfit.encoders, misfit.gyro, misfit.elbow) <= model.misfit_limit
+        max(misfit.encoders, misfit.gyro, misfit.elbow, misfit.extra) <= model.misfit_limit
         and strain(model, pattern) <= 1.0
         and pattern.jump <= model.jump_limit
     )

@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
 from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -13,7 +11,7 @@ from typing import Any, NamedTuple
 from fivebar_control.laws.law import Instant, Law, TunedLaw, check_law
 from fivebar_control.laws.robot_sizes import sizes_of_law
 from fivebar_control.laws.torque import Torque
-from fivebar_description.modules import PLACE, load_part
+from fivebar_description.modules import PLACE, is_unopened, load_part
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile
 from fivebar_description.strict_yaml import InputError
@@ -201,26 +199,9 @@ UNOPENED = "unopened"
 """Name of a law whose module is not imported: its own name is not known."""
 
 
-_UNOPENED: ContextVar[bool] = ContextVar("laws_unopened", default=False)
-
-
-@contextmanager
-def laws_unopened() -> Iterator[None]:
-    """Import no module of a law outside this package within the block; such a law is only named, and cannot be run.
-
-    Whatever reads a scenario or a run without running it does so in this block: a file of somebody else's names the
-    module, and importing a module runs its code.
-    """
-    token = _UNOPENED.set(True)
-    try:
-        yield
-    finally:
-        _UNOPENED.reset(token)
-
-
 def stays_unopened(name: str) -> bool:
     """Return whether a controller is a law outside this package that is not to be imported here."""
-    return _UNOPENED.get() and name not in CONTROLLERS
+    return is_unopened() and name not in CONTROLLERS
 
 
 class UnopenedSettings(NamedTuple):
@@ -266,7 +247,7 @@ def controller_problem(name: str) -> str | None:
         return None
     if not PLACE.fullmatch(name):
         return expected_one_of(name, CONTROLLERS, ", or my_package.my_law:LAW")
-    if _UNOPENED.get():
+    if is_unopened():
         return None
     try:
         _plugin(name)

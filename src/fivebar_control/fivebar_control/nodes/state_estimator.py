@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from threading import Timer
 from typing import Any
 
@@ -22,16 +23,18 @@ from std_srvs.srv import Trigger
 
 from fivebar_control.estimation.constants import CAMERA_LATENCY, history_samples
 from fivebar_control.estimation.encoder import count_angle
-from fivebar_control.estimation.estimator import PositionFix, StateEstimator
+from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted
+from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, LateReading
 from fivebar_control.estimation.platform_reading import PlatformReading, used
 from fivebar_control.estimation.resting import MotorReading, Resting
-from fivebar_control.estimation.step import EstimatorStep, estimator_step
+from fivebar_control.estimation.step import EstimatorStep, estimator_step, estimator_step_with
 from fivebar_control.ros.node_settings import AUTO, YES, EstimatorNodeSettings, runs_compiled
 from fivebar_control.ros.run_file import start_values
 from fivebar_control.scenario.keys import ROBOT, SENSORS
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.scenario.sensors import homing_of
+from fivebar_description.extra_sensor import ExtraSensor
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -40,6 +43,8 @@ from fivebar_description.interface import (
     ESTIMATE_DISTURBANCE,
     ESTIMATE_NAMES,
     ESTIMATE_STATE,
+    EXTRA_NAME,
+    EXTRA_READINGS,
     IMU_DATA,
     IMU_FRAME,
     JOINT_STATES,
@@ -71,6 +76,9 @@ PATIENCE = 2.0
 
 COMPILES = "loads the filter's machine code, or makes it, which takes a minute or more the first time"
 
+SENSOR_OF = {IMU_FRAME: GYROSCOPE, CAMERA_FRAME: CAMERA, EXTRA_NAME: EXTRA}
+"""Sensors by the names that samples announce; the others are passive joints."""
+
 Reading = tuple[str, float]
 """The sensor of a reading, and the moment of its stamp in samples."""
 
@@ -98,14 +106,14 @@ def turns_text(turns: tuple[int, int]) -> str:
     )
 
 
-def step_of(compiled: bool) -> Callable[..., EstimatorStep]:
-    """Return the step of the filter, as machine code or plain."""
+def step_of(compiled: bool, extra: ExtraSensor | None) -> Callable[..., EstimatorStep]:
+    """Return the step of the filter, as machine code or plain, with a sensor from another package or without."""
     if not compiled:
-        return estimator_step
+        return estimator_step if extra is None else estimator_step_with(extra.expected)
     # numba takes most of a second to import
     from fivebar_control.estimation.compiled import compiled_step
 
-    return compiled_step()
+    return compiled_step(extra)
 
 
 @contextmanager
@@ -140,7 +148,7 @@ class StateEstimatorNode(SamplingNode):
         lockstep = settings.mode == LOCKSTEP
         scenario = FileParameters(self, ControlScenario, (*ROBOT, "estimator", "waypoints", *SENSORS)).file
         drives, ekf, passive, known = scenario.drives(), scenario.ekf, scenario.passive, scenario.known_sensors()
-        homing, rate_hz = homing_of(scenario), scenario.rate_hz
+        homing, rate_hz, extra = homing_of(scenario), scenario.rate_hz, scenario.extra()
         agreed = {**start_values(scenario), HOMING: [homing.x, homing.y], LEAD_SAMPLES: drives.delay_samples}
         RunAgreement(self, rate_hz, agreed)
         self._imu = scenario.imu
@@ -155,7 +163,8 @@ class StateEstimatorNode(SamplingNode):
             scenario.known_within(),
             passive,
             known,
-            step_of(compiled),
+            extra,
+            step_of(compiled, None if extra is None else extra.kind),
         )
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
@@ -163,7 +172,7 @@ class StateEstimatorNode(SamplingNode):
         with said_if_long(self.get_logger().info, COMPILES) if compiled else nullcontext():
             self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
-        self._late: dict[Reading, Any] = {}
+        self._late: dict[Reading, tuple[float, ...]] = {}
         self._sees, self._sees_start = ekf.camera or ekf.seen_start, ekf.seen_start
         # one that is too old for the history is taken all the same, so that the estimator can tell it from none
         self._longest_delay = max(history_samples(rate_hz), math.ceil(LARGEST_OFFSET * rate_hz))
@@ -175,7 +184,7 @@ class StateEstimatorNode(SamplingNode):
         self._disturbance = self.advertise(ESTIMATE_DISTURBANCE)
         if drives.delay_samples > 0:
             self.listen(TORQUE_COMMAND, self._on_command)
-        announced = lockstep and bool(ekf.gyro or passive.leg or self._sees)
+        announced = lockstep and bool(ekf.gyro or passive.leg or self._sees or extra)
         inputs = [Input(MOTOR_STATES, fields_of(ACTIVE_JOINTS, "position", "effort"))]
         self._sensors: set[str] = set()
         if ekf.gyro:
@@ -183,7 +192,10 @@ class StateEstimatorNode(SamplingNode):
             self.listen(IMU_DATA, self._on_imu, only_reliable=announced)
         if passive.leg:
             self._sensors.add(self._joint)
-            self.listen(PASSIVE_STATES, self._on_passive, only_reliable=announced)
+            self.listen(PASSIVE_STATES, partial(self._on_scalar, PASSIVE_STATES, self._joint), only_reliable=announced)
+        if extra is not None:
+            self._sensors.add(EXTRA_NAME)
+            self.listen(EXTRA_READINGS, partial(self._on_scalar, EXTRA_READINGS, EXTRA_NAME), only_reliable=announced)
         self._mode, self._count = scenario.working_mode, count_angle(drives.encoder_counts or 0)
         self._resting = self._no_rest()
         self._state = self.advertise(ESTIMATE_STATE) if self._sees else None
@@ -269,17 +281,17 @@ class StateEstimatorNode(SamplingNode):
         if not all(-LARGEST <= one <= LARGEST for one in turning):
             self.drop(IMU_DATA, f"angular velocity is {turning}, expected finite numbers of at most {LARGEST:g}")
             return
-        self._keep(IMU_DATA, IMU_FRAME, message, self._imu.usable_rate(turning))
+        self._keep(IMU_DATA, IMU_FRAME, message, (self._imu.usable_rate(turning),))
 
-    def _on_passive(self, message: JointSample) -> None:
-        if not self._run.holds or self.refuses(PASSIVE_STATES):
+    def _on_scalar(self, topic: Topic, name: str, message: JointSample) -> None:
+        if not self._run.holds or self.refuses(topic):
             return
         try:
-            ((angle,),) = (part_of(message, (self._joint,)) or message).read((self._joint,), ("position",))
+            ((value,),) = (part_of(message, (name,)) or message).read((name,), ("position",))
         except MessageError as error:
-            self.drop(PASSIVE_STATES, str(error))
+            self.drop(topic, str(error))
             return
-        self._keep(PASSIVE_STATES, self._joint, message, angle)
+        self._keep(topic, name, message, (value,))
 
     def _on_seen(self, message: JointSample) -> None:
         if not self._run.holds or self.refuses(VISION_PLATFORM):
@@ -290,10 +302,10 @@ class StateEstimatorNode(SamplingNode):
             self.drop(VISION_PLATFORM, str(error))
             return
         reading = used(PlatformReading(*values))
-        self._resting.see(PositionFix(self._run.moment(stamp_of(message)), *reading))
+        self._resting.see(LateReading(CAMERA, self._run.moment(stamp_of(message)), *reading))
         self._keep(VISION_PLATFORM, CAMERA_FRAME, message, reading)
 
-    def _keep(self, topic: Topic, sensor: str, message: Imu | JointSample, value: Any) -> None:
+    def _keep(self, topic: Topic, sensor: str, message: Imu | JointSample, value: tuple[float, ...]) -> None:
         """Keep a late sensor's reading until a sample takes it."""
         moment = self._run.moment(stamp_of(message))
         ahead = self._made((sensor, moment)) - self.last_sample
@@ -336,22 +348,21 @@ class StateEstimatorNode(SamplingNode):
     def _end_wait(self) -> None:
         if self._waiting is None:
             return
-        (sample, readings, released), self._waiting = self._waiting, None
+        (sample, motors, released), self._waiting = self._waiting, None
         # in real time what has come and was made by now
         taken = sorted(one for one in self._late if self._made(one) <= sample) if released is None else released
-        values = [
-            (sensor, made, self._late.pop((sensor, made))) for sensor, made in taken if (sensor, made) in self._late
+        readings = [
+            LateReading(SENSOR_OF.get(name, PASSIVE), made, *self._late.pop((name, made)))
+            for name, made in taken
+            if (name, made) in self._late
         ]
-        rates = [(made, value) for sensor, made, value in values if sensor == IMU_FRAME]
-        angles = [(made, value) for sensor, made, value in values if sensor not in (IMU_FRAME, CAMERA_FRAME)]
-        seen = [PositionFix(made, *value) for sensor, made, value in values if sensor == CAMERA_FRAME]
         # readings that no sample announces, as repeated ones, must not accumulate
         oldest = sample - self._longest_delay
         self._late = {one: value for one, value in self._late.items() if self._made(one) >= oldest}
-        self._resting.read(MotorReading(sample, *readings[:2]))
+        self._resting.read(MotorReading(sample, *motors[:2]))
         known = self._estimator.fault
         try:
-            estimate = self._estimator.take(sample, *readings, rates, angles, seen)
+            estimate = self._estimator.take(sample, *motors, readings)
         except HomingContradicted as error:
             self._announce(str(error))
             self.exit_status = FAILED

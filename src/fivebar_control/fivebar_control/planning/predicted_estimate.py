@@ -9,32 +9,35 @@ honest where the tolerances are.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import cache
 from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fivebar_control.compiling import as_machine_code
+from fivebar_control.compiling import as_machine_code, bound
+from fivebar_control.estimation.camera import CAMERA_GATE, seen_at
 from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.covariance import Matrix, X, Y, propagated
 from fivebar_control.estimation.ekf import NO_ERRORS, Belief, Estimate, transition
 from fivebar_control.estimation.encoder import Angle, angle_variance, first_angle
-from fivebar_control.estimation.measurements import (
-    CAMERA_GATE,
-    corrected,
-    elbow_turned,
-    homed_belief,
-    seen_at,
-    turn_rate,
-    turned,
-)
+from fivebar_control.estimation.extra_sensor import extra_expected, extra_taken
+from fivebar_control.estimation.gyroscope import turn_rate, turned
+from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, SENSORS
+from fivebar_control.estimation.measurements import corrected, homed_belief
 from fivebar_control.estimation.mirror import mirror_distance
+from fivebar_control.estimation.passive_encoder import elbow_turned
 from fivebar_control.estimation.platform_motion import LegMotion, leg_motion
 from fivebar_control.estimation.settings import Sensing
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, PredictedSample
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Plan
+from fivebar_description.extra_sensor import ExpectedReading
 from fivebar_description.parameters import FiveBar, with_floats
+
+IntArray = NDArray[np.int64]
 
 
 class PredictedEstimate(NamedTuple):
@@ -65,14 +68,6 @@ def wrong_mode_probability(deviations: float) -> float:
     return 0.5 * math.erfc(0.5 * deviations / math.sqrt(2.0))
 
 
-class Readings(NamedTuple):
-    """Samples from one reading of a sensor to the next, 0 for a sensor that is not there."""
-
-    gyro: int
-    elbow: int
-    camera: int
-
-
 def predict_estimate(
     robot: FiveBar, plan: Plan, rate_hz: int, sensing: Sensing, predicted: PredictedRun, judge: str = TIMED
 ) -> PredictedEstimate:
@@ -95,17 +90,29 @@ def predict_estimate(
         sensing.settings,
         sensing.tolerances,
         sensing.passive,
+        extra=sensing.extra,
     )
-    readings = Readings(
-        sensing.gyro_every if sensing.settings.gyro else 0,
-        sensing.passive.schedule(rate_hz).every if model.elbow else 0,
-        sensing.camera_every if sensing.settings.camera else 0,
-    )
+    every = np.zeros(SENSORS, dtype=np.int64)
+    every[PASSIVE] = sensing.passive.schedule(rate_hz).every if model.elbow else 0
+    every[GYROSCOPE] = sensing.gyro_every if sensing.settings.gyro else 0
+    every[CAMERA] = sensing.camera_every if sensing.settings.camera else 0
+    every[EXTRA] = 0 if sensing.extra is None else sensing.extra.schedule(rate_hz).every
     first = predicted.moments[0]
     belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
     moments = np.array(predicted.moments, dtype=np.float64)
     counted = _across(plan, rate_hz, len(moments)) if judge == PATH else np.zeros((len(moments), 2))
-    return as_machine_code(worth_along)(model, readings, moments, counted, belief.covariance)
+    worth = worth_along if sensing.extra is None else _worth_with(sensing.extra.kind.expected)
+    return as_machine_code(worth)(model, every, moments, counted, belief.covariance)
+
+
+@cache
+def _worth_with(expected: Callable[..., ExpectedReading]) -> Callable[..., PredictedEstimate]:
+    """Return `worth_along` for a sensor from another package, given what is expected of it."""
+    taken = bound(extra_taken, extra_expected=expected)
+    later = bound(_next, extra_taken=taken, extra_expected=expected)
+    worth = bound(worth_along, _next=later)
+    worth.__name__ = worth.__qualname__ = f"{worth.__name__}_{expected.__name__}"
+    return worth
 
 
 def _across(plan: Plan, rate_hz: int, samples: int) -> Matrix:
@@ -117,13 +124,13 @@ def _across(plan: Plan, rate_hz: int, samples: int) -> Matrix:
 
 
 def worth_along(
-    model: EstimatorModel, readings: Readings, moments: Matrix, counted: Matrix, covariance: Matrix
+    model: EstimatorModel, every: IntArray, moments: Matrix, counted: Matrix, covariance: Matrix
 ) -> PredictedEstimate:
     """Return what the estimate is worth along a run.
 
     Args:
         model: of the estimator.
-        readings: when the sensors are read.
+        every: samples from one reading of each late sensor to the next, 0 for one that is not there, [SENSORS].
         moments: the predicted samples, in the order of `PredictedSample`, [N, 6].
         counted: direction in which the position counts at each of them, [N, 2]; zeros for any direction.
         covariance: of the belief at the first of them, [SIZE, SIZE].
@@ -134,10 +141,7 @@ def worth_along(
     for number in range(len(moments)):
         if number > 0:
             before, now = now, _sample(moments, number)
-            belief = _next(model, belief, before, now, _is_due(readings.gyro, number), _is_due(readings.elbow, number))
-            if _is_due(readings.camera, number):
-                at = seen_at(belief, now.x, now.y, 0.0, model.camera_variance, CAMERA_GATE)
-                belief = Belief(belief.estimate, at.belief.covariance)
+            belief = _next(model, belief, before, now, every, number)
         t = number / model.rate_hz
         distance = mirror_distance(model.filter, belief)
         if distance < mirror.value:
@@ -159,12 +163,12 @@ def _sample(moments: Matrix, number: int) -> PredictedSample:
     )
 
 
-def _is_due(every: int, number: int) -> bool:
-    return every > 0 and number % every == 0
+def _is_due(every: IntArray, sensor: int, number: int) -> bool:
+    return bool(every[sensor] > 0 and number % every[sensor] == 0)
 
 
 def _next(
-    model: EstimatorModel, belief: Belief, before: PredictedSample, now: PredictedSample, gyro: bool, elbow: bool
+    model: EstimatorModel, belief: Belief, before: PredictedSample, now: PredictedSample, every: IntArray, number: int
 ) -> Belief:
     """Return the belief at the next sample, as the readings of the predicted robot leave it."""
     known = model.filter
@@ -176,15 +180,22 @@ def _next(
     leg2 = leg_motion(known.robot.leg2, known.mode2, now.x, now.y, now.vx, now.vy)
     q11, q21 = _motor_angle(model, leg1), _motor_angle(model, leg2)
     belief = Belief(belief.estimate, corrected(known, belief, q11, q21).belief.covariance)
-    if elbow:
+    if _is_due(every, PASSIVE, number):
         leg = leg1 if model.elbow == 1 else leg2
         variance = angle_variance(model.elbow_resolution, model.elbow_rate, leg.dtheta - leg.dq1)
         reading = Angle(math.atan2(leg.sin_q2, leg.cos_q2), variance)
         belief = Belief(belief.estimate, elbow_turned(known, belief, model.elbow, reading).belief.covariance)
-    if gyro:
+    if _is_due(every, GYROSCOPE, number):
         rate_before = turn_rate(known, _estimate(before.x, before.y, before.vx, before.vy))
         slope = (leg2.dtheta - rate_before) / known.period
         belief = Belief(belief.estimate, turned(known, belief, leg2.dtheta, 0.0, slope).belief.covariance)
+    if _is_due(every, CAMERA, number):
+        at = seen_at(belief, now.x, now.y, 0.0, model.camera_variance, CAMERA_GATE)
+        belief = Belief(belief.estimate, at.belief.covariance)
+    if _is_due(every, EXTRA, number):
+        value = extra_expected(model.extra, known.robot, known.mode1, known.mode2, now.x, now.y, now.vx, now.vy).value
+        by_extra = extra_taken(model, belief, value, 0.0, model.extra_variance)
+        belief = Belief(belief.estimate, by_extra.belief.covariance)
     return belief
 
 

@@ -239,5 +239,5 @@ class MotionFile(StrictModel):
 
     @property
     def law_unopened(self) -> bool:
-        """Whether the controller is a law from elsewhere whose module was not imported: see `laws_unopened`."""
+        """Whether the controller is a law from elsewhere whose module was not imported: see `modules_unopened`."""
         return self._law_unopened

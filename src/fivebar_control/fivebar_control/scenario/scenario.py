@@ -11,7 +11,7 @@ import math
 import re
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, PrivateAttr, model_validator
 
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.laws.adaptive_gain import AdaptiveGain
@@ -31,9 +31,11 @@ from fivebar_control.scenario.robot_defaults import ERROR_TOLERANCE, robot_defau
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_description.camera import NO_CAMERA, CameraSettings
+from fivebar_description.extra_sensor import KIND, SECTION, ExtraSection, MountedSensor, mounted
 from fivebar_description.forbidden import NamedBounds, kept_clear_of, numbers_of
 from fivebar_description.imu import ImuSettings
 from fivebar_description.loads import NO_LOADS, Loads
+from fivebar_description.modules import is_unopened
 from fivebar_description.robot_file import ElbowsPass, RobotFile, read_robot
 from fivebar_description.scenario_file import KEYS, with_defaults
 from fivebar_description.sensors import LONGEST_LATENCY, KnownSensors, PassiveEncoder, Sensors
@@ -97,6 +99,7 @@ class ControlScenario(MotionFile):
     imu: Section[ImuSettings] = ImuSettings()
     sensors: Section[Sensors] = Sensors()
     camera: Section[CameraSettings] = NO_CAMERA
+    extra_sensor: ExtraSection = Field(default_factory=dict)
     ekf: Section[EkfSettings] = EkfSettings()
     tolerances: Section[Tolerances] = EXACT
     loads: Section[Loads] = NO_LOADS
@@ -124,6 +127,7 @@ class ControlScenario(MotionFile):
     force: Annotated[
         bool, Setting("Run the motion although the screen refuses it, as for a demonstration of what goes wrong.")
     ] = False
+    _is_only_read: bool = PrivateAttr(default=False)
 
     @classmethod
     def _with_robot(cls, content: Any) -> tuple[Any, RobotFile | None]:
@@ -156,6 +160,13 @@ class ControlScenario(MotionFile):
         return self
 
     @model_validator(mode="after")
+    def _extra_sensor_fits(self) -> ControlScenario:
+        self._is_only_read = is_unopened()
+        if not self._is_only_read:
+            self.extra()
+        return self
+
+    @model_validator(mode="after")
     def _gyroscope_in_time(self) -> ControlScenario:
         if not self.gyro:
             return self
@@ -181,12 +192,25 @@ class ControlScenario(MotionFile):
     @property
     def reads_late(self) -> bool:
         """Whether the estimator takes readings that come after their samples."""
-        return bool(self.gyro or self.passive.leg or self.sees)
+        return bool(self.gyro or self.passive.leg or self.sees or (self.estimated and self.extra_sensor))
 
     @property
     def passive(self) -> PassiveEncoder:
         """The encoder on a passive joint; its leg is 0 where there is none."""
         return self.sensors.passive_encoder
+
+    def extra(self) -> MountedSensor | None:
+        """Return the sensor from another package, None without one.
+
+        Raises:
+            InputError: it cannot be loaded, its settings do not fit it, or its module is not to be imported.
+        """
+        if self.extra_sensor and self._is_only_read:
+            raise InputError(
+                f"{SECTION}.{KIND}: {self.extra_sensor.get(KIND)}: where a scenario or a run is only read, its module"
+                " is not imported, so what it measures is not known here"
+            )
+        return mounted(self.extra_sensor)
 
     def known_sensors(self) -> KnownSensors:
         """Return what the robot's file says of its sensors, and by how much the gyroscope's low-pass lags behind."""

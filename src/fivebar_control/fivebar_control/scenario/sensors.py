@@ -7,6 +7,7 @@ from fivebar_control.estimation.homing import Homing, homing_at
 from fivebar_control.estimation.settings import Sensing
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
+from fivebar_description.extra_sensor import SECTION
 
 
 def check_sensors(scenario: ControlScenario) -> None:
@@ -18,6 +19,8 @@ def check_sensors(scenario: ControlScenario) -> None:
     if not scenario.estimated:
         if scenario.passive.leg:
             raise InputError("sensors.passive_encoder: only the estimator reads it: expected estimator ekf")
+        if scenario.extra_sensor:
+            raise InputError(f"{SECTION}: only the estimator reads it: expected estimator ekf")
     elif (scenario.ekf.camera or scenario.ekf.seen_start) and not scenario.camera.on:
         raise InputError("ekf.camera: there is no camera: expected camera: {on: true}")
 
@@ -28,7 +31,7 @@ def sensing_of(scenario: ControlScenario) -> Sensing | None:
         return None
     every, camera_every = scenario.imu.schedule(scenario.rate_hz).every, scenario.camera.every(scenario.rate_hz)
     drives, tolerances = scenario.drives(), scenario.known_within()
-    return Sensing(drives, scenario.ekf, tolerances, every, scenario.passive, camera_every)
+    return Sensing(drives, scenario.ekf, tolerances, every, scenario.passive, camera_every, scenario.extra())
 
 
 def homing_of(scenario: ControlScenario) -> Homing:

@@ -23,6 +23,7 @@ from fivebar_description.interface import (
     TORQUE_COMMAND,
 )
 from fivebar_description.joint_sample import JointSample
+from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
@@ -34,6 +35,7 @@ from fivebar_sim.emulators.hardware_kinds import open_hardware, timed_order
 from fivebar_sim.ros.late_sensors import LateSensors
 from fivebar_sim.ros.node_settings import EmulatedRobotSettings
 from fivebar_sim.ros.run_progress import RunProgress
+from fivebar_sim.scalar_sensors import scalar_sensors
 from fivebar_sim.scenario import SimulatedRobot
 from fivebar_sim.sensors import Gyroscope
 
@@ -74,7 +76,16 @@ class EmulatedRobot(GraphNode):
         self._began: float | None = None
         self._truth = self.advertise(GROUND_TRUTH)
         self._imu, self._seed, self._gyro_faults = file.imu, file.plant.seed, file.plant.gyroscope
-        self._late = LateSensors(self, self._run, self._rate_hz, self._imu, file.passive, self._seed, self._gyro_faults)
+        robot = load_robot(file.robot)
+        self._late = LateSensors(
+            self,
+            self._run,
+            self._rate_hz,
+            self._imu,
+            self._seed,
+            self._gyro_faults,
+            lambda: scalar_sensors(file.passive, file.extra(), robot, self._rate_hz, self._seed),
+        )
         self._begin_run()
         self._faults = self.advertise(FAULTS)
         self._progress = RunProgress(self, settings.samples, settings.wait_for_nodes)

@@ -49,10 +49,12 @@ from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import MotionStart, next_epoch
 from fivebar_description.shared_settings import LOCKSTEP
+from fivebar_sim.effects.mechanism import actual_robot
 from fivebar_sim.plant import Plant, PlantDiverged
 from fivebar_sim.ros.late_sensors import Arrived, LateSensors
 from fivebar_sim.ros.node_settings import LAST_SAMPLE, START_JOINTS, PlantNodeSettings
 from fivebar_sim.ros.run_progress import RunProgress
+from fivebar_sim.scalar_sensors import ScalarSensor, scalar_sensors
 from fivebar_sim.scenario import SimulatedRobot
 
 REPEAT_PERIOD = 0.1
@@ -142,7 +144,7 @@ class PlantNode(GraphNode):
         self._joint_states = self.advertise(MOTOR_STATES if self._motors_only else JOINT_STATES)
         self._ground_truth = self.advertise(GROUND_TRUTH) if file.has_ground_truth else None
         self._late = LateSensors(
-            self, self._run, self._rate_hz, file.imu, file.passive, file.plant.seed, file.plant.gyroscope
+            self, self._run, self._rate_hz, file.imu, file.plant.seed, file.plant.gyroscope, self._scalar_sensors
         )
         self._released: Sender | None = None
         self._state = self.advertise(DRIVES_STATE)
@@ -324,7 +326,7 @@ class PlantNode(GraphNode):
         self._joint_states.publish(joints)
         self._published = time.monotonic()
         if self._arrived is None:
-            position = self._plant.truth().position if self._late.passive.leg else ()
+            position = self._plant.truth().position if self._late.scalars else ()
             self._arrived = self._late.arrived(self._sample, self._read_imu(), position)
         if self._released is not None:
             self._released.publish(self._announcement(self._arrived))
@@ -332,13 +334,19 @@ class PlantNode(GraphNode):
 
     def _announcement(self, arrived: Arrived) -> JointSample:
         """Return which late readings come with the sample."""
-        names = [IMU_FRAME] * len(arrived.imu) + [self._late.passive.joint] * len(arrived.angles)
-        moments = [self._run.moment(stamp_of(message)) for message in (*arrived.imu, *arrived.angles)]
+        scalars = [message for _, message in arrived.scalars]
+        names = [IMU_FRAME] * len(arrived.imu) + [message.name[0] for message in scalars]
+        moments = [self._run.moment(stamp_of(message)) for message in (*arrived.imu, *scalars)]
         if self._sights is not None:
             seen = self._sights.taken(self._sample)
             names += [CAMERA_FRAME] * len(seen)
             moments += [self._run.moment(stamp_ns) for stamp_ns in seen]
         return JointSample(self._run.stamp(self._sample), names, moments)
+
+    def _scalar_sensors(self) -> list[ScalarSensor]:
+        file = self._file
+        robot = actual_robot(self._robot, file.plant)
+        return scalar_sensors(file.passive, file.extra(), robot, self._rate_hz, file.plant.seed)
 
     def _read_imu(self) -> Imu:
         reading = self._plant.measure_imu()

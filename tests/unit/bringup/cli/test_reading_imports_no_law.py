@@ -18,8 +18,9 @@ from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.report.report import read_analysis
 from fivebar_bringup.runs.admission import load_admitted
 from fivebar_bringup.runs.offline import run_offline
-from fivebar_control.laws.registry import find_controller, laws_unopened, unopened_step
+from fivebar_control.laws.registry import find_controller, unopened_step
 from fivebar_description.errors import InputError
+from fivebar_description.modules import modules_unopened
 
 MODULE = "foreign_law_of_a_run"
 FOREIGN = f"controller: {MODULE}:LAW"
@@ -126,7 +127,7 @@ def test_the_graph_is_shown_only_if_the_law_may_be_imported(tmp_path: Path, fore
 
 
 def test_an_unopened_law_is_named_and_cannot_run(foreign: Path, tmp_path: Path) -> None:
-    with laws_unopened():
+    with modules_unopened():
         controller = find_controller(f"{MODULE}:LAW")
         assert controller.nominal.step is unopened_step
         assert find_controller("unified").nominal.step is not unopened_step

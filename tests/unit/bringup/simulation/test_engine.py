@@ -31,6 +31,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation import engine
 from fivebar_bringup.simulation.case import case_of, sampled
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
+from fivebar_bringup.simulation.engine_sensors import ARRIVES, MADE
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
 from fivebar_control.laws.registry import CONTROLLERS
@@ -373,8 +374,9 @@ def test_the_readings_that_are_made_and_arrive_are_those_of_the_queue() -> None:
     imu = {"gyro_noise": 0.01, "gyro_bias": 0.02, "rate_hz": 100, "latency": 0.004, "lost": 0.3}
     scenario = soft(**{**GYRO, "imu": imu})
     case, _ = prepared(scenario)
-    errors, latency = case.numbers.estimation.gyro_errors, case.numbers.estimation.latency
-    came = case.numbers.estimation.gyro_made
+    sensors, latency = case.numbers.estimation.sensors, scenario.imu.schedule(scenario.rate_hz).latency
+    errors, came = sensors.gyro_errors, sensors.arrivals[:, MADE].astype(int).tolist()
+    assert (sensors.arrivals[:, ARRIVES] - sensors.arrivals[:, MADE] == latency).all()
     queue: ReadingQueue[float] = ReadingQueue(scenario.imu, scenario.rate_hz, scenario.plant.seed)
     stream = gyro_stream(scenario.plant.seed)
     arrived = {}
@@ -382,7 +384,7 @@ def test_the_readings_that_are_made_and_arrive_are_those_of_the_queue() -> None:
         for made, error in queue.arrived(sample, float(gyro_errors(scenario.imu, stream, 1)[0])):
             assert made == sample - latency
             arrived[made] = error
-    assert {number: error for number, error in enumerate(errors.tolist()) if came[number]} == arrived
+    assert {number: float(errors[number]) for number in came} == arrived
     assert 0.5 < len(arrived) / (len(errors) / 5.0) < 0.9
 
 

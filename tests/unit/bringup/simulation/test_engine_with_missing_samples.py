@@ -16,6 +16,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import UNDEFINED, ZERO
 from fivebar_control.loop.law_runner import LawRunner
@@ -41,7 +42,8 @@ def by_parts(scenario: Scenario, missing: Collection[int]) -> tuple[list[tuple[f
         arrived = queue.arrived(number, plant.measure_imu())
         if number not in missing:
             rates = [
-                (
+                LateReading(
+                    GYROSCOPE,
                     moment_of_stamp(late_stamp_ns(made, rate_hz, scenario.imu.clock_offset), rate_hz),
                     scenario.imu.turn_rate(one.angular_velocity),
                 )

@@ -26,6 +26,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.estimator import estimator_of
 from fivebar_bringup.simulation.offline import Sample, simulate, write_bag
+from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_description.interface import (
     IMU_DATA,
     MOTOR_STATES,
@@ -158,7 +159,8 @@ def estimated_with(samples: list[Sample], scenario: Scenario, payloads: dict[int
             estimator.carry(laden(robot, payloads[sample.number]))
         assert sample.estimated is not None
         (q11, q21), (tau1, tau2) = sample.estimated.motors
-        rates = [(one.made, scenario.imu.turn_rate(one.reading.angular_velocity)) for one in sample.imu]
+        turn_rate = scenario.imu.turn_rate
+        rates = [LateReading(GYROSCOPE, one.made, turn_rate(one.reading.angular_velocity)) for one in sample.imu]
         estimate = estimator.take(sample.number, q11, q21, tau1, tau2, rates)
         estimator.commanded(sample.number, *sample.command)
         measured = sample.measured._replace(position=estimate.position, velocity=estimate.velocity)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from fivebar_control.estimation.ekf import as_vector
-from fivebar_control.estimation.estimator import PositionFix, StateEstimator
+from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at, seen_assembly
+from fivebar_control.estimation.late_reading import CAMERA, LateReading
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
@@ -30,8 +31,8 @@ def after(made: int, late: int, x: float, y: float, samples: int = 60) -> tuple[
     angles = inverse_geometry(ROBOT, 1, -1, *PLACE)
     one = estimator()
     for sample in range(samples):
-        seen = [PositionFix(float(made), x, y, 1e-5)] if sample == made + late else []
-        one.take(sample, angles.q11, angles.q21, 0.0, 0.0, seen=seen)
+        seen = [LateReading(CAMERA, float(made), x, y, 1e-5)] if sample == made + late else []
+        one.take(sample, angles.q11, angles.q21, 0.0, 0.0, seen)
     assert one.belief is not None
     return as_vector(one.belief.estimate), one.belief.covariance
 
@@ -78,7 +79,9 @@ def test_a_start_that_the_camera_contradicts_is_refused() -> None:
     there = direct_geometry(ROBOT, -homing.assembly, angles.q11, angles.q21)
     for place, words in ((there, "in assembly mode"), ((0.05, 0.05), "allowed are 5 mm"), ((np.nan, 0.0), "not see")):
         with pytest.raises(HomingContradicted, match=words):
-            estimator(seen_start=True).take(0, angles.q11, angles.q21, 0.0, 0.0, seen=[PositionFix(0.0, *place, 1e-5)])
+            estimator(seen_start=True).take(
+                0, angles.q11, angles.q21, 0.0, 0.0, [LateReading(CAMERA, 0.0, *place, 1e-5)]
+            )
 
 
 def test_a_refusal_says_by_how_much(dextar: FiveBar) -> None:

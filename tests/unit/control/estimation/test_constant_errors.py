@@ -14,9 +14,10 @@ from fivebar_control.estimation import covariance as cov
 from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.ekf import NO_ERRORS, Belief, as_vector, error_deviations, from_vector
 from fivebar_control.estimation.encoder import Angle
-from fivebar_control.estimation.estimator import PositionFix, StateEstimator
+from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.history import belief_at, empty_history, keep_belief
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.late_reading import CAMERA, LateReading
 from fivebar_control.estimation.measurements import corrected, encoder_row, homed_belief
 from fivebar_control.estimation.platform_motion import leg_at_rest
 from fivebar_control.estimation.settings import Drives, EkfSettings
@@ -54,8 +55,8 @@ def rested(robot: FiveBar, zero1: float, tolerances: Tolerances, fixes: int) -> 
         robot, homing_at(robot, *MODES, *PLACE), RATE_HZ, Drives(encoder_counts=20_000), settings, tolerances
     )
     for sample in range(10 * fixes + 1):
-        seen = [PositionFix(float(sample), *PLACE, 1e-9)] if sample % 10 == 5 else []
-        estimator.take(sample, angles.q11 + zero1, angles.q21, 0.0, 0.0, seen=seen)
+        seen = [LateReading(CAMERA, float(sample), *PLACE, 1e-9)] if sample % 10 == 5 else []
+        estimator.take(sample, angles.q11 + zero1, angles.q21, 0.0, 0.0, seen)
     assert estimator.fault is None
     assert estimator.belief is not None
     return estimator.belief

@@ -27,10 +27,11 @@ from fivebar_control.estimation.ekf import (
     transition,
 )
 from fivebar_control.estimation.encoder import count_angle, first_angle
+from fivebar_control.estimation.gyroscope import with_rate
 from fivebar_control.estimation.history import keep_belief
 from fivebar_control.estimation.measurements import corrected, homed_belief
 from fivebar_control.estimation.platform_motion import acceleration_derivatives, leg_motion, platform_acceleration
-from fivebar_control.estimation.readings import with_motors, with_rate
+from fivebar_control.estimation.readings import with_motors
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.laws.ctc import ctc_torque

@@ -22,6 +22,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_joints
@@ -77,7 +78,7 @@ def errors_of(way: tuple[tuple[float, float], ...], seed: int, tolerances: Toler
     for sample, torque in enumerate(torques(way)[: max(LOOKS[way]) + 1]):
         (q11, q21), applied = plant.measure().of_motors()
         rate = scale * imu.turn_rate(plant.measure_imu().angular_velocity) + bias
-        estimator.take(sample, q11 + zero1, q21 + zero2, *applied, [(sample, rate)])
+        estimator.take(sample, q11 + zero1, q21 + zero2, *applied, [LateReading(GYROSCOPE, sample, rate)])
         if sample in LOOKS[way]:
             found.append(error_of(actual, estimator, plant))
         plant.advance(torque)

@@ -18,8 +18,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.ekf import Estimate
+from fivebar_control.estimation.gyroscope import with_rate
 from fivebar_control.estimation.history import keep_belief
-from fivebar_control.estimation.readings import EstimatorMemory, with_motors, with_rate
+from fivebar_control.estimation.readings import EstimatorMemory, with_motors
 from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.scenario.sensors import homing_of

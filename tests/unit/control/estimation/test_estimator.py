@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
 
 from fivebar_control.estimation.compiled import compiled_step
-from fivebar_control.estimation.estimator import JointEstimate, PositionFix, StateEstimator
+from fivebar_control.estimation.estimator import JointEstimate, StateEstimator
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.late_reading import CAMERA, GYROSCOPE, PASSIVE, LateReading
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.model.geometry import inverse_geometry
@@ -28,9 +29,9 @@ def estimator(settings: EkfSettings | None = None, drives: Drives | None = None,
     return StateEstimator(ROBOT, homing, rate_hz, drives or Drives(), settings or EkfSettings())
 
 
-def taken(one: StateEstimator, sample: int, **more: list[PositionFix]) -> JointEstimate:
+def taken(one: StateEstimator, sample: int, readings: Sequence[LateReading] = ()) -> JointEstimate:
     """Return the answer to readings of the robot at rest, with torques of their own."""
-    return one.take(sample, Q.q11, Q.q21, 0.2, -0.1, **more)
+    return one.take(sample, Q.q11, Q.q21, 0.2, -0.1, readings)
 
 
 def test_deviations_and_disturbances_of_an_answer_are_those_of_the_belief() -> None:
@@ -159,8 +160,8 @@ def test_readings_are_compared_with_the_prediction_in_units_of_its_deviations() 
 def test_positions_count_for_an_estimator_with_a_camera_only(camera: bool) -> None:
     seen, unseen = (estimator(EkfSettings(camera=camera)) for _ in range(2))
     for sample in range(6):
-        fixes = [PositionFix(float(sample), PLACE[0] + 1e-5, PLACE[1], 1e-5)] if sample == 3 else []
-        taken(seen, sample, seen=fixes)
+        fixes = [LateReading(CAMERA, float(sample), PLACE[0] + 1e-5, PLACE[1], 1e-5)] if sample == 3 else []
+        taken(seen, sample, fixes)
         taken(unseen, sample)
     assert seen.belief is not None
     assert unseen.belief is not None
@@ -173,8 +174,8 @@ def test_a_position_is_as_uncertain_as_it_says_of_itself() -> None:
     for deviation in (1e-4, 1e-3):
         one = estimator(EkfSettings(camera=True, play=0.01))
         for sample in range(3):
-            fixes = [PositionFix(2.0, PLACE[0] + 1e-4, PLACE[1], deviation)] if sample == 2 else []
-            one.take(sample, Q.q11, Q.q21, 0.0, 0.0, seen=fixes)
+            fixes = [LateReading(CAMERA, 2.0, PLACE[0] + 1e-4, PLACE[1], deviation)] if sample == 2 else []
+            one.take(sample, Q.q11, Q.q21, 0.0, 0.0, fixes)
         assert one.belief is not None
         moved.append(one.belief.estimate.x)
     assert 0.5 * moved[0] > moved[1] > 0.0
@@ -182,8 +183,12 @@ def test_a_position_is_as_uncertain_as_it_says_of_itself() -> None:
 
 def test_the_camera_decides_at_the_start_with_the_first_picture_that_shows_the_platform() -> None:
     one = estimator(EkfSettings(camera=True, seen_start=True))
-    fixes = [PositionFix(0.0, math.nan, 0.1, 1e-5), PositionFix(0.0, *PLACE, 1e-5), PositionFix(0.0, 9.0, 9.0, 1e-5)]
-    answer = taken(one, 0, seen=fixes)
+    fixes = [
+        LateReading(CAMERA, 0.0, math.nan, 0.1, 1e-5),
+        LateReading(CAMERA, 0.0, *PLACE, 1e-5),
+        LateReading(CAMERA, 0.0, 9.0, 9.0, 1e-5),
+    ]
+    answer = taken(one, 0, fixes)
     assert answer.position == pytest.approx(tuple(Q), abs=1e-9)
     assert one.fault is None
 
@@ -215,8 +220,12 @@ def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_re
     one = StateEstimator(ROBOT, homing, 500, Drives(), settings, Tolerances(length=2e-4), encoder, step=step)
     for sample in range(300):
         read_before = max(0, sample - 2)
-        rates, elbows, seen = [(read_before, 30.0)], [(read_before, 0.1)], [PositionFix(read_before, 0.0, 0.1, 1e-3)]
-        answer = one.take(sample, Q.q11 - 0.02 * sample, Q.q21 + 0.02 * sample, 0.0, 0.0, rates, elbows, seen)
+        readings = [
+            LateReading(GYROSCOPE, read_before, 30.0),
+            LateReading(PASSIVE, read_before, 0.1),
+            LateReading(CAMERA, read_before, 0.0, 0.1, 1e-3),
+        ]
+        answer = one.take(sample, Q.q11 - 0.02 * sample, Q.q21 + 0.02 * sample, 0.0, 0.0, readings)
         assert all(map(math.isfinite, (*answer.position, *answer.velocity)))
     assert one.fault is not None
     assert one.belief is not None
@@ -231,7 +240,9 @@ def test_readings_of_a_passive_joint_are_used_in_the_turn_of_the_one_before() ->
         for sample in range(12):
             # it comes round by whole turns, as after a restart of its electronics
             elbow = Q.q22 + 0.002 * sample + (2.0 * math.pi * turns if sample > 5 else 0.0)
-            found.append(one.take(sample, Q.q11, Q.q21, 0.0, 0.0, elbows=[(float(sample), elbow)] if read else []))
+            found.append(
+                one.take(sample, Q.q11, Q.q21, 0.0, 0.0, [LateReading(PASSIVE, float(sample), elbow)] if read else [])
+            )
         return found
 
     with_it, turned, without = answers(0.0, True), answers(-3.0, True), answers(0.0, False)

@@ -19,6 +19,7 @@ from fivebar_control.estimation.gyro_watch import (
     waited,
 )
 from fivebar_control.estimation.homing import Homing
+from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.trips import GYROSCOPE_FROZEN, TRIP_NAMES
 from fivebar_control.safety.stages import NO_FAULT
@@ -36,7 +37,8 @@ def fault_of(readings: dict[range, float | None], samples: int, settings: EkfSet
     for sample in range(samples):
         kind = next((kind for span, kind in readings.items() if sample in span), 0.0)
         rates = [] if kind is None else [(sample, kind) if math.isinf(kind) else (sample + kind, 0.001 * (sample % 7))]
-        estimator.take(sample, ANGLES.q11, ANGLES.q21, 0.0, 0.0, rates)
+        late = [LateReading(GYROSCOPE, *one) for one in rates]
+        estimator.take(sample, ANGLES.q11, ANGLES.q21, 0.0, 0.0, late)
         if estimator.fault is not None:
             return f"{estimator.fault.name} {sample}"
     return ""

@@ -12,7 +12,8 @@ from fivebar_control.estimation import history as ring
 from fivebar_control.estimation.covariance import SIZE
 from fivebar_control.estimation.ekf import Belief, Estimate
 from fivebar_control.estimation.encoder import Angle
-from fivebar_control.estimation.history import ELBOW, RATE, SEEN_X, History, empty_history, entry_of, row_of
+from fivebar_control.estimation.history import VALUE, History, empty_history, entry_of, row_of
+from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE
 
 SAMPLES = (0, 1, 2, 5, 6, 9)
 """Of the entries: some samples had no motor readings."""
@@ -59,12 +60,11 @@ def test_angles_and_beliefs_come_back_as_they_were_kept() -> None:
 
 def test_an_entry_begins_without_late_readings() -> None:
     history = empty_history(4)
-    ring.keep_rate(history, 1, 1.0, 0.0)
-    ring.keep_elbow(history, 1, Angle(0.5, 1e-6))
-    ring.keep_seen(history, 1, 0.0, 0.1, -0.001, 1e-8)
-    assert np.isfinite(history.inputs[row_of(history, 1), [RATE, ELBOW, SEEN_X]]).all()
+    for sensor in (PASSIVE, GYROSCOPE, CAMERA, EXTRA):
+        ring.keep_late(history, 1, sensor, 0.5, 0.0, 1e-6)
+    assert np.isfinite(history.late[row_of(history, 1), :, VALUE]).all()
     ring.keep_inputs(history, 5, 7, 1, 0.0, 0.0)
-    assert all(map(math.isnan, history.inputs[row_of(history, 5), [RATE, ELBOW, SEEN_X]]))
+    assert np.isnan(history.late[row_of(history, 5), :, VALUE]).all()
 
 
 def test_what_is_kept_of_an_entry_is_in_its_row_of_the_ring_alone() -> None:
@@ -73,9 +73,12 @@ def test_what_is_kept_of_an_entry_is_in_its_row_of_the_ring_alone() -> None:
     before = history.inputs.copy()
     ring.keep_inputs(history, 6, 40, 3, 0.7, -0.6)
     ring.keep_angles(history, 6, Angle(0.1, 0.2), Angle(0.3, 0.4))
-    ring.keep_rate(history, 6, 1.5, -0.001)
-    ring.keep_elbow(history, 6, Angle(0.5, 1e-6))
-    ring.keep_seen(history, 6, 0.01, 0.14, -0.002, 1e-8)
-    kept = (0.1, 0.2, 0.3, 0.4, 0.7, -0.6, 3.0, 40.0, 1.5, -0.001, 1.0, 0.5, 1e-6, 1.0, 0.01, 0.14, -0.002, 1e-8)
-    assert tuple(history.inputs[2].tolist()) == kept
+    ring.keep_late(history, 6, GYROSCOPE, 1.5, -0.001)
+    ring.keep_late(history, 6, PASSIVE, 0.5, 0.0, 1e-6)
+    ring.keep_late(history, 6, CAMERA, 0.01, -0.002, 1e-8, 0.14, False)
+    assert tuple(history.inputs[2].tolist()) == (0.1, 0.2, 0.3, 0.4, 0.7, -0.6, 3.0, 40.0)
     np.testing.assert_array_equal(np.delete(history.inputs, 2, axis=0), np.delete(before, 2, axis=0))
+    nan = math.nan
+    kept = [[0.5, 0.0, 0.0, 1e-6, 1.0], [1.5, 0.0, -0.001, nan, 1.0], [0.01, 0.14, -0.002, 1e-8, 0.0], [nan] * 5]
+    np.testing.assert_array_equal(history.late[2], kept)
+    assert np.isnan(np.delete(history.late, 2, axis=0)).all()

@@ -14,6 +14,8 @@ from fivebar_control.estimation.covariance import CLOCK_ERROR, PASSIVE
 from fivebar_control.estimation.ekf import Belief, Estimate, advanced, as_vector, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
+from fivebar_control.estimation.late_reading import PASSIVE as PASSIVE_JOINT
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import inverse_geometry
@@ -80,8 +82,9 @@ def estimated(
     missing = set(left_out)
     for sample in range(last + 1):
         if sample not in missing:
-            angles = (elbows or {}).get(sample, [])
-            estimator.take(sample, *readings.angles[sample], *TORQUE, arriving.get(sample, []), angles)
+            late = [LateReading(GYROSCOPE, *one) for one in arriving.get(sample, [])]
+            late += [LateReading(PASSIVE_JOINT, *one) for one in (elbows or {}).get(sample, [])]
+            estimator.take(sample, *readings.angles[sample], *TORQUE, late)
     assert estimator.fault is None
     assert estimator.belief is not None
     return estimator.belief
@@ -239,7 +242,7 @@ def test_every_late_reading_counts_for_whether_they_agree(exact: Readings) -> No
         estimator = StateEstimator(load_robot(), HOME, RATE_HZ, Drives(), settings, TOLERANCES)
         for sample in range(SAMPLES):
             made = range(SAMPLES - readings, SAMPLES) if sample == LAST else ()
-            rates = [(number, exact.rates[number] + 0.3 * (-1) ** number) for number in made]
+            rates = [LateReading(GYROSCOPE, number, exact.rates[number] + 0.3 * (-1) ** number) for number in made]
             estimator.take(sample, *exact.angles[sample], *TORQUE, rates)
         return estimator
 

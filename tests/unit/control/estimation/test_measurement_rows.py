@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fivebar_control.estimation import covariance as cov
+from fivebar_control.estimation.camera import seen_at
 from fivebar_control.estimation.ekf import (
     NO_ERRORS,
     Belief,
@@ -21,19 +22,9 @@ from fivebar_control.estimation.ekf import (
     filter_model,
 )
 from fivebar_control.estimation.encoder import Angle
-from fivebar_control.estimation.measurements import (
-    LINEARISATION,
-    corrected,
-    elbow_row,
-    elbow_speed,
-    elbow_turned,
-    encoder_row,
-    homed_belief,
-    motor_speeds,
-    seen_at,
-    turn_rate,
-    turned,
-)
+from fivebar_control.estimation.gyroscope import turn_rate, turned
+from fivebar_control.estimation.measurements import LINEARISATION, corrected, encoder_row, homed_belief, motor_speeds
+from fivebar_control.estimation.passive_encoder import elbow_row, elbow_speed, elbow_turned
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.estimation.settings import EkfSettings
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap

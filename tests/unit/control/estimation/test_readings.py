@@ -7,18 +7,22 @@ import numpy as np
 import pytest
 from estimator_at_rest import ANGLES, RATE_HZ, model_of, started
 
+from fivebar_control.estimation.camera import with_seen
 from fivebar_control.estimation.encoder import MOST_REPETITIONS
+from fivebar_control.estimation.extra_sensor import with_extra
+from fivebar_control.estimation.gyroscope import with_rate
 from fivebar_control.estimation.history import (
-    ELBOW,
     LAG,
     PERIODS,
-    RATE,
     SAMPLE,
     TAU1,
     TAU2,
+    VALUE,
     row_of,
 )
-from fivebar_control.estimation.readings import with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.late_reading import GYROSCOPE, PASSIVE
+from fivebar_control.estimation.passive_encoder import with_elbow
+from fivebar_control.estimation.readings import with_motors
 from fivebar_control.estimation.step import first_update
 from fivebar_description.sensors import KnownSensors
 
@@ -42,9 +46,9 @@ def test_a_rate_is_put_at_the_sample_after_it(made: float, entry: int, lag: floa
     """By its own clock, of which 2 ms are known; what comes after the newest sample is put there."""
     model = model_of(known=KnownSensors(imu_clock=0.002))
     placed = with_rate(model, started(model), made + 1.0, 0.3)
-    kept = placed.memory.history.inputs[row_of(placed.memory.history, entry)]
+    kept = placed.memory.history.late[row_of(placed.memory.history, entry), GYROSCOPE]
     assert placed.start == entry
-    assert kept[RATE] == 0.3
+    assert kept[VALUE] == 0.3
     assert kept[LAG] * RATE_HZ == pytest.approx(lag, abs=1e-9)
 
 
@@ -55,7 +59,7 @@ def test_a_rate_is_put_where_its_clock_is_estimated_to_have_been(clock: float, e
     belief = memory.belief._replace(estimate=memory.belief.estimate._replace(clock=clock))
     placed = with_rate(model, memory._replace(belief=belief), 3.5, 0.3)
     assert placed.start == entry
-    lag = placed.memory.history.inputs[row_of(placed.memory.history, entry), LAG]
+    lag = placed.memory.history.late[row_of(placed.memory.history, entry), GYROSCOPE, LAG]
     assert lag * RATE_HZ == pytest.approx(3.5 - entry, abs=1e-12)
 
 
@@ -63,16 +67,16 @@ def test_a_rate_is_put_where_its_clock_is_estimated_to_have_been(clock: float, e
 def test_the_passive_encoders_zero_is_taken_off_its_reading(zero: float) -> None:
     model = model_of(known=KnownSensors(passive_zero=zero))
     placed = with_elbow(model, started(model), 4.0, ANGLES.q22 + zero)
-    kept = placed.memory.history.inputs[row_of(placed.memory.history, placed.start)]
-    assert kept[ELBOW] == pytest.approx(ANGLES.q22, abs=1e-12)
+    kept = placed.memory.history.late[row_of(placed.memory.history, placed.start), PASSIVE]
+    assert kept[VALUE] == pytest.approx(ANGLES.q22, abs=1e-12)
 
 
-@pytest.mark.parametrize("add", [with_rate, lambda *rest: with_seen(*rest, 0.15, 1e-8), with_elbow])
+@pytest.mark.parametrize("add", [with_rate, lambda *rest: with_seen(*rest, 0.15, 1e-8), with_elbow, with_extra])
 def test_a_reading_of_before_the_second_sample_is_left_out(add: object) -> None:
     model = model_of()
     memory = started(model)
-    before = memory.history.inputs.copy()
+    before = memory.history.late.copy()
     placed = add(model, memory, -0.5, 0.3)  # type: ignore[operator]
     assert placed.start == memory.newest
     assert placed.memory.belief is memory.belief
-    np.testing.assert_array_equal(memory.history.inputs, before)
+    np.testing.assert_array_equal(memory.history.late, before)

@@ -7,8 +7,9 @@ import math
 
 import pytest
 
-from fivebar_control.estimation.estimator import PositionFix, StateEstimator
+from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at
+from fivebar_control.estimation.late_reading import CAMERA, LateReading
 from fivebar_control.estimation.resting import REST_TIME, MotorReading, Resting
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.model.geometry import inverse_geometry
@@ -38,8 +39,8 @@ def rested(
         left = first + samples - sample
         resting.read(MotorReading(sample, angles.q11 + turning * (left - 1) / RATE_HZ, angles.q21))
         if left in pictures:
-            resting.see(PositionFix(float(sample), *((x, y) if seen is None else seen), 1e-5))
-            resting.see(PositionFix(sample + 1.0, math.nan, math.nan, math.nan))
+            resting.see(LateReading(CAMERA, float(sample), *((x, y) if seen is None else seen), 1e-5))
+            resting.see(LateReading(CAMERA, sample + 1.0, math.nan, math.nan, math.nan))
     return resting
 
 
@@ -54,9 +55,9 @@ def test_what_cannot_be_told_is_refused() -> None:
     for sample in range(200):
         blind.read(MotorReading(sample, 1.6, 1.5))
     other = rested(*BELOW)
-    other.see(PositionFix(199.0, BELOW[0] + 2e-3, BELOW[1], 1e-5))
+    other.see(LateReading(CAMERA, 199.0, BELOW[0] + 2e-3, BELOW[1], 1e-5))
     far = rested(*BELOW)
-    far.see(PositionFix(199.0, BELOW[0] + 0.6, BELOW[1], 1e-5))
+    far.see(LateReading(CAMERA, 199.0, BELOW[0] + 0.6, BELOW[1], 1e-5))
     for resting, words in (
         (rested(*BELOW, samples=100), "not been read for 0.3 s"),
         (rested(*BELOW, samples=100, first=500), "not been read for 0.3 s"),
@@ -93,7 +94,7 @@ def test_what_moved_before_does_not_count() -> None:
     for sample in range(100, 251):
         resting.read(MotorReading(sample, angles.q11, angles.q21))
     for made in (100.0, 115.0):
-        resting.see(PositionFix(made, *ABOVE, 1e-5))
+        resting.see(LateReading(CAMERA, made, *ABOVE, 1e-5))
     assert resting.posture()[:2] == pytest.approx(ABOVE, abs=1e-9)
 
 
@@ -103,7 +104,7 @@ def test_an_estimator_that_has_lost_the_robot_begins_again_elsewhere() -> None:
         ROBOT, homing_at(ROBOT, 1, -1, *ABOVE), RATE_HZ, Drives(20_000, 1), EkfSettings(camera=True, seen_start=True)
     )
     above, below = (inverse_geometry(ROBOT, 1, -1, *place) for place in (ABOVE, BELOW))
-    one.take(0, above.q11, above.q21, 0.0, 0.0, seen=[PositionFix(0.0, *ABOVE, 1e-5)])
+    one.take(0, above.q11, above.q21, 0.0, 0.0, [LateReading(CAMERA, 0.0, *ABOVE, 1e-5)])
     one.take(500, below.q11, below.q21, 0.0, 0.0)
     assert one.fault is not None
     assert one.fault.name == "estimate_lost"
@@ -111,6 +112,6 @@ def test_an_estimator_that_has_lost_the_robot_begins_again_elsewhere() -> None:
     one.begin_at(rested(*BELOW).posture())
     assert not one.awaits(501)
     for sample in range(501, 520):
-        told = one.take(sample, below.q11, below.q21, 0.0, 0.0, seen=[PositionFix(sample - 15.0, *BELOW, 1e-5)])
+        told = one.take(sample, below.q11, below.q21, 0.0, 0.0, [LateReading(CAMERA, sample - 15.0, *BELOW, 1e-5)])
     assert one.fault is None
     assert told.position == pytest.approx(tuple(below), abs=1e-3)

@@ -9,37 +9,37 @@ import numpy as np
 import pytest
 from estimator_at_rest import ANGLES, HOME, MODES, RATE_HZ, ROBOT, TIGHT, model_of, started
 
+from fivebar_control.estimation.camera import CAMERA_GATE, seen_at, with_seen
 from fivebar_control.estimation.causes import causes_of, inconsistency_reason
 from fivebar_control.estimation.ekf import Belief, advanced, as_vector, guessed, predicted
 from fivebar_control.estimation.encoder import Angle
-from fivebar_control.estimation.history import ELBOW, angle_at, keep_belief, row_of
-from fivebar_control.estimation.measurements import (
-    CAMERA_GATE,
-    corrected,
-    elbow_speed,
-    motor_speeds,
-    seen_at,
-    turn_rate,
-)
-from fivebar_control.estimation.readings import Misfit, Pattern, Trend, with_elbow, with_motors, with_rate, with_seen
+from fivebar_control.estimation.gyroscope import turn_rate, with_rate
+from fivebar_control.estimation.history import VALUE, angle_at, keep_belief, row_of
+from fivebar_control.estimation.late_reading import GYROSCOPE, PASSIVE, SENSORS
+from fivebar_control.estimation.measurements import corrected, motor_speeds
+from fivebar_control.estimation.passive_encoder import elbow_speed, with_elbow
+from fivebar_control.estimation.readings import Misfit, Pattern, Trend, with_motors
 from fivebar_control.estimation.settings import Drives
-from fivebar_control.estimation.step import Mean, first_update, mean_of, next_update, prediction
+from fivebar_control.estimation.step import first_update, mean_square, next_update, prediction
 from fivebar_control.estimation.trips import ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.safety.stages import NO_FAULT
 
 
 def test_a_mean_of_nothing_is_not_known() -> None:
-    assert math.isnan(mean_of(Mean(0.0, 0)))
-    assert mean_of(Mean(3.0, 1)) == 3.0
-    assert mean_of(Mean(3.0, 2)) == 1.5
+    squares = np.zeros((SENSORS, 2))
+    assert math.isnan(mean_square(squares, GYROSCOPE))
+    squares[GYROSCOPE] = 3.0, 1.0
+    assert mean_square(squares, GYROSCOPE) == 3.0
+    squares[GYROSCOPE] = 3.0, 2.0
+    assert mean_square(squares, GYROSCOPE) == 1.5
 
 
 def test_the_first_readings_give_the_place_and_expect_nothing_unusual() -> None:
     model = model_of(TIGHT._replace(play=0.001))
     memory = first_update(model, 1, ANGLES.q11, ANGLES.q21)
     assert memory.belief.estimate[:2] == pytest.approx(HOME, abs=1e-12)
-    assert memory.misfit == (1.0, 1.0, 1.0)
+    assert memory.misfit == (1.0, 1.0, 1.0, 1.0)
     assert (memory.newest, memory.near, memory.repeated1, memory.repeated2, memory.elbow_repeated) == (0, 0, 1, 1, 1)
     stiff = first_update(model_of(), 1, ANGLES.q11, ANGLES.q21).belief.covariance
     # the play of 1 mrad adds to the 1e-6 rad of an exact encoder
@@ -79,7 +79,7 @@ def test_a_reading_of_a_passive_joint_between_two_samples_is_moved_by_the_speed_
     assert abs(speed) > 0.1
     for made in (3.0, 2.75):
         placed = with_elbow(model, memory, made, 0.5)
-        kept = placed.memory.history.inputs[row_of(placed.memory.history, placed.start), ELBOW]
+        kept = placed.memory.history.late[row_of(placed.memory.history, placed.start), PASSIVE, VALUE]
         assert kept == pytest.approx(0.5 - model.elbow_zero + (3.0 - made) / RATE_HZ * speed, abs=1e-12)
 
 
@@ -169,11 +169,11 @@ def test_a_prediction_takes_the_commands_that_do_not_act_yet() -> None:
     assert found.trip == NO_FAULT
 
 
-@pytest.mark.parametrize("sensor", range(3))
+@pytest.mark.parametrize("sensor", range(4))
 def test_one_sensor_beyond_the_limit_is_enough(sensor: int) -> None:
     model = model_of(TIGHT._replace(misfit_limit=30.0))
     for misfit, inconsistent in ((30.0, False), (30.001, True)):
-        means = [1.0, 1.0, 1.0]
+        means = [1.0, 1.0, 1.0, 1.0]
         means[sensor] = misfit
         memory = started(model)._replace(misfit=Misfit(*means))
         assert prediction(model, memory, [], 0).trip == (ESTIMATE_INCONSISTENT if inconsistent else NO_FAULT)
@@ -201,12 +201,12 @@ def pattern_of(
 
 def test_the_reason_names_every_sensor_that_is_far_off_the_furthest_first() -> None:
     model = model_of(TIGHT._replace(misfit_limit=36.0))
-    reason = inconsistency_reason(model, Misfit(100.0, 9.1, 9.0), pattern_of())
+    reason = inconsistency_reason(model, Misfit(100.0, 9.1, 9.0, 1.0), pattern_of())
     assert reason.startswith(
         "the motor encoders differ from the predictions by 10.0 standard deviations, the gyroscope differs by 3.0,"
         " limit 6.0; most likely first: "
     )
-    assert inconsistency_reason(model, Misfit(1.0, 9.1, 49.0), pattern_of()).startswith(
+    assert inconsistency_reason(model, Misfit(1.0, 9.1, 49.0, 1.0), pattern_of()).startswith(
         "the passive joint's encoder differs from the predictions by 7.0 standard deviations, the gyroscope differs"
     )
 
@@ -214,11 +214,11 @@ def test_the_reason_names_every_sensor_that_is_far_off_the_furthest_first() -> N
 @pytest.mark.parametrize(
     ("misfit", "pattern", "first"),
     [
-        (Misfit(50.0, 1.0, 0.0), pattern_of(0.1, 0.1), "elasticity or play of the transmissions"),
-        (Misfit(50.0, 1.0, 0.0), pattern_of(1.0, 0.0), "lengths or zeros beyond"),
-        (Misfit(50.0, 1.0, 0.0), pattern_of(1.0, 0.0, jump=30.0), "the encoder of q21, which slips"),
-        (Misfit(1.0, 50.0, 0.0), pattern_of(0.0, -1.0), "the gyroscope's bias"),
-        (Misfit(1.0, 1.0, 60.0), pattern_of(), "the passive joint's encoder"),
+        (Misfit(50.0, 1.0, 0.0, 1.0), pattern_of(0.1, 0.1), "elasticity or play of the transmissions"),
+        (Misfit(50.0, 1.0, 0.0, 1.0), pattern_of(1.0, 0.0), "lengths or zeros beyond"),
+        (Misfit(50.0, 1.0, 0.0, 1.0), pattern_of(1.0, 0.0, jump=30.0), "the encoder of q21, which slips"),
+        (Misfit(1.0, 50.0, 0.0, 1.0), pattern_of(0.0, -1.0), "the gyroscope's bias"),
+        (Misfit(1.0, 1.0, 60.0, 1.0), pattern_of(), "the passive joint's encoder"),
     ],
 )
 def test_how_the_innovations_came_tells_the_likeliest_cause(misfit: Misfit, pattern: Pattern, first: str) -> None:
@@ -258,7 +258,7 @@ def test_what_the_innovations_show_is_shared_out_among_the_causes(play: float) -
     jump = math.sqrt(0.25 * 40.0 / (0.5 * model.misfit_share))
     half = Trend(math.sqrt(0.5), 1.0)
     pattern = Pattern(Trend(1.0, 4.0), Trend(2.0, 2.5), half, jump, 2, 0.0)
-    causes = causes_of(model, Misfit(40.0, 8.0, 4.0), pattern)
+    causes = causes_of(model, Misfit(40.0, 8.0, 4.0, 1.0), pattern)
     weights = {" ".join(cause.words.split()[:2]): cause.weight for cause in causes}
     encoders, gyro, elbow = 40.0 / 52.0, 8.0 / 52.0, 4.0 / 52.0
     swinging = 0.75 * 15.0 / 16.0 * encoders + 0.5 * gyro
@@ -275,23 +275,25 @@ def test_what_the_innovations_show_is_shared_out_among_the_causes(play: float) -
 
 def test_an_error_beyond_its_limit_is_explained_by_lengths_or_zeros_first() -> None:
     model, pattern = model_of(TIGHT._replace(error_limit=1.5)), pattern_of(0.1, 0.0, 0.0, 0.0, 1.8)
-    assert causes_of(model, Misfit(0.5, 0.5, 0.5), pattern)[0].words.startswith("lengths or zeros beyond")
-    swinging = causes_of(model, Misfit(0.5, 0.5, 0.5), pattern._replace(error=0.0))
+    assert causes_of(model, Misfit(0.5, 0.5, 0.5, 1.0), pattern)[0].words.startswith("lengths or zeros beyond")
+    swinging = causes_of(model, Misfit(0.5, 0.5, 0.5, 1.0), pattern._replace(error=0.0))
     assert swinging[0].words.startswith("elasticity or play")
 
 
 def test_what_is_further_off_than_its_limit_is_named_before_an_offset() -> None:
     model, one_sided = model_of(TIGHT._replace(misfit_limit=36.0, offset_limit=2.0)), pattern_of(0.1, 1.0, 3.0)
-    assert inconsistency_reason(model, Misfit(49.0, 1.0, 1.0), one_sided).startswith("the motor encoders differ")
-    assert inconsistency_reason(model, Misfit(25.0, 1.0, 1.0), one_sided).startswith("the gyroscope differs from its")
-    within = inconsistency_reason(model, Misfit(25.0, 1.0, 1.0), pattern_of(0.1, 0.1, 3.0))
+    assert inconsistency_reason(model, Misfit(49.0, 1.0, 1.0, 1.0), one_sided).startswith("the motor encoders differ")
+    assert inconsistency_reason(model, Misfit(25.0, 1.0, 1.0, 1.0), one_sided).startswith(
+        "the gyroscope differs from its"
+    )
+    within = inconsistency_reason(model, Misfit(25.0, 1.0, 1.0, 1.0), pattern_of(0.1, 0.1, 3.0))
     assert within.startswith("the motor encoders differ")
 
 
 def test_a_jump_does_not_hide_that_another_sensor_is_far_off() -> None:
     """Such as a gyroscope with a wrong clock, which takes the estimate away from what the encoders read."""
     model = model_of(TIGHT._replace(jump_limit=9.0, misfit_limit=36.0))
-    reason = inconsistency_reason(model, Misfit(30.0, 16.0, 1.0), pattern_of(jump=10.0))
+    reason = inconsistency_reason(model, Misfit(30.0, 16.0, 1.0, 1.0), pattern_of(jump=10.0))
     assert reason.startswith(
         "the encoder of q21 jumped by 10.0 standard deviations from its prediction, the gyroscope differs by 4.0, limit"
     )

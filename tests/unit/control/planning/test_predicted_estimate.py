@@ -13,6 +13,7 @@ from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.encoder import angle_variance, next_angle, repetitions
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
+from fivebar_control.estimation.late_reading import GYROSCOPE, PASSIVE, LateReading
 from fivebar_control.estimation.mirror import mirror_distance
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
@@ -60,8 +61,10 @@ def test_the_estimator_finds_itself_as_uncertain_as_predicted(dextar: FiveBar, g
     largest, closest = 0.0, math.inf
     for number, moment in enumerate(predicted.moments):
         q11, q12, q21, q22 = inverse_geometry(dextar, 1, -1, moment.x, moment.y)
-        rates = [(number, leg_motion(dextar.leg2, -1, *moment[:4]).dtheta)] if gyro else []
-        estimator.take(number, q11, q21, *applied, rates, [(number, (q12, q22)[leg - 1])] if leg else [])
+        rate = leg_motion(dextar.leg2, -1, *moment[:4]).dtheta
+        readings = [LateReading(GYROSCOPE, number, rate)] if gyro else []
+        readings += [LateReading(PASSIVE, number, (q12, q22)[leg - 1])] if leg else []
+        estimator.take(number, q11, q21, *applied, readings)
         applied = moment.tau1, moment.tau2
         assert estimator.belief is not None
         largest = max(largest, math.sqrt(np.linalg.eigvalsh(estimator.belief.covariance[:2, :2])[1]))
