@@ -3,9 +3,9 @@
 
 `python docs/studies/forces_study.py [--crossings 60] [--rigs RIG ...] [--torque 4] [--seed N]` draws
 crossings of a rig with one crossing of the locus that the level robot makes in the drawn duration. Then the robot is
-vertical, with gravity along the path, against it and across it. It prints the figures of docs/motions.md: how many have
-a motion for which the torque is enough, how many of these succeed, and the largest distance from the reference of both
-in the same duration.
+vertical, with gravity along the path, against it and across it. It prints the figures of docs/motions.md:
+how many have a motion for which the torque is enough, how many of these succeed, and the largest distance from the
+reference of both in the same duration.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from pathlib import Path
 
@@ -51,6 +52,23 @@ def test_answers_are_three_clicks_from_the_home_page() -> None:
             elif anchor and anchor not in anchors(page):
                 wrong.append(f"{question} {page} has no heading {anchor}")
     assert not wrong, "\n".join(wrong)
+
+
+def test_published_names_lead_to_pages_and_headings_that_there_are() -> None:
+    tree = ast.parse((DOCS / "site" / "hooks.py").read_text(encoding="utf-8"))
+    (value,) = (
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "REDIRECTS"
+    )
+    redirects = ast.literal_eval(value)
+    assert len(redirects) > 20
+    wrong = [name for name in redirects if (DOCS / f"{name}.md").exists()]
+    for target in redirects.values():
+        page, _, heading = target.partition("#")
+        if not (DOCS / f"{page}.md").is_file() or (heading and heading not in anchors(f"{page}.md")):
+            wrong.append(target)
+    assert not wrong
 
 
 def test_every_figure_that_refuses_a_motion_has_its_advice() -> None:
