@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -39,6 +40,30 @@ class PlanningRequest(NamedTuple):
     blend_radius: tuple[float, ...] = ()
 
 
+class PointLabels(NamedTuple):
+    """How messages to people name the points of a trajectory: by a form, and the number of the first point."""
+
+    form: str
+    first: int
+    time: str
+    """How they name the time of a point, with what joins it to the point."""
+    joint: str
+    """What joins other fields to the point."""
+
+    def of(self, number: int) -> str:
+        """Return the name of a point, the first of which has number 0."""
+        return self.form.format(self.first + number)
+
+    def later(self, by: int) -> PointLabels:
+        """Return the labels of points of which so many more come first."""
+        return self._replace(first=self.first + by)
+
+
+IN_MESSAGE = PointLabels("points[{}]", 0, ".time_from_start", ".")
+IN_FILE = PointLabels("row {}", 2, ": time", ": ")
+"""Labels of the points in a message, and in a file of which row 1 has the names of the columns."""
+
+
 class TrajectoryRequest(NamedTuple):
     """A request to the planner: a motion through knots.
 
@@ -48,6 +73,7 @@ class TrajectoryRequest(NamedTuple):
         place: where the platform rests (m).
         working_mode: of the whole motion.
         payload: what the platform carries (kg).
+        labels: how messages name the knots.
     """
 
     joints: tuple[str, str]
@@ -55,6 +81,12 @@ class TrajectoryRequest(NamedTuple):
     place: Point
     working_mode: tuple[int, int]
     payload: float = 0.0
+    labels: PointLabels = IN_MESSAGE
+
+    def label_at(self, t: float) -> str:
+        """Return the name of the last knot that is not after a time (s)."""
+        number = bisect_right(self.knots, t, key=lambda knot: knot.time) - 1
+        return self.labels.of(max(number, 0, -self.labels.first))
 
 
 class StopRequest(NamedTuple):
