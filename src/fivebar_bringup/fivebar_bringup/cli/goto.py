@@ -42,6 +42,7 @@ from fivebar_description.ros_environment import HIGHEST_DOMAIN, check_ros_enviro
 
 if TYPE_CHECKING:
     from fivebar_bringup.motions.start import Start
+    from fivebar_control.planning.timed_points import TimedPoints
 
 DEFAULT_CONTROLLER = "unified"
 """Controller of a motion that `goto` runs itself."""
@@ -51,7 +52,7 @@ LONGEST_WAIT = 120.0
 
 OF_ITS_OWN = (
     "expected without --live: the running graph has its own robot, start, controller, limits and results; only --mode,"
-    " --working-mode, --duration, --via and --blend-radius go with a goal"
+    " --working-mode, --duration, --via and --blend-radius go with a goal, and nothing with --trajectory"
 )
 """Why most options have no effect on a running graph: its own scenario has set what they set."""
 
@@ -202,12 +203,13 @@ def goto(
     """
     from fivebar_bringup.motions.likely import plan_likely
     from fivebar_bringup.motions.request import Request, check_positive, within_drives
-    from fivebar_bringup.motions.trajectory import at_another_pace, start_of_file
+    from fivebar_bringup.motions.trajectory import at_another_pace
     from fivebar_bringup.motions.transfer_report import as_json as transfer_as_json
     from fivebar_bringup.motions.transfer_report import as_text
     from fivebar_bringup.runs.offline import run_offline
     from fivebar_bringup.scenarios.changes import read_changes
     from fivebar_control.planning.timing import Speed
+    from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in, start_of
     from fivebar_control.trajectory.rounded import RESTS
     from fivebar_description.scenario_file import DEFAULT_ROBOT
 
@@ -243,6 +245,7 @@ def goto(
                 "--speed-limit": speed_limit,
                 "--set": changes or None,
                 "--fastest": fastest or None,
+                "--retime": retime or None,
                 "--plan-only": plan_only or None,
                 "--offline": offline or None,
                 "--ros": offline is False or None,
@@ -258,8 +261,13 @@ def goto(
             check_positive("--timeout", wait)
             if duration is not None:
                 check_positive("--duration", duration)
+            asked: dict[str, float] | TimedPoints
+            if trajectory is None:
+                asked = goal_fields(*goal, mode, working_mode, duration, points, radii)
+            else:
+                asked = points_in(TrajectoryFile.at(str(trajectory)))
             _live(
-                goal_fields(*goal, mode, working_mode, duration, points, radii),
+                asked,
                 graph_domain(domain, environment_first=True),
                 read_namespace(namespace),
                 wait,
@@ -271,7 +279,7 @@ def goto(
         if with_nodes and not plan_only:
             check_ros_environment()
         if trajectory is not None and start is None and after is None:
-            start = start_of_file(str(trajectory))
+            start = start_of(points_in(TrajectoryFile.at(str(trajectory))))
         begin = _start(start, start_mode, after, robot, seen)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
         torque, speed = within_drives(known if robot is None else robot, torque_limit, speed_limit)
@@ -369,7 +377,9 @@ def stand(
     raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 
-def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float, as_json: bool) -> NoReturn:
+def _live(
+    asked: dict[str, float] | TimedPoints, domain: int, namespace: str, timeout: float, as_json: bool
+) -> NoReturn:
     """Follow a goal on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
     from fivebar_bringup.motions.live import request_live
     from fivebar_bringup.odds.odds import told_odds
@@ -381,7 +391,7 @@ def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float,
                 detail += f"; odds: {told_odds(status['odds'])}"
             print(f"{status['state']}{': ' if detail else ''}{detail}", flush=True)
 
-    last = request_live(fields, domain, timeout, report, namespace)
+    last = request_live(asked, domain, timeout, report, namespace)
     if as_json:
         print(json.dumps(last, indent=2, allow_nan=False))
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))

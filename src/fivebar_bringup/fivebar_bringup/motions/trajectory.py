@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests to follow a file: where they start, and files with another pace."""
+"""Requests to follow the path of a file at another pace."""
 
 from __future__ import annotations
 
@@ -9,19 +9,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from fivebar_bringup.motions.request import Request, refuse_malformed, task_of_request
-from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.retiming import as_csv, retimed_points
-from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in, start_of
+from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in
 from fivebar_description.files import write_file
-
-
-def start_of_file(path: str) -> Point | None:
-    """Return where the platform is in the first row of a file (m); None where the row does not say so.
-
-    Raises:
-        InputError: it is no trajectory.
-    """
-    return start_of(points_in(TrajectoryFile.at(path)))
 
 
 @contextmanager

@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import LONGEST_MOTION
-from fivebar_control.planning.orders import IN_FILE
+from fivebar_control.planning.orders import IN_FILE, TimedPoint
 from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.plan_along import plan_along
-from fivebar_control.planning.timed_points import MOST_POINTS, TimedPoint, TimedPoints
+from fivebar_control.planning.timed_points import MOST_POINTS, TimedPoints
 from fivebar_control.trajectory.criterion import criterion_push, criterion_ratio
 from fivebar_control.trajectory.optimal import CrossedWay, OptimalLaw, bent_about, goes_forwards, passage_on
 from fivebar_control.trajectory.path import Path, crossings_on
 from fivebar_control.trajectory.refusal import PlanRefused, place
 from fivebar_control.trajectory.spline import Knot, SplineSegment, SplineWay, completed
-from fivebar_control.trajectory.time_law import progress
+from fivebar_control.trajectory.time_law import progress, time_fraction
 from fivebar_description.interface import PLATFORM_NAMES
 
 FloatArray = NDArray[np.float64]
@@ -105,7 +105,7 @@ def retimed_points(task: Task, points: TimedPoints, start: Point) -> TimedPoints
         if law is None or not goes_forwards(law):
             reasons.append(f"in {duration:.3g} s it does not go forwards where it crosses the Type 2 locus")
             continue
-        timed = _sampled(way, law, duration, task.rate_hz)
+        timed = _sampled(way, crossed, law, duration, task.rate_hz)
         segment = SplineSegment(
             tuple(Knot(one.time, *one.position, *one.velocity, *one.acceleration) for one in timed), task.robot, 0
         )
@@ -178,16 +178,19 @@ def _limited(task: Task, path: CrossedWay, pushes: Sequence[float], grid: FloatA
     return np.concatenate((torques, speeds, held), axis=2)
 
 
-def _sampled(way: SplineWay, law: OptimalLaw, duration: float, rate_hz: int) -> tuple[TimedPoint, ...]:
-    """Return points of a way that is passed by a law in a duration (s)."""
-    period = max(1, math.ceil(STEP * rate_hz), math.ceil(duration * rate_hz / (MOST_POINTS - 1)))
-    samples = [*range(0, round(duration * rate_hz), period), round(duration * rate_hz)]
-    if len(samples) > 2 and samples[-1] - samples[-2] < period:
-        del samples[-2]
+def _sampled(
+    way: SplineWay, crossed: Sequence[float], law: OptimalLaw, duration: float, rate_hz: int
+) -> tuple[TimedPoint, ...]:
+    """Return points of a way that is passed by a law in a duration (s), with those at which it crosses the locus."""
+    period = max(1, math.ceil(STEP * rate_hz), math.ceil(duration * rate_hz / (MOST_POINTS // 2)))
+    crossings = [duration * time_fraction(law.__call__, share) for share in crossed]
+    # exactly at the crossings, near which others are left out
+    even = (sample / rate_hz for sample in range(period, round(duration * rate_hz), period))
+    kept = [t for t in even if min(abs(t - other) for other in (*crossings, 0.0, duration)) >= 0.5 * STEP]
     points = []
-    for sample in samples:
-        at = way.moved(*progress(law.__call__, sample / rate_hz, duration))
-        points.append(TimedPoint(sample / rate_hz, at[:2], at[2:4], at[4:]))
+    for t in sorted((0.0, *kept, *crossings, duration)):
+        at = way.moved(*progress(law.__call__, t, duration))
+        points.append(TimedPoint(t, at[:2], at[2:4], at[4:]))
     points[0] = points[0]._replace(velocity=(0.0, 0.0), acceleration=(0.0, 0.0))
     points[-1] = points[-1]._replace(velocity=(0.0, 0.0), acceleration=(0.0, 0.0))
     return tuple(points)

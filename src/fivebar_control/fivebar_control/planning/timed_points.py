@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+from array import array
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -12,8 +14,8 @@ from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import LONGEST_MOTION, GoalRefused
-from fivebar_control.planning.orders import IN_MESSAGE, PointLabels, TrajectoryRequest
-from fivebar_control.trajectory.spline import SplineSegment, completed
+from fivebar_control.planning.orders import IN_MESSAGE, PointLabels, TimedPoint, TrajectoryRequest
+from fivebar_control.trajectory.spline import Knot, SplineSegment, completed
 from fivebar_description.interface import ACTIVE_JOINTS, PLATFORM_NAMES
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameters import FiveBar
@@ -24,6 +26,14 @@ MOST_POINTS = 100_000
 SHORTEST_STEP = 1e-3
 """Least time (s) from one point to the next."""
 
+MOST_BY_THE_CLOCK = 100
+"""Points of a request to a graph that follows the clock, in which reading more would delay a sample."""
+
+DIGEST_LENGTH = 16
+
+ROUNDED = 1.0 - 1e-6
+"""Share of the least time that is enough, since times are rounded."""
+
 LARGEST = 1e6
 """Largest magnitude of a number in a request."""
 
@@ -32,15 +42,6 @@ SAME_PLACE, SAME_ANGLE = 1e-3, 0.01
 where the robot is."""
 
 Pair = tuple[float, float]
-
-
-class TimedPoint(NamedTuple):
-    """A point of a request: when (s), where, and where they are given, rates and their derivatives."""
-
-    time: float
-    position: Sequence[float]
-    velocity: Sequence[float] = ()
-    acceleration: Sequence[float] = ()
 
 
 class TimedPoints(NamedTuple):
@@ -76,7 +77,7 @@ def read_points(joints: Sequence[str], points: Sequence[TimedPoint], labels: Poi
         for number, point in enumerate(points)
     )
     for number, (before, after) in enumerate(pairwise(read), start=1):
-        if not after.time >= before.time + SHORTEST_STEP:
+        if not after.time >= before.time + ROUNDED * SHORTEST_STEP:
             raise GoalRefused(
                 f"{labels.of(number)}{labels.time}: {after.time:g} s after {before.time:g} s: expected times that rise"
                 f" by at least {SHORTEST_STEP:g} s"
@@ -134,18 +135,31 @@ def request_from(
         points[0] = first._replace(position=rest)
     else:
         points.insert(0, TimedPoint(0.0, rest, (0.0, 0.0), (0.0, 0.0)))
-        labels = labels.later(-1)
+        labels = labels.after_rest()
     if len(points) < 2:
         raise GoalRefused("points: expected one at least after time 0")
     for name, number in (("begins", 0), ("ends", len(points) - 1)):
         if any(points[number].velocity):
             raise GoalRefused(f"{labels.of(number)}{labels.joint}velocities: the motion {name} at rest: expected 0")
+    return TrajectoryRequest(wanted.joints, tuple(points), place, mode, payload, labels)
+
+
+def knots_of(request: TrajectoryRequest) -> tuple[Knot, ...]:
+    """Return the knots of a motion from rest to rest through the points of a request."""
+    points = request.points
     rates, bends = [_pair(point.velocity) for point in points], [_pair(point.acceleration) for point in points]
     rates[0] = rates[-1] = (0.0, 0.0)
     bends[0], bends[-1] = bends[0] or (0.0, 0.0), bends[-1] or (0.0, 0.0)
     positions = [(point.position[0], point.position[1]) for point in points]
-    knots = completed([point.time for point in points], positions, rates, bends)
-    return TrajectoryRequest(wanted.joints, knots, place, mode, payload, labels)
+    return completed([point.time for point in points], positions, rates, bends)
+
+
+def digest_of(wanted: TimedPoints) -> str:
+    """Return what tells a request from others, by which a bag has it."""
+    numbers = (value for point in wanted.points for part in (point[:1], *point[1:]) for value in part)
+    digest = hashlib.sha256(array("d", numbers).tobytes())
+    digest.update(" ".join(wanted.joints).encode())
+    return digest.hexdigest()[:DIGEST_LENGTH]
 
 
 def _pair(values: Sequence[float]) -> Pair | None:
@@ -164,10 +178,10 @@ def _motors_at(robot: FiveBar, mode: tuple[int, int], place: Point, angles: Pair
 
 def end_of(robot: FiveBar, request: TrajectoryRequest) -> Point:
     """Return where the platform ends (m); NaN where its distal links cannot meet."""
-    last = request.knots[-1]
+    one, two = request.points[-1].position
     if request.joints == PLATFORM_NAMES:
-        return last.one, last.two
-    return direct_geometry(robot, _assembly(robot, request), last.one, last.two)
+        return one, two
+    return direct_geometry(robot, _assembly(robot, request), one, two)
 
 
 def _assembly(robot: FiveBar, request: TrajectoryRequest) -> int:
@@ -176,4 +190,4 @@ def _assembly(robot: FiveBar, request: TrajectoryRequest) -> int:
 
 def segment_of(robot: FiveBar, request: TrajectoryRequest) -> SplineSegment:
     """Return the motion; one of the motors stays in the assembly mode in which it begins."""
-    return SplineSegment(request.knots, robot, 0 if request.joints == PLATFORM_NAMES else _assembly(robot, request))
+    return SplineSegment(knots_of(request), robot, 0 if request.joints == PLATFORM_NAMES else _assembly(robot, request))

@@ -17,9 +17,9 @@ from typing import NamedTuple
 
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.line_of_sight import Point
-from fivebar_control.planning.orders import IN_FILE, TrajectoryRequest
+from fivebar_control.planning.orders import IN_FILE, TimedPoint, TrajectoryRequest
 from fivebar_control.planning.point_planning import plan_knots
-from fivebar_control.planning.timed_points import MOST_POINTS, TimedPoint, TimedPoints, read_points, request_from
+from fivebar_control.planning.timed_points import MOST_POINTS, TimedPoints, read_points, request_from
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.errors import InputError, quoted
 from fivebar_description.files import read_text

@@ -98,7 +98,7 @@ def _with_ends(content: Any) -> Any:
     waypoints = [list(followed.place), list(end_of(robot, request))]
     if given is not None and len(given) > 1 and [list(one) for one in given] != waypoints:
         raise InputError(f"waypoints: {quoted(given)}: expected with a trajectory where the platform starts alone")
-    return {"segment_duration": request.knots[-1].time, **content, "waypoints": waypoints}
+    return {"segment_duration": request.duration, **content, "waypoints": waypoints}
 
 
 class MotionFile(StrictModel):
@@ -189,7 +189,7 @@ class MotionFile(StrictModel):
         if not self.scheme().takes_goals:
             able = " or ".join(goal_controllers())
             raise ValueError(f"trajectory: controller {self.controller} follows no trajectories: expected {able}")
-        if self.durations() != (self._request().knots[-1].time,):
+        if self.durations() != (self._request().duration,):
             raise ValueError("segment_duration: a trajectory says itself how long it takes: leave it out")
         return self
 

@@ -147,7 +147,7 @@ def _law_through(u: float, s: float, rho: float) -> CriterionLaw:
 
 
 class Passed(Protocol):
-    """What is passed from rest to rest along a way."""
+    """A way that is passed from rest to rest."""
 
     def moved(self, s: float, ds: float, dds: float) -> Platform:
         """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""

@@ -162,14 +162,14 @@ def grid_along(way: Way) -> list[float]:
     return sorted({*(step / count for step in range(count + 1)), *ends})
 
 
-class Placed(Protocol):
+class AnyWay(Protocol):
     """A way, of which only the places are asked for."""
 
     def at(self, s: float) -> tuple[float, float, float, float, float, float]:
         """Return the place (m) at a share s of the way, with its first and second derivative by s (m)."""
 
 
-def state_on(robot: FiveBar, mode1: int, mode2: int, way: Placed, s: float) -> State:
+def state_on(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, s: float) -> State:
     """Return the robot at rest in a working mode, at a share of a way."""
     x, y = way.at(s)[:2]
     return state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
@@ -181,7 +181,7 @@ def locus_fractions(robot: FiveBar, mode1: int, mode2: int, way: Way) -> tuple[f
     return crossings_on(robot, mode1, mode2, way, grid_along(way))
 
 
-def crossings_on(robot: FiveBar, mode1: int, mode2: int, way: Placed, grid: Sequence[float]) -> tuple[float, ...]:
+def crossings_on(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, grid: Sequence[float]) -> tuple[float, ...]:
     """Return the fractions of a way at which det A changes its sign between points of a grid."""
 
     def assembly(s: float) -> float:
