@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled, platforms_of
+from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray
 from fivebar_bringup.simulation.engine_estimator import (
     estimated,
     measured,
@@ -47,6 +47,7 @@ from fivebar_control.estimation.step import estimator_step, first_update
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.closed_loop import LoopSettings, first_memory, law_functions, run_loop
 from fivebar_control.loop.plan_sample import PlanSample
+from fivebar_control.loop.sampled_plan import Sampled, platforms_of
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
 

@@ -9,12 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.simulation.case import EngineRun, FloatArray, X, Y
+from fivebar_bringup.simulation.case import EngineRun, FloatArray
 from fivebar_bringup.simulation.engine_robot import Robot
 from fivebar_control.estimation.frozen import FrozenMemory, nothing_read
 from fivebar_control.estimation.readings import EstimatorMemory, longest_gap, with_readings
 from fivebar_control.estimation.step import estimator_step, first_update
 from fivebar_control.estimation.trips import ESTIMATE_LOST
+from fivebar_control.loop.sampled_plan import X, Y
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints
 from fivebar_control.model.state import Joints, State

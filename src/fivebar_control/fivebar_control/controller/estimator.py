@@ -28,13 +28,17 @@ class _Declared(NamedTuple):
     known: KnownSensors
 
 
-def estimator_of(scenario: ControlScenario, step: Callable[..., EstimatorStep] = estimator_step) -> StateEstimator:
-    """Return a new estimator for a run of a scenario; `step` may be machine code.
+def estimator_of(
+    scenario: ControlScenario,
+    step: Callable[..., EstimatorStep] = estimator_step,
+    kind: type[StateEstimator] = StateEstimator,
+) -> StateEstimator:
+    """Return a new estimator for a run of a scenario; `step` or the `kind` may be machine code.
 
     Raises:
         HomingContradicted: the declared posture contradicts itself.
     """
-    return StateEstimator(scenario.five_bar(), homing_of(scenario), *_declared(scenario), step=step)
+    return kind(scenario.five_bar(), homing_of(scenario), *_declared(scenario), step=step)
 
 
 def estimator_model_of(scenario: ControlScenario, robot: FiveBar) -> EstimatorModel:
