@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fivebar_control.controller.settings import cycle_settings
-from fivebar_control.estimation.trips import TRIP_NUMBERS
 from fivebar_control.fault import Fault
 from fivebar_control.laws.registry import goal_controllers
 from fivebar_control.laws.torque import ZERO, Torque
@@ -33,7 +32,6 @@ from fivebar_control.loop.cycle import CycleMemory
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints, working_mode
 from fivebar_control.model.state import JointAngles, Platform, State
-from fivebar_control.safety.guard import FINAL_FAULTS, motion_left
 from fivebar_control.safety.stages import NO_FAULT, fault_of, first_fault
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
@@ -280,6 +278,9 @@ class MotionController:
         """
         if self.fault is None:
             return
+        # here, because most runs have no fault
+        from fivebar_control.safety.guard import FINAL_FAULTS, motion_left
+
         if self.fault.name in FINAL_FAULTS:
             raise StillFaulty(f"only a new beginning clears {self.fault}: expected a reset")
         if self._sensed is None:
@@ -439,6 +440,7 @@ class MotionController:
             return KnownJoints(angles, readings.joint_velocities, (tau1, 0.0, tau2, 0.0), None, (0.0, 0.0), NO_FAULT)
         # here, because most runs measure all joints
         from fivebar_control.controller.late_readings import estimator_readings
+        from fivebar_control.estimation.trips import TRIP_NUMBERS
 
         motors = readings.motor_angles
         if motors is None:
