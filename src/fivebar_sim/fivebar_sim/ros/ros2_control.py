@@ -38,7 +38,7 @@ DEPTH = 10
 DIAGNOSTICS_PERIOD = 1.0
 
 GAINS = "gains"
-"""What a forward controller takes with the gains of motor boards."""
+"""The kind of commands that a forward controller takes with the gains of motor boards."""
 
 STOPPED, NOT_FINITE, DEACTIVATED, UNLOADED, INTRUDED = (
     "BROADCASTER_STOPPED",
