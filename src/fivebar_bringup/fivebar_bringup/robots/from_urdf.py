@@ -64,11 +64,11 @@ class _Leg(NamedTuple):
     distal: float
     zero: float
     sign: int
-    near: _Body
-    far: _Body
+    near: _Moved
+    far: _Moved
 
 
-class _Body(NamedTuple):
+class _Moved(NamedTuple):
     """Mass (kg), centre along the link and beside it (m), inertia about the centre (kg m^2)."""
 
     mass: float
@@ -202,14 +202,14 @@ def _in_plane(vector: Vector, normal: Vector) -> Vector:
     return vector - float(vector @ normal) * normal
 
 
-def _body(model: Any, data: Any, joint: int, along: Vector, normal: Vector) -> _Body:
+def _body(model: Any, data: Any, joint: int, along: Vector, normal: Vector) -> _Moved:
     """Return all that a joint moves up to the next one, by the line of its link."""
     inertia, placement = model.inertias[joint], data.oMi[joint]
     centre = _in_plane(placement.rotation @ inertia.lever, normal)
     direction = along / float(np.linalg.norm(along))
     turned = placement.rotation @ inertia.inertia @ placement.rotation.T
     beside = float(np.cross(direction, centre) @ normal)
-    return _Body(float(inertia.mass), float(centre @ direction), beside, float(normal @ turned @ normal))
+    return _Moved(float(inertia.mass), float(centre @ direction), beside, float(normal @ turned @ normal))
 
 
 def _text_of(
@@ -269,7 +269,7 @@ def _forbidden(joint: ElementTree.Element, leg: _Leg, own: str) -> str:
     return f"  - {{name: range of {joint.get('name')}, {own}: [{ends[1]!r}, {ends[0] + math.tau!r}]}}"
 
 
-def _link(body: _Body, turns: bool = False) -> dict[str, float]:
+def _link(body: _Moved, turns: bool = False) -> dict[str, float]:
     """Return a link as a robot file has it; what turns about a fixed axis has its inertia about that."""
     inertia = body.inertia + (body.mass * body.beside**2 if turns else 0.0)
     return {"mass_kg": body.mass, "centre_m": body.centre, "inertia_kg_m2": inertia}
