@@ -34,6 +34,10 @@ KINDS = {
     stat.S_IFSOCK: "a socket",
 }
 
+YAML = (".yaml", ".yml")
+NAMED_BY_PATH = (*YAML, ".csv")
+"""Endings of files that other files name by their paths."""
+
 UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -63,11 +67,11 @@ def share_file(package: str, *parts: str) -> Path:
 
 def is_yaml_path(name: str) -> bool:
     """Return whether a name is the path of a YAML file, not that of a shipped one."""
-    return name.endswith((".yaml", ".yml"))
+    return name.endswith(YAML)
 
 
 def placed_beside(folder: Path, content: Any, *places: tuple[str, ...]) -> Any:
-    """Return a file's content in which names of other YAML files that lie beside it are paths.
+    """Return a file's content in which names of other files, YAML or CSV, that lie beside it are paths.
 
     A name of which no file lies there is left as it is: it is that of a shipped file, or relative to the working
     directory.
@@ -81,7 +85,7 @@ def placed_beside(folder: Path, content: Any, *places: tuple[str, ...]) -> Any:
         inside = content.get(first) if isinstance(content, Mapping) else None
         if rest:
             content = content if inside is None else {**content, first: placed_beside(folder, inside, tuple(rest))}
-        elif isinstance(inside, str) and is_yaml_path(inside) and is_file(folder / inside):
+        elif isinstance(inside, str) and inside.endswith(NAMED_BY_PATH) and is_file(folder / inside):
             content = {**content, first: str(folder / inside)}
     return content
 

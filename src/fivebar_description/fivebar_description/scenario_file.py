@@ -29,6 +29,7 @@ KEYS = (
     "working_mode",
     "working_modes",
     "waypoints",
+    "trajectory",
     "start",
     "stands",
     "segment_duration",
@@ -76,7 +77,7 @@ ESTIMATOR = Setting(
 FILE_OF_RUN = "scenario.yaml"
 """Name of the scenario of a run in its directory, beside its bag."""
 
-FILES_NAMED = (("robot",), ("drives_file",), ("camera", "calibration"))
+FILES_NAMED = (("robot",), ("trajectory",), ("drives_file",), ("camera", "calibration"))
 """Keys of a scenario whose values may be names of files."""
 
 

@@ -76,7 +76,11 @@ class OddsText(RobotsText):
 
 
 class GoalStatusText(OutsideModel):
-    """The fields of `goal/status`: goal and waypoints in m, `knots` as times, coordinates and their derivatives."""
+    """The fields of `goal/status`: goal and waypoints in m, `motors` in rad.
+
+    A trajectory is told by what tells it from others in the bag; in bags of former releases by `knots`: times,
+    coordinates and their derivatives.
+    """
 
     state: Literal[
         "planning", "moving", "pausing", "paused", "resumed", "stopping", "arrived", "cancelled", "refused", "stopped"
@@ -92,6 +96,8 @@ class GoalStatusText(OutsideModel):
     time_law: str = ""
     payload_kg: float = 0.0
     odds: OddsText = Field(default_factory=OddsText.model_construct)
+    trajectory: str = ""
+    motors: list[float] = Field([], max_length=2)
     knots: list[Annotated[list[float], Field(min_length=7, max_length=7)]] = Field([])
     slowing_s: float = 0.0
     path_time_s: float = 0.0

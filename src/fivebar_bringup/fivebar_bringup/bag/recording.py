@@ -291,6 +291,10 @@ class Recording:
         """Return a message as it was recorded."""
         return self._raw(topic).messages[self._decode(topic).places[row]]
 
+    def messages(self, topic: Topic) -> list[Any]:
+        """Return the decoded messages of a topic."""
+        return self._messages(topic)
+
     def _messages(self, topic: Topic) -> list[Any]:
         return self._decode(topic).messages
 

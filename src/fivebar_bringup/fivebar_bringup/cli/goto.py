@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -41,6 +42,7 @@ from fivebar_description.ros_environment import HIGHEST_DOMAIN, check_ros_enviro
 
 if TYPE_CHECKING:
     from fivebar_bringup.motions.start import Start
+    from fivebar_control.planning.timed_points import TimedPoints
 
 DEFAULT_CONTROLLER = "unified"
 """Controller of a motion that `goto` runs itself."""
@@ -50,7 +52,7 @@ LONGEST_WAIT = 120.0
 
 OF_ITS_OWN = (
     "expected without --live: the running graph has its own robot, start, controller, limits and results; only --mode,"
-    " --working-mode, --duration, --via and --blend-radius go with a goal"
+    " --working-mode, --duration, --via and --blend-radius go with a goal, and nothing with --trajectory"
 )
 """Why most options have no effect on a running graph: its own scenario has set what they set."""
 
@@ -62,8 +64,8 @@ OF_ITS_OWN = (
     context_settings={"ignore_unknown_options": True},
 )
 def goto(
-    x: Annotated[float, typer.Argument(help="Goal, m.")],
-    y: Annotated[float, typer.Argument(help="Goal, m.")],
+    x: Annotated[float | None, typer.Argument(help="Goal, m.", show_default=False)] = None,
+    y: Annotated[float | None, typer.Argument(help="Goal, m.", show_default=False)] = None,
     mode: Annotated[
         str | None,
         typer.Option(
@@ -129,6 +131,17 @@ def goto(
             " [default: 0, a rest]",
         ),
     ] = None,
+    trajectory: Annotated[
+        Path | None,
+        typer.Option(
+            "--trajectory",
+            metavar="FILE.csv",
+            help="In place of X Y: go through the rows of a file, columns time_s, x_m, y_m, or q1_rad, q2_rad.",
+        ),
+    ] = None,
+    retime: Annotated[
+        bool, typer.Option("--retime", help="With --trajectory: keep the path of the file and choose the pace.")
+    ] = False,
     changes: SetOption = None,
     fastest: Annotated[bool, typer.Option("--fastest", help="As fast as the limits allow.")] = False,
     plan_only: Annotated[
@@ -175,26 +188,48 @@ def goto(
     `--set` changes keys of the scenario that the motion is run by, as `fivebar simulate --set` does; what an option of
     its own decides, or the planner, is refused with the name of that.
 
+    With `--trajectory` the motion goes through the rows of a CSV file at their times, and starts in its first row. What
+    is refused names the row. `--retime` keeps the path and chooses the pace; the run's directory has the file as it was
+    followed.
+
     It is simulated in this process, without ROS. With `--ros` all nodes run it, in lockstep: the same bag and report,
     somewhat later.
 
     Example: `fivebar goto 0 0.02 --mode - --fastest`
 
     Example: `fivebar goto 0.03 0.02 --via 0.04,0.13 --blend-radius 0.02`
+
+    Example: `fivebar goto --trajectory figure.csv --retime`
     """
     from fivebar_bringup.motions.likely import plan_likely
     from fivebar_bringup.motions.request import Request, check_positive, within_drives
+    from fivebar_bringup.motions.trajectory import at_another_pace
     from fivebar_bringup.motions.transfer_report import as_json as transfer_as_json
     from fivebar_bringup.motions.transfer_report import as_text
     from fivebar_bringup.runs.offline import run_offline
     from fivebar_bringup.scenarios.changes import read_changes
     from fivebar_control.planning.timing import Speed
+    from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in, start_of
     from fivebar_control.trajectory.rounded import RESTS
     from fivebar_description.scenario_file import DEFAULT_ROBOT
 
     with input_errors(), keyboard_interrupts():
         if fastest and duration is not None:
             raise InputError("--fastest and --duration: expected one of them")
+        if trajectory is None:
+            _refuse_given({"--retime": retime or None}, "expected with --trajectory")
+            if x is None or y is None:
+                raise InputError("X Y: expected the goal, or --trajectory FILE.csv")
+            goal = x, y
+        else:
+            decided: dict[str, object] = {
+                "X Y": x,
+                "--mode": mode,
+                "--working-mode": working_mode,
+                "--duration": duration,
+            }
+            decided |= {"--via": via, "--blend-radius": blend_radius, "--seen": seen, "--fastest": fastest or None}
+            _refuse_given(decided, "expected without --trajectory, whose file says how the robot moves")
         points = [_point(one) for one in via or ()]
         radii = _radii(blend_radius or list(RESTS), len(points))
         if live:
@@ -210,6 +245,7 @@ def goto(
                 "--speed-limit": speed_limit,
                 "--set": changes or None,
                 "--fastest": fastest or None,
+                "--retime": retime or None,
                 "--plan-only": plan_only or None,
                 "--offline": offline or None,
                 "--ros": offline is False or None,
@@ -225,8 +261,13 @@ def goto(
             check_positive("--timeout", wait)
             if duration is not None:
                 check_positive("--duration", duration)
+            asked: dict[str, float] | TimedPoints
+            if trajectory is None:
+                asked = goal_fields(*goal, mode, working_mode, duration, points, radii)
+            else:
+                asked = points_in(TrajectoryFile.at(str(trajectory)))
             _live(
-                goal_fields(x, y, mode, working_mode, duration, points, radii),
+                asked,
                 graph_domain(domain, environment_first=True),
                 read_namespace(namespace),
                 wait,
@@ -237,12 +278,14 @@ def goto(
         with_nodes = offline is False
         if with_nodes and not plan_only:
             check_ros_environment()
+        if trajectory is not None and start is None and after is None:
+            start = start_of(points_in(TrajectoryFile.at(str(trajectory))))
         begin = _start(start, start_mode, after, robot, seen)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
         torque, speed = within_drives(known if robot is None else robot, torque_limit, speed_limit)
         request = Request(
-            x=x,
-            y=y,
+            x=begin.x if x is None else x,
+            y=begin.y if y is None else y,
             assembly=mode,
             working_mode=working_mode,
             start=begin,
@@ -256,29 +299,33 @@ def goto(
             blend_radius=radii or RESTS,
             judge=judge,
             changes=read_changes(changes),
+            trajectory="" if trajectory is None else str(trajectory),
         )
         began = time.monotonic()
-        with progress_bar("planning", as_json):
-            likely = plan_likely(request)
-        planning_s = time.monotonic() - began
-        plan = transfer_as_json(request, likely, planning_s)
-        if not as_json:
-            Printer(soft_wrap=True).print(as_text(request, likely, planning_s), highlight=False)
-        if plan_only:
-            if as_json:
-                print(json.dumps({"plan": plan}, indent=2, allow_nan=False))
-            raise typer.Exit(COMPLETED)
-        scenario = likely.scenario
-        with progress_bar("goto", as_json) as progress:
-            if with_nodes:
-                # here, because a simulation needs no node
-                from fivebar_bringup.runs.run import run_with_ros
+        with ExitStack() as files:
+            with progress_bar("planning", as_json):
+                if retime:
+                    request = files.enter_context(at_another_pace(request))
+                likely = plan_likely(request)
+            planning_s = time.monotonic() - began
+            plan = transfer_as_json(request, likely, planning_s)
+            if not as_json:
+                Printer(soft_wrap=True).print(as_text(request, likely, planning_s), highlight=False)
+            if plan_only:
+                if as_json:
+                    print(json.dumps({"plan": plan}, indent=2, allow_nan=False))
+                raise typer.Exit(COMPLETED)
+            scenario = likely.scenario
+            with progress_bar("goto", as_json) as progress:
+                if with_nodes:
+                    # here, because a simulation needs no node
+                    from fivebar_bringup.runs.run import run_with_ros
 
-                directory, summary = run_with_ros(
-                    scenario, Mode.LOCKSTEP, out, None, progress, with_page=page, odds=likely.known_odds
-                )
-            else:
-                directory, summary = run_offline(scenario, out, progress, page, likely.known_odds)
+                    directory, summary = run_with_ros(
+                        scenario, Mode.LOCKSTEP, out, None, progress, with_page=page, odds=likely.known_odds
+                    )
+                else:
+                    directory, summary = run_offline(scenario, out, progress, page, likely.known_odds)
     if as_json:
         print(json.dumps({"plan": plan, "summary": summary.as_dict()}, indent=2, allow_nan=False))
     else:
@@ -330,7 +377,9 @@ def stand(
     raise typer.Exit(EXIT_STATUS[summary.outcome])
 
 
-def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float, as_json: bool) -> NoReturn:
+def _live(
+    asked: dict[str, float] | TimedPoints, domain: int, namespace: str, timeout: float, as_json: bool
+) -> NoReturn:
     """Follow a goal on a running graph; exit status 2 where it is refused, 1 where a fault stops it."""
     from fivebar_bringup.motions.live import request_live
     from fivebar_bringup.odds.odds import told_odds
@@ -342,7 +391,7 @@ def _live(fields: dict[str, float], domain: int, namespace: str, timeout: float,
                 detail += f"; odds: {told_odds(status['odds'])}"
             print(f"{status['state']}{': ' if detail else ''}{detail}", flush=True)
 
-    last = request_live(fields, domain, timeout, report, namespace)
+    last = request_live(asked, domain, timeout, report, namespace)
     if as_json:
         print(json.dumps(last, indent=2, allow_nan=False))
     raise typer.Exit({"arrived": COMPLETED, "refused": BAD_INPUT}.get(last["state"], FAILED))

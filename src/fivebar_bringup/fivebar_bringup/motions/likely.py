@@ -67,6 +67,10 @@ def plan_likely(request: Request) -> LikelyTransfer:
     from fivebar_bringup.odds.alternatives import Alternatives, Candidate
     from fivebar_bringup.odds.likely import likely_motion
 
+    if request.trajectory:
+        # its rows say where it is when, so that nothing else may be chosen for its odds
+        kept = Alternatives[Transfer](lambda timed: None, lambda course: (), lambda: (), request.rate_hz)
+        return LikelyTransfer(*likely_motion(Candidate(transfer, first), kept, True))
     task = task_of_request(request, judge_loads=False)
 
     def planned(timed: TimedCourse) -> Candidate[Transfer] | None:

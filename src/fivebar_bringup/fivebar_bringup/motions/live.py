@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -11,10 +12,14 @@ from fivebar_bringup.motions.request import ASSEMBLY_MODES
 from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import via_fields
+from fivebar_control.planning.timed_points import TimedPoints
 from fivebar_description.strict_yaml import InputError
 
 ENDS = ("arrived", "cancelled", "refused", "stopped")
 """Final states of a goal."""
+
+POINT = re.compile(r"points\[(\d+)\]")
+"""How a graph names a point of a trajectory, of whose file it does not know."""
 
 Report = Callable[[dict[str, Any]], None]
 
@@ -46,9 +51,9 @@ def goal_fields(
 
 
 def request_live(
-    fields: dict[str, float], domain: int, timeout: float, report: Report, namespace: str = ""
+    asked: dict[str, float] | TimedPoints, domain: int, timeout: float, report: Report, namespace: str = ""
 ) -> dict[str, Any]:
-    """Send a goal to the graph in a DDS domain and a namespace and follow it to its end; return the last status.
+    """Send a goal or a trajectory to the graph in a DDS domain and a namespace; return the last status.
 
     `report` is called with every status on the way.
 
@@ -58,12 +63,17 @@ def request_live(
     with GoalClient(domain, namespace) as client:
         if not client.find():
             raise InputError(f"--domain: {domain}: no graph there accepts goals")
-        client.request(fields)
+        if isinstance(asked, TimedPoints):
+            client.follow(asked)
+        else:
+            client.request(asked)
         end = time.monotonic() + timeout
         while True:
             status = client.next_status(max(0.0, end - time.monotonic()))
             if status is None:
                 raise InputError(f"--domain: {domain}: the motion was not over within {timeout:g} s")
+            if isinstance(asked, TimedPoints) and "reason" in status:
+                status = {**status, "reason": POINT.sub(lambda found: asked.labels.of(int(found[1])), status["reason"])}
             report(status)
             if status["state"] in ENDS:
                 return status

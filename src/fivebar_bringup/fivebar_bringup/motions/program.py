@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,11 +27,22 @@ from fivebar_bringup.runs.run import report_on, run_prepared
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.order_planning import plan_once
 from fivebar_control.planning.orders import Planned, PlanningRequest
-from fivebar_control.planning.program import Carry, Instruction, LoadedProgram, Move, SetOutput, Wait, with_files
+from fivebar_control.planning.program import (
+    Carry,
+    Follow,
+    Instruction,
+    LoadedProgram,
+    Move,
+    SetOutput,
+    Wait,
+    with_files,
+)
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
+from fivebar_control.planning.timed_points import request_from
+from fivebar_control.planning.trajectory_file import LARGEST_FILE, TrajectoryFile, points_in
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
-from fivebar_description.files import share_file, yaml_path
+from fivebar_description.files import read_text, share_file, yaml_path
 from fivebar_description.interface import DEFAULT_PRIORITY, PAYLOAD
 from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.robot_file import read_robot
@@ -41,6 +53,7 @@ from fivebar_description.strict_yaml import InputError, validate
 OF_THE_MOTION = (
     "name",
     "waypoints",
+    "trajectory",
     "segment_duration",
     "working_modes",
     "time_law",
@@ -86,17 +99,21 @@ def scenario_of_program(loaded: LoadedProgram, source: str) -> Scenario:
         if key in program.scenario:
             raise InputError(f"{source}: scenario.{key}: {program.scenario[key]!r}: a program says itself how it moves")
     first = loaded.instructions[0]
-    if not isinstance(first.action, Move):
+    if not isinstance(first.action, Move | Follow):
         raise InputError(f"{source}: {first.place}: expected a move as the first thing that is done")
     robot = str(program.scenario.get("robot", DEFAULT_ROBOT))
     start = program.start if program.start is not None else read_robot(robot).home_m
-    waypoints = [list(start), [first.action.x, first.action.y]]
+    motion: dict[str, Any]
+    if isinstance(first.action, Follow):
+        motion = {"trajectory": first.action.file, "waypoints": [list(start)]}
+    else:
+        motion = {"waypoints": [list(start), [first.action.x, first.action.y]]}
     plant = program.scenario.get("plant", {})
     content = {
         "controller": "unified",
         **program.scenario,
         "name": program.name,
-        "waypoints": waypoints,
+        **motion,
         # as strong as a requested motion assumes the motors to be
         "plant": {"torque_limit": within_drives(robot, None, None)[0], **plant} if isinstance(plant, dict) else plant,
     }
@@ -130,6 +147,7 @@ def plan_program(loaded: LoadedProgram, scenario: Scenario, source: str, mode: M
     likely = PlannerWithOdds(scenario, conditions) if has_odds(scenario) else None
     x, y = scenario.waypoints[0]
     at, payload = (x, y), 0.0
+    robot = scenario.five_bar()
     steps, orders = [], []
     for instruction in loaded.instructions:
         action = instruction.action
@@ -151,6 +169,18 @@ def plan_program(loaded: LoadedProgram, scenario: Scenario, source: str, mode: M
                 raise InputError(f"{source}: {instruction.place}: {planned.refused}")
             steps.append(PlannedStep(instruction, sum(planned.durations), planned))
             orders.append(order)
+            at = planned.course.waypoints[-1]
+        elif isinstance(action, Follow):
+            try:
+                points = points_in(TrajectoryFile.at(action.file))
+                unknown = (math.nan, math.nan)
+                asked = request_from(robot, points, at, scenario.working_mode, unknown, payload)
+            except InputError as error:
+                raise InputError(f"{source}: {instruction.place}: {error}") from error
+            planned = plan_once(conditions, asked)
+            if planned.refused:
+                raise InputError(f"{source}: {instruction.place}: {action.file}: {planned.refused}")
+            steps.append(PlannedStep(instruction, sum(planned.durations), planned))
             at = planned.course.waypoints[-1]
         elif isinstance(action, Carry):
             payload = action.payload
@@ -175,6 +205,8 @@ def words_of(instruction: Instruction) -> str:
     if isinstance(action, Move):
         mode = {1: ", assembly mode +", -1: ", assembly mode -", 0: ""}[action.assembly]
         return f"move to {place(action.x, action.y)}{mode}{_by_way_of(action)}"
+    if isinstance(action, Follow):
+        return f"follow {action.file}"
     if isinstance(action, Wait):
         return f"dwell {action.seconds:g} s"
     if isinstance(action, SetOutput):
@@ -245,12 +277,14 @@ def run_program(
     update = {"waypoints": course.waypoints, "segment_duration": first.durations, "time_law": course.time_law}
     if course.rounded:
         update["blend_radius"] = course.blend_radius
-    timed = scenario.model_copy(update=update)
+    timed = scenario if scenario.trajectory else scenario.model_copy(update=update)
     last: dict[str, Any] = {}
 
     def specs() -> Sequence[ProcessSpec]:
         file = run.path / PROGRAM_FILE
-        write_results(run.path, {file.name: with_files(loaded.text, run.files_of(timed))})
+        copies = {name: f"followed_{number}.csv" for number, name in enumerate(loaded.followed, start=1)}
+        texts = {copies[name]: read_text(Path(path), LARGEST_FILE) for name, path in loaded.followed.items()}
+        write_results(run.path, {**texts, file.name: with_files(loaded.text, run.files_of(timed), copies)})
         rehearsal = Rehearsal(write_drive_files(timed, run.path)) if rehearse else None
         nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins), rehearsal)
         refuse_payload(loaded, nodes)

@@ -13,10 +13,11 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.changes import changed_scenario, refuse_decided
 from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
+from fivebar_control.planning.course import Course
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.pacing import Task
-from fivebar_control.planning.postures import mode_name
+from fivebar_control.planning.postures import mode_name, place_at
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, plan_transfer
 from fivebar_control.scenario.motion_limits import scenario_limits
@@ -53,6 +54,7 @@ class Request(NamedTuple):
         blend_radius: within which each corner there is rounded (m), 0 for a rest; one for all, or one for each.
         judge: "timed" or "path", by which distance the motion is judged; None for that of the run before.
         changes: values of further keys of the scenario, by their names with dots.
+        trajectory: path of a CSV file whose rows the motion goes through, in place of goal and duration; "" for none.
     """
 
     x: float
@@ -70,6 +72,7 @@ class Request(NamedTuple):
     blend_radius: tuple[float, ...] = RESTS
     judge: str | None = None
     changes: Mapping[str, Any] = MappingProxyType({})
+    trajectory: str = ""
 
 
 DECIDED = {
@@ -78,6 +81,7 @@ DECIDED = {
     "robot": "--robot",
     "judge": "--judge",
     "waypoints": "the goal X Y, --from and --via",
+    "trajectory": "--trajectory",
     "working_mode": "--working-mode and --from-mode",
     "working_modes": "a scenario, since `goto` stays in one working mode",
     "start": "--seen",
@@ -91,6 +95,9 @@ DECIDED = {
     "drives_file": "`fivebar run --hardware`",
 }
 """Keys of the scenario that a request decides itself, and what to use in their place."""
+
+OF_A_MOTION = ("working_modes", "trajectory", "start", "stands", "segment_duration", "time_law", "blend_radius")
+"""Keys of a run before that say how it moved."""
 
 
 def within_drives(robot: str, torque_limit: float | None, speed_limit: float | None) -> tuple[float, float]:
@@ -132,6 +139,8 @@ def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
             f" {mode_name(start.working_mode)}, and another one is reached only through a Type 1 singularity:"
             " see working_modes in a scenario"
         )
+    if request.trajectory:
+        return _followed(request, judge_loads)
     task = task_of_request(request, judge_loads)
     transfer = plan_transfer(
         task.robot,
@@ -150,6 +159,19 @@ def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
     if asked_scenario(request).estimated:
         check_declared(task.robot, homing_at(task.robot, *start.working_mode, start.x, start.y))
     return transfer
+
+
+def _followed(request: Request, judge_loads: bool) -> Transfer:
+    """Return the motion through the rows of a file."""
+    asked, task = asked_scenario(request), task_of_request(request, judge_loads)
+    plan = asked.plan()
+    verdict = task.judge_run(plan)
+    asked.refuse_infeasible(verdict)
+    start, end = asked.waypoints
+    signs = [place_at(task.robot, task.working_mode, *point).assembly for point in (start, end)]
+    if asked.estimated:
+        check_declared(task.robot, homing_at(task.robot, *task.working_mode, *start))
+    return Transfer(plan, verdict, Course((start, end)), asked.durations(), signs[0], signs[1])
 
 
 def task_of_request(request: Request, judge_loads: bool = True) -> Task:
@@ -178,7 +200,9 @@ def scenario_of(request: Request, transfer: Transfer) -> Scenario:
         InputError: the run before has settings that do not go with the request.
     """
     before, asked = request.start.scenario, asked_scenario(request)
-    content = {} if before is None else before.model_dump(mode="json", exclude={"working_modes"})
+    if request.trajectory:
+        return asked
+    content = {} if before is None else before.model_dump(mode="json", exclude={"working_modes", "trajectory"})
     content |= {
         "name": "goto",
         "controller": request.controller,
@@ -201,14 +225,16 @@ def asked_scenario(request: Request) -> Scenario:
     Where there was no run before, the rest are the defaults of the robot.
     """
     start, before = request.start, request.start.scenario
+    here = [start.x, start.y]
+    motion: dict[str, Any] = {"working_mode": list(start.working_mode)}
+    motion |= {"waypoints": [here]} if request.trajectory else {"waypoints": [here, [request.x, request.y]]}
+    motion |= {"trajectory": request.trajectory} if request.trajectory else {}
+    content = {"name": "goto", "controller": request.controller, "robot": request.robot, **motion}
     if before is None:
-        content = {
-            "name": "goto",
-            "controller": request.controller,
-            "robot": request.robot,
-            "working_mode": list(start.working_mode),
-            "waypoints": [[start.x, start.y], [request.x, request.y]],
-        }
+        before = validate(content, Scenario, "goto")
+    elif request.trajectory or before.trajectory:
+        kept = before.model_dump(mode="json", exclude={*OF_A_MOTION})
+        content = kept | content
         before = validate(content, Scenario, "goto")
     else:
         content = before.model_dump(mode="json") | {"controller": request.controller, "robot": request.robot}

@@ -31,7 +31,7 @@ def as_json(request: Request, likely: LikelyTransfer, planning_s: float) -> dict
         "waypoints": [list(point) for point in transfer.waypoints],
         "durations_s": list(transfer.durations),
         "blend_radius": list(transfer.course.blend_radius),
-        "time_law": transfer.course.time_law,
+        "time_law": None if request.trajectory else transfer.course.time_law,
         "duration_s": sum(transfer.durations),
         "crossings": [
             {
@@ -69,12 +69,14 @@ def as_text(request: Request, likely: LikelyTransfer, planning_s: float) -> Rend
     start, goal = transfer.waypoints[0], transfer.waypoints[-1]
     parts = transfer.course.between_rests()
     unknown = read_robot(request.robot).elbows_pass == UNKNOWN
+    how = f"in {len(parts)} segments, time law {transfer.course.time_law}"
+    if request.trajectory:
+        how = "through the rows of its file"
     lines = [
         f"from {place(*start)}, assembly mode {sign_name(transfer.assembly_start)}",
         f"to   {place(*goal)}, assembly mode {sign_name(transfer.assembly_goal)}",
         f"in working mode {mode_name(request.start.working_mode)} by {request.controller},"
-        f" {sum(transfer.durations):.3f} s in {len(parts)} segments, time law {transfer.course.time_law};"
-        f" planned in {planning_s:.2f} s",
+        f" {sum(transfer.durations):.3f} s {how}; planned in {planning_s:.2f} s",
     ]
     for index, (part, segment) in enumerate(zip(parts, transfer.plan.path.segments, strict=True)):
         points = " to ".join(place(*point) for point in part.waypoints)

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rclpy.topic_endpoint_info import TopicEndpointInfo
-from sensor_msgs.msg import JointState
 
-from fivebar_description.interface import GOAL, GOAL_STATUS
+from fivebar_control.planning.timed_points import TimedPoints
+from fivebar_control.ros.trajectory_requests import trajectory_message
+from fivebar_description.interface import GOAL, GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.ros.domain_member import DomainMember
 from fivebar_description.ros.messages import goal_message, new_request_id
 from fivebar_description.status_texts import read_goal_status
@@ -36,8 +37,8 @@ class GoalClient(DomainMember):
         super().__init__("goal_client", domain, namespace)
         self._statuses: list[dict[str, Any]] = []
         self.listen_to_texts(GOAL_STATUS, read_goal_status, self._on_status)
-        self._goal = self.advertise(GOAL)
-        self._unanswered: JointState | None = None
+        self._goal, self._trajectory = self.advertise(GOAL), self.advertise(GOAL_TRAJECTORY)
+        self._unanswered: Callable[[], None] | None = None
         self._id = ""
 
     def find(self) -> bool:
@@ -50,15 +51,29 @@ class GoalClient(DomainMember):
 
     def _found(self) -> bool:
         """Return whether a node that answers requests hears them; a recorder hears them, too."""
-        heard_by = _nodes(self.node.get_subscriptions_info_by_topic(GOAL.name))
         answered_by = _nodes(self.node.get_publishers_info_by_topic(GOAL_STATUS.name))
-        return bool(heard_by & answered_by) and self._goal.get_subscription_count() > 0
+        topics = ((GOAL, self._goal), (GOAL_TRAJECTORY, self._trajectory))
+        return all(
+            _nodes(self.node.get_subscriptions_info_by_topic(topic.name)) & answered_by
+            and publisher.get_subscription_count() > 0
+            for topic, publisher in topics
+        )
 
     def request(self, fields: Mapping[str, float]) -> None:
         """Publish a request with these fields by name; from then on only its own statuses count."""
         self._id = new_request_id()
-        self._unanswered = goal_message(fields, self._id)
-        self._goal.publish(self._unanswered)
+        message = goal_message(fields, self._id)
+        self._ask(lambda: self._goal.publish(message))
+
+    def follow(self, points: TimedPoints) -> None:
+        """Publish a request to go through points; from then on only its own statuses count."""
+        self._id = new_request_id()
+        message = trajectory_message(points, self._id)
+        self._ask(lambda: self._trajectory.publish(message))
+
+    def _ask(self, publish: Callable[[], None]) -> None:
+        self._unanswered = publish
+        publish()
 
     def next_status(self, seconds: float) -> dict[str, Any] | None:
         """Return the next status; None if none arrives within some time (s).
@@ -70,7 +85,7 @@ class GoalClient(DomainMember):
             if time.monotonic() >= end:
                 return None
             if self._unanswered is not None:
-                self._goal.publish(self._unanswered)
+                self._unanswered()
         return self._statuses.pop(0)
 
     def _on_status(self, status: dict[str, Any]) -> None:

@@ -11,11 +11,15 @@ from typing import Any, NamedTuple
 from fivebar_bringup.recorded.results import FIGURES, new_directory, write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
+from fivebar_control.planning.trajectory_file import LARGEST_FILE
 from fivebar_description.files import is_yaml_path
 from fivebar_description.modules import modules_unopened
 from fivebar_description.optional import CAMERA_ON, CAMERA_OPTICS, optional_part
 from fivebar_description.scenario_file import FILE_OF_RUN
 from fivebar_description.strict_yaml import InputError, read_text
+
+TRAJECTORY_FILE = "trajectory.csv"
+"""The trajectory that was followed, where the scenario names one."""
 
 CAMERA_FILE = "camera.yaml"
 """The calibration of the camera as it was, where the scenario names one."""
@@ -81,6 +85,8 @@ class RunDirectory(NamedTuple):
         names: dict[tuple[str, ...], str] = {}
         if is_yaml_path(scenario.robot):
             names["robot",] = self.robot.name
+        if scenario.trajectory:
+            names["trajectory",] = TRAJECTORY_FILE
         if scenario.camera.on and scenario.camera.calibration:
             names["camera", "calibration"] = CAMERA_FILE
         return names
@@ -117,6 +123,9 @@ def new_run_directory(out: Path | None, scenario: Scenario, odds: Mapping[str, A
     if is_yaml_path(scenario.robot):
         files[run.robot.name] = read_text(Path(scenario.robot))
         scenario = scenario.model_copy(update={"robot": run.robot.name})
+    if scenario.trajectory:
+        files[TRAJECTORY_FILE] = read_text(Path(scenario.trajectory), LARGEST_FILE)
+        scenario = scenario.model_copy(update={"trajectory": TRAJECTORY_FILE})
     if odds is not None:
         files[run.odds.name] = json.dumps(odds, indent=2) + "\n"
     write_results(run.path, {**files, run.scenario.name: scenario.to_yaml()})

@@ -3,20 +3,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.planning.motion_queue import GoalRefused
 from fivebar_control.planning.plan_along import plan_along
+from fivebar_control.planning.timed_points import TimedPoints, digest_of, request_from, segment_of
+from fivebar_control.planning.trajectory_messages import points_of
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import Crossing, Plan, plan_motion
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_control.trajectory.spline import Knot, SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
 from fivebar_control.trajectory.time_laws import QUINTIC
-from fivebar_description.interface import GOAL_STATUS, JOINT_STATES, PROGRAM_STATUS
+from fivebar_description.interface import GOAL_STATUS, GOAL_TRAJECTORY, JOINT_STATES, PROGRAM_STATUS
 from fivebar_description.parameters import laden
 from fivebar_description.status_texts import read_goal_status
 
@@ -41,7 +46,7 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
     try:
         statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False) if asked else []
         moved = [status for status in statuses if status["state"] in (*STOPS, RESUMED) or status.keys() >= MOVES]
-        motions = _motions(scenario, plan, moved)
+        motions = _motions(scenario, plan, moved, _Trajectories(recording))
     except (ValueError, KeyError, TypeError) as error:
         raise BagError(recording.path, f"/{GOAL_STATUS.name}: is not the status of a request: {error}") from error
     numbers = recording.samples(JOINT_STATES, scenario.rate_hz)
@@ -64,7 +69,32 @@ class _Motion(NamedTuple):
     crossings: tuple[Crossing, ...]
 
 
-def _motions(scenario: Scenario, plan: Plan, statuses: Sequence[dict[str, Any]]) -> list[_Motion]:
+class _Trajectories:
+    """The trajectories that were asked for, as recorded."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._recording = recording
+        self._known: dict[str, TimedPoints] | None = None
+
+    def named(self, digest: str) -> TimedPoints:
+        """Return the trajectory of a digest.
+
+        Raises:
+            KeyError: it was not recorded.
+        """
+        if self._known is None:
+            self._known = {}
+            for message in self._recording.messages(GOAL_TRAJECTORY):
+                # what was refused was not followed
+                with suppress(GoalRefused):
+                    points = points_of(message, message.header.frame_id)
+                    self._known[digest_of(points)] = points
+        return self._known[digest]
+
+
+def _motions(
+    scenario: Scenario, plan: Plan, statuses: Sequence[dict[str, Any]], trajectories: _Trajectories
+) -> list[_Motion]:
     """Return the motion of a run, and those that its statuses tell of, as far as they were followed."""
     motions = [_Motion(0.0, plan.path.segments, plan.crossings)]
     whole = motions[0]
@@ -85,13 +115,19 @@ def _motions(scenario: Scenario, plan: Plan, statuses: Sequence[dict[str, Any]])
                 _Motion(begin, ResumedSegment(Path(whole.segments), since, rising).as_path().segments, ahead)
             )
         else:
-            asked = _requested(scenario, plan, status)
+            asked = _requested(scenario, plan, status, trajectories)
             motions.append(_Motion(begin, asked.path.segments, asked.crossings))
     return motions
 
 
-def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any]) -> Plan:
+def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any], trajectories: _Trajectories) -> Plan:
     """Return the motion of a status as the planner made it, which knew what the platform carried."""
+    if "trajectory" in status:
+        robot, mode = scenario.five_bar(), (plan.mode1, plan.mode2)
+        points, place = trajectories.named(status["trajectory"]), status["waypoints"][0]
+        q11, q21 = status.get("motors", (math.nan, math.nan))
+        request = request_from(robot, points, (place[0], place[1]), mode, (q11, q21), 0.0)
+        return plan_along(robot, Path([segment_of(robot, request)]), mode, scenario.rate_hz)
     if "knots" in status:
         knots = tuple(Knot(*map(float, values)) for values in status["knots"])
         segment = SplineSegment(knots, scenario.five_bar(), status.get("assembly_mode", 0))

@@ -80,6 +80,8 @@ def refuse_unfit(scenario: Scenario) -> Odds | None:
     verdict = screened(scenario, plan)
     if verdict.feasible:
         return None
+    if scenario.trajectory and not _only_loads(verdict):
+        scenario.refuse_infeasible(verdict)
     trials = _trials(scenario, plan) if _only_loads(verdict) else None
     if trials is not None and trials.odds.share >= scenario.risk.success:
         return _stated(scenario)

@@ -129,7 +129,7 @@ def _of_schedule(sensor: int, made: NDArray[np.bool_], latency: int, stamps: Flo
 
 
 class LateState(NamedTuple):
-    """What the late sensors have sensed so far; the arrays are changed in place.
+    """State of the late sensors so far; the arrays are changed in place.
 
     Attributes:
         values: float64[N + 1, SENSORS, 2], at each sample: what a reading made there has without the errors of a
@@ -155,7 +155,7 @@ def nothing_read(settings: Any, robot: FiveBar, q11: float, q12: float, q21: flo
 
 
 extra_read: Callable[..., float] = nothing_read
-"""What a sensor from another package reads, to be bound before."""
+"""Reading of a sensor from another package, to be bound before."""
 
 
 def unsensed(sensors: EngineSensors, exact: Joints, samples: int) -> LateState:

@@ -14,6 +14,7 @@ from std_msgs.msg import Bool, Float64, String
 from fivebar_control.planning.program import (
     Action,
     Carry,
+    Follow,
     LoadedProgram,
     Move,
     SetOutput,
@@ -22,12 +23,16 @@ from fivebar_control.planning.program import (
     read_program,
 )
 from fivebar_control.planning.program_run import ProgramRun, ProgramState
+from fivebar_control.planning.timed_points import TimedPoints
+from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in
 from fivebar_control.ros.node_settings import ProgramSettings
+from fivebar_control.ros.trajectory_requests import trajectory_message
 from fivebar_control.scenario.motion_file import MotionFile
 from fivebar_description.interface import (
     ALL_WELL,
     GOAL,
     GOAL_STATUS,
+    GOAL_TRAJECTORY,
     JOINT_STATES,
     PAYLOAD,
     PROGRAM,
@@ -79,7 +84,9 @@ class ProgramRunner(GraphNode):
         self._published = ""
         self._fault = ALL_WELL
         self._outputs_by_pin: dict[str, Sender] = {}
-        self._goal = self.advertise(GOAL)
+        self._files: dict[str, TimedPoints] = {}
+        """Points of the files that the program follows, by their paths."""
+        self._goal, self._trajectory = self.advertise(GOAL), self.advertise(GOAL_TRAJECTORY)
         self._payload = self.advertise(PAYLOAD)
         self._status = self.advertise(PROGRAM_STATUS)
         self.listen(GOAL_STATUS, self.reading(GOAL_STATUS, read_goal_status, self._on_goal_status))
@@ -92,6 +99,9 @@ class ProgramRunner(GraphNode):
         self.every(PERIOD, self._advance)
 
     def _begin(self, loaded: LoadedProgram, done: int) -> None:
+        actions = (instruction.action for instruction in loaded.instructions)
+        names = {action.file for action in actions if isinstance(action, Follow)}
+        self._files = {name: points_in(TrajectoryFile.at(name)) for name in names}
         self._program = ProgramRun(loaded.program.name, loaded.instructions, done)
         # subscribers have until then to find the pins
         for pin in loaded.pins:
@@ -130,14 +140,18 @@ class ProgramRunner(GraphNode):
         answered_by = {
             (one.node_namespace, one.node_name) for one in self.get_publishers_info_by_topic(GOAL_STATUS.name)
         }
-        subscriptions = self.get_subscriptions_info_by_topic(GOAL.name)
-        heard_by = {(one.node_namespace, one.node_name) for one in subscriptions}
-        return bool(heard_by & answered_by)
+        topics = (GOAL, GOAL_TRAJECTORY) if self._files else (GOAL,)
+        subscriptions = (self.get_subscriptions_info_by_topic(topic.name) for topic in topics)
+        heard_by = ({(one.node_namespace, one.node_name) for one in found} for found in subscriptions)
+        return all(nodes & answered_by for nodes in heard_by)
 
     def _do(self, action: Action) -> None:
         if isinstance(action, Move):
             self._asked = new_request_id()
             self._goal.publish(goal_message(goal_fields_of(action), self._asked))
+        elif isinstance(action, Follow):
+            self._asked = new_request_id()
+            self._trajectory.publish(trajectory_message(self._files[action.file], self._asked))
         elif isinstance(action, Carry):
             self._payload.publish(Float64(data=action.payload))
         elif isinstance(action, SetOutput):

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_control.estimation.settings import Sensing
@@ -15,7 +16,6 @@ from fivebar_control.planning.risk import Risk
 from fivebar_control.safety.settings import EVERYWHERE, Area, SafetySettings
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.path_distance import TIMED
-from fivebar_control.trajectory.spline import Knot
 from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
 from fivebar_description.loads import NO_LOADS, Loads
 
@@ -39,22 +39,69 @@ class PlanningRequest(NamedTuple):
     blend_radius: tuple[float, ...] = ()
 
 
+class PointLabels(NamedTuple):
+    """How messages to people name the points of a trajectory: by a form, and the number of the first point."""
+
+    form: str
+    first: int
+    time: str
+    """How they name the time of a point, after the point."""
+    joint: str
+    """The sign between a point and another field."""
+    unnamed: int = 0
+    """Points at the beginning that have no name."""
+
+    def of(self, number: int) -> str:
+        """Return the name of a point, the first of which has number 0."""
+        return self.form.format(self.first + number)
+
+    def after_rest(self) -> PointLabels:
+        """Return the labels where the place in which the robot rests, which has none, comes first."""
+        return self._replace(first=self.first - 1, unnamed=1)
+
+
+IN_MESSAGE = PointLabels("points[{}]", 0, ".time_from_start", ".")
+IN_FILE = PointLabels("row {}", 2, ": time", ": ")
+"""Labels of the points in a message, and in a file of which row 1 has the names of the columns."""
+
+
+class TimedPoint(NamedTuple):
+    """A point of a trajectory: when (s), where, and where they are given, rates and their derivatives."""
+
+    time: float
+    position: Sequence[float]
+    velocity: Sequence[float] = ()
+    acceleration: Sequence[float] = ()
+
+
 class TrajectoryRequest(NamedTuple):
-    """A request to the planner: a motion through knots.
+    """A request to the planner: a motion through points at their times.
 
     Attributes:
         joints: `PLATFORM_NAMES` or `ACTIVE_JOINTS`.
-        knots: the first where the robot rests.
+        points: the first where the robot rests, at time 0.
         place: where the platform rests (m).
         working_mode: of the whole motion.
         payload: what the platform carries (kg).
+        labels: how messages name the points.
     """
 
     joints: tuple[str, str]
-    knots: tuple[Knot, ...]
+    points: tuple[TimedPoint, ...]
     place: Point
     working_mode: tuple[int, int]
     payload: float = 0.0
+    labels: PointLabels = IN_MESSAGE
+
+    @property
+    def duration(self) -> float:
+        """How long it takes (s)."""
+        return self.points[-1].time
+
+    def label_at(self, t: float) -> str:
+        """Return the name of the last point that is not after a time (s)."""
+        number = bisect_right(self.points, t, key=lambda point: point.time) - 1
+        return self.labels.of(max(number, self.labels.unnamed))
 
 
 class StopRequest(NamedTuple):

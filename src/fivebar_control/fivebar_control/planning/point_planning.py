@@ -11,6 +11,7 @@ from fivebar_control.model.kinematics import state_from_motors, state_from_platf
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
 from fivebar_control.planning.feasibility import screen_run
+from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.orders import TrajectoryRequest
 from fivebar_control.planning.plan_along import plan_along
@@ -35,30 +36,56 @@ def plan_points(
     Raises:
         PlanRefused: it is not feasible.
     """
-    segment = segment_of(robot, request)
-    for sample in range(math.ceil(segment.duration * rate_hz) + 1):
-        _check_regular(robot, request, segment, sample / rate_hz, limits)
-    plan = plan_along(robot, Path([segment]), request.working_mode, rate_hz)
-    verdict = screen_run(robot, plan, rate_hz, follower, limits, sensing)
-    if not verdict.feasible:
-        raise PlanRefused(f"the trajectory is not feasible: {'; '.join(verdict.reasons)}")
+    plan = plan_knots(robot, request, rate_hz, limits.rest)
+    refuse_infeasible(request, screen_run(robot, plan, rate_hz, follower, limits, sensing))
     return plan
 
 
+def refuse_infeasible(request: TrajectoryRequest, verdict: Feasibility) -> None:
+    """Refuse a motion through knots that breaks a limit; each reason names the knot after which it does.
+
+    Raises:
+        PlanRefused: it does.
+    """
+    if not verdict.feasible:
+        missed = (figure for figure in verdict.figures if not figure.kept)
+        reasons = "; ".join(f"{figure}, after {request.label_at(figure.time)}" for figure in missed)
+        raise PlanRefused(f"the trajectory is not feasible: {reasons}")
+
+
+def plan_knots(robot: FiveBar, request: TrajectoryRequest, rate_hz: int, least_kappa: float) -> Plan:
+    """Plan a motion through knots without judging it.
+
+    Args:
+        robot: to be moved.
+        request: the knots, and where the robot rests.
+        rate_hz: of the controllers.
+        least_kappa: 1/cond(A) below which motor angles do not fix the platform.
+
+    Raises:
+        PlanRefused: it has no reference everywhere.
+    """
+    segment = segment_of(robot, request)
+    for sample in range(math.ceil(segment.duration * rate_hz) + 1):
+        _check_regular(robot, request, segment, sample / rate_hz, least_kappa)
+    return plan_along(robot, Path([segment]), request.working_mode, rate_hz)
+
+
 def _check_regular(
-    robot: FiveBar, request: TrajectoryRequest, segment: SplineSegment, t: float, limits: MotionLimits
+    robot: FiveBar, request: TrajectoryRequest, segment: SplineSegment, t: float, least_kappa: float
 ) -> None:
     """Refuse an instant without a defined reference: out of reach, or where motors do not fix the platform."""
     at = segment.coordinates_at(t)
     if not segment.assembly:
         if not _defined(state_from_platform(robot, *request.working_mode, at.one, at.two, 0.0, 0.0)):
-            raise PlanRefused(f"at {t:.3f} s the platform is out of reach: ({at.one:.4f}, {at.two:.4f}) m")
+            place = f"({at.one:.4f}, {at.two:.4f}) m"
+            raise PlanRefused(f"at {t:.3f} s, after {request.label_at(t)}, the platform is out of reach: {place}")
         return
     state = state_from_motors(robot, segment.assembly, at.one, at.two, 0.0, 0.0)
-    motors = f"at {t:.3f} s the motors are at ({at.one:.4f}, {at.two:.4f}) rad"
+    motors = f"at {t:.3f} s, after {request.label_at(t)}, the motors are at ({at.one:.4f}, {at.two:.4f}) rad"
     if not _defined(state):
         raise PlanRefused(f"{motors}: the distal links cannot meet")
-    if inverse_condition(state) < limits.rest:
+    if inverse_condition(state) < least_kappa:
         raise PlanRefused(f"{motors}, near the Type 2 locus, where they do not fix the platform: expected x and y")
     if working_mode(state) != request.working_mode:
         raise PlanRefused(f"{motors}: they have gone through a Type 1 singularity")

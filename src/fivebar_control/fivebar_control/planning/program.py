@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, model_validator
@@ -17,7 +18,7 @@ from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import MOST_VIA, via_fields
 from fivebar_control.trajectory.planner import LONGEST_SEGMENT
 from fivebar_control.trajectory.rounded import BLEND_RADIUS, radii_at
-from fivebar_description.files import placed_beside
+from fivebar_description.files import is_file, placed_beside
 from fivebar_description.parameters import MOST_PAYLOAD
 from fivebar_description.scenario_file import FILES_NAMED
 from fivebar_description.strict_yaml import (
@@ -40,7 +41,7 @@ MOST_CHARACTERS = 1_000_000
 DEEPEST = 8
 """Loops in loops."""
 
-ACTIONS = ("move", "dwell", "set", "reset", "pick", "place", "torque", "speed", "repeat")
+ACTIONS = ("move", "follow", "dwell", "set", "reset", "pick", "place", "torque", "speed", "repeat")
 """A step has exactly one of these keys."""
 
 OPTIONS = {"mode": "move", "via": "move", "blend_radius": "move", "duration": "move", "steps": "repeat"}
@@ -53,6 +54,8 @@ SAME_PAYLOAD = 1e-9
 
 PROGRAM_FILES = tuple(("scenario", *keys) for keys in FILES_NAMED)
 """Keys of a program whose values may be names of files: those of its section `scenario`."""
+
+NOTHING: Mapping[str, str] = MappingProxyType({})
 
 Place = Annotated[tuple[float, float], Field(strict=False)]
 Share = Annotated[float, Field(gt=0.0, le=1.0)]
@@ -68,6 +71,7 @@ class Step(StrictModel):
     via: Annotated[tuple[Place, ...], Field(strict=False)] = ()
     blend_radius: Annotated[float | Annotated[tuple[float, ...], Field(strict=False)], BLEND_RADIUS] = 0.0
     duration: Annotated[float, Field(gt=0.0, le=LONGEST_SEGMENT)] | None = None
+    follow: Annotated[str, Field(pattern=r"\.csv$")] | None = None
     dwell: Annotated[float, Field(ge=0.0, le=86_400.0)] | None = None
     set_: Annotated[Pin | None, Field(alias="set")] = None
     reset: Pin | None = None
@@ -163,6 +167,12 @@ class Move(NamedTuple):
     blend_radius: tuple[float, ...] = ()
 
 
+class Follow(NamedTuple):
+    """Go through the rows of a file, by its path."""
+
+    file: str
+
+
 class Wait(NamedTuple):
     """Rest for some seconds."""
 
@@ -182,7 +192,7 @@ class Carry(NamedTuple):
     payload: float
 
 
-Action = Move | Wait | SetOutput | Carry
+Action = Move | Follow | Wait | SetOutput | Carry
 
 
 class Instruction(NamedTuple):
@@ -208,11 +218,12 @@ class Instruction(NamedTuple):
 
 
 class LoadedProgram(NamedTuple):
-    """A checked program: as written, laid out, and its text."""
+    """A checked program: as written, laid out, its text, and the paths of files that it follows by names in that."""
 
     program: Program
     instructions: tuple[Instruction, ...]
     text: str
+    followed: Mapping[str, str] = NOTHING
 
     @property
     def pins(self) -> tuple[str, ...]:
@@ -241,17 +252,40 @@ def read_program(text: str, source: str) -> LoadedProgram:
     # before the content, which may be exponentially larger than the text where it refers to itself
     tree = yaml_nodes(text, source)
     folder = Path(source).parent
-    program = validate(placed_beside(folder, parse_versioned(text, source), *PROGRAM_FILES), Program, source)
+    content = placed_beside(folder, parse_versioned(text, source), *PROGRAM_FILES)
+    program = validate(_with_followed(content, folder), Program, source)
     lines = _lines(tree)
     count = _count(program.steps, 0, source)
     if count > MOST_INSTRUCTIONS:
         raise InputError(f"{source}: steps: {count} with all rounds: expected at most {MOST_INSTRUCTIONS}")
-    return LoadedProgram(program, tuple(_laid_out(program.steps, lines, source)), text)
+    names = dict.fromkeys(node.value for node in _followed_in(tree))
+    followed = {name: str(folder / name) if is_file(folder / name) else name for name in names}
+    return LoadedProgram(program, tuple(_laid_out(program.steps, lines, source)), text, followed)
 
 
-def with_files(text: str, names: Mapping[tuple[str, ...], str]) -> str:
-    """Return the text of a checked program with other names of the files that its scenario names, by their keys."""
-    found = []
+def _with_followed(content: Any, folder: Path) -> Any:
+    """Return the content of a program, or of steps in it, in which names of files to follow are paths."""
+    if isinstance(content, list):
+        return [_with_followed(one, folder) for one in content]
+    if not isinstance(content, Mapping):
+        return content
+    placed = placed_beside(folder, content, ("follow",))
+    return {**placed, "steps": _with_followed(placed["steps"], folder)} if "steps" in placed else placed
+
+
+def with_files(text: str, names: Mapping[tuple[str, ...], str], followed: Mapping[str, str] = NOTHING) -> str:
+    """Return the text of a checked program with other names of the files that it names.
+
+    Args:
+        text: of the program.
+        names: of those of its scenario, by their keys.
+        followed: of those that it follows, by their names in the text.
+    """
+    found = [
+        (node.start_mark.index, node.end_mark.index, followed[node.value])
+        for node in _followed_in(yaml_nodes(text, "program"))
+        if node.value in followed
+    ]
     for keys, name in names.items():
         node = yaml_nodes(text, "program")
         for key in ("scenario", *keys):
@@ -261,6 +295,16 @@ def with_files(text: str, names: Mapping[tuple[str, ...], str]) -> str:
     for start, end, name in sorted(found, reverse=True):
         text = text[:start] + name + text[end:]
     return text
+
+
+def _followed_in(node: Any) -> Iterator[Any]:
+    """Yield the nodes of the names of the files that the steps of a mapping follow."""
+    steps = _value(node, "steps")
+    for step in () if steps is None else steps.value:
+        name = _value(step, "follow")
+        if name is not None:
+            yield name
+        yield from _followed_in(step)
 
 
 class _Numbered(NamedTuple):
@@ -339,6 +383,8 @@ def _actions(step: Step, state: _Running) -> Iterator[Action]:
         assembly, duration = ASSEMBLY.get(step.mode or "", 0), step.duration or 0.0
         yield from (Move(x, y, 0, 0.0, state.torque, state.speed) for x, y in step.rests)
         yield Move(*step.move, assembly, duration, state.torque, state.speed, *step.rounded)
+    elif step.follow is not None:
+        yield Follow(step.follow)
     elif step.dwell is not None:
         yield Wait(step.dwell)
     elif step.set_ is not None or step.reset is not None:

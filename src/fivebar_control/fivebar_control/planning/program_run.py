@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from typing import Any
 
-from fivebar_control.planning.program import Action, Carry, Instruction, Move, Wait
+from fivebar_control.planning.program import Action, Carry, Follow, Instruction, Move, Wait
 
 SETTLING = 0.1
 """Time (s) for which the robot rests with another payload before it goes on: by then all nodes have received it."""
@@ -39,7 +39,7 @@ class ProgramRun:
         self.reason = ""
         self._instructions = tuple(instructions)
         self._next = done
-        self._under_way: Move | None = None
+        self._under_way: Move | Follow | None = None
         self._until = 0.0
         self._ending = False
 
@@ -60,14 +60,16 @@ class ProgramRun:
                 self._until = now + action.seconds
             elif isinstance(action, Carry):
                 self._until = now + SETTLING
-            elif isinstance(action, Move):
+            elif isinstance(action, Move | Follow):
                 self._under_way = action
             yield action
 
     def on_goal(self, status: dict[str, Any]) -> None:
         """Take the status of a request; those of other requests than the present move are ignored."""
         move = self._under_way
-        if self.state is not ProgramState.RUNNING or move is None or status.get("goal") != [move.x, move.y]:
+        if self.state is not ProgramState.RUNNING or move is None:
+            return
+        if isinstance(move, Move) and status.get("goal") != [move.x, move.y]:
             return
         if status["state"] == "arrived":
             self._under_way = None

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
+from array import array
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -12,17 +14,25 @@ from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import LONGEST_MOTION, GoalRefused
-from fivebar_control.planning.orders import TrajectoryRequest
-from fivebar_control.trajectory.spline import SplineSegment, completed
+from fivebar_control.planning.orders import IN_MESSAGE, PointLabels, TimedPoint, TrajectoryRequest
+from fivebar_control.trajectory.spline import Knot, SplineSegment, completed
 from fivebar_description.interface import ACTIVE_JOINTS, PLATFORM_NAMES
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameters import FiveBar
 
-MOST_POINTS = 100
+MOST_POINTS = 100_000
 """Points of a request."""
 
 SHORTEST_STEP = 1e-3
 """Least time (s) from one point to the next."""
+
+MOST_BY_THE_CLOCK = 100
+"""Points of a request to a graph that follows the clock, in which reading more would delay a sample."""
+
+DIGEST_LENGTH = 16
+
+ROUNDED = 1.0 - 1e-6
+"""Share of the least time that is enough, since times are rounded."""
 
 LARGEST = 1e6
 """Largest magnitude of a number in a request."""
@@ -34,24 +44,22 @@ where the robot is."""
 Pair = tuple[float, float]
 
 
-class TimedPoint(NamedTuple):
-    """A point of a request: when (s), where, and where they are given, rates and their derivatives."""
-
-    time: float
-    position: Sequence[float]
-    velocity: Sequence[float] = ()
-    acceleration: Sequence[float] = ()
-
-
 class TimedPoints(NamedTuple):
-    """A checked request: its coordinates in the order of `PLATFORM_NAMES` or `ACTIVE_JOINTS`."""
+    """A checked request: its coordinates in the order of `PLATFORM_NAMES` or `ACTIVE_JOINTS`.
+
+    Attributes:
+        joints: names of the coordinates.
+        points: where the robot is when.
+        labels: how messages name the points.
+    """
 
     joints: tuple[str, str]
     points: tuple[TimedPoint, ...]
+    labels: PointLabels = IN_MESSAGE
 
 
-def read_points(joints: Sequence[str], points: Sequence[TimedPoint]) -> TimedPoints:
-    """Return the request that named columns of numbers make.
+def read_points(joints: Sequence[str], points: Sequence[TimedPoint], labels: PointLabels = IN_MESSAGE) -> TimedPoints:
+    """Return the request that named columns of numbers make; refusals name the points by the labels.
 
     Raises:
         GoalRefused: names are unknown, there are too few or too many points, times do not rise, or a number is missing,
@@ -64,21 +72,23 @@ def read_points(joints: Sequence[str], points: Sequence[TimedPoint]) -> TimedPoi
     if not 1 <= len(points) <= MOST_POINTS:
         raise GoalRefused(f"{len(points)} points: expected 1 to {MOST_POINTS}")
     order = [list(joints).index(name) for name in found]
-    read = tuple(_read_point(number, point, points[0], order) for number, point in enumerate(points))
+    read = tuple(
+        _read_point(f"{labels.of(number)}{labels.joint}", point, points[0], order)
+        for number, point in enumerate(points)
+    )
     for number, (before, after) in enumerate(pairwise(read), start=1):
-        if not after.time >= before.time + SHORTEST_STEP:
+        if not after.time >= before.time + ROUNDED * SHORTEST_STEP:
             raise GoalRefused(
-                f"points[{number}].time_from_start: {after.time:g} s after {before.time:g} s: expected times that rise"
+                f"{labels.of(number)}{labels.time}: {after.time:g} s after {before.time:g} s: expected times that rise"
                 f" by at least {SHORTEST_STEP:g} s"
             )
     if not (read[0].time >= 0.0 and read[-1].time <= LONGEST_MOTION):
-        raise GoalRefused(
-            f"time_from_start: {read[0].time:g} to {read[-1].time:g} s: expected times from 0 to {LONGEST_MOTION:g} s"
-        )
-    return TimedPoints(found, read)
+        times = f"{labels.time[1:].strip()}: {read[0].time:g} to {read[-1].time:g} s"
+        raise GoalRefused(f"{times}: expected times from 0 to {LONGEST_MOTION:g} s")
+    return TimedPoints(found, read, labels)
 
 
-def _read_point(number: int, point: TimedPoint, first: TimedPoint, order: Sequence[int]) -> TimedPoint:
+def _read_point(label: str, point: TimedPoint, first: TimedPoint, order: Sequence[int]) -> TimedPoint:
     columns = {}
     for field, values, alike in (
         ("positions", point.position, (1, 1)),
@@ -90,10 +100,10 @@ def _read_point(number: int, point: TimedPoint, first: TimedPoint, order: Sequen
             finite = f"finite numbers of at most {LARGEST:g} in magnitude"
             shown = ", ".join(f"{value:g}" for value in values[:4]) + (", ..." if len(values) > 4 else "")
             wanted = f"{expected} {finite}" if expected else "none, as in the first point"
-            raise GoalRefused(f"points[{number}].{field} [{shown}]: expected {wanted}")
+            raise GoalRefused(f"{label}{field} [{shown}]: expected {wanted}")
         columns[field] = tuple(float(values[index]) for index in order) if expected else ()
     if point.acceleration and not point.velocity:
-        raise GoalRefused(f"points[{number}].accelerations: expected only beside velocities")
+        raise GoalRefused(f"{label}accelerations: expected only beside velocities")
     return TimedPoint(point.time, columns["positions"], columns["velocities"], columns["accelerations"])
 
 
@@ -115,29 +125,41 @@ def request_from(
     """
     by_motors = wanted.joints == ACTIVE_JOINTS
     rest = _motors_at(robot, mode, place, angles) if by_motors else place
-    points = list(wanted.points)
+    points, labels = list(wanted.points), wanted.labels
     first = points[0]
     unit, near = ("rad", SAME_ANGLE) if by_motors else ("m", SAME_PLACE)
     if first.time == 0.0:
         if math.dist(first.position, rest) > near:
-            raise GoalRefused(
-                f"points[0] at time 0: ({first.position[0]:.4f}, {first.position[1]:.4f}) {unit}: expected where the"
-                f" robot rests, ({rest[0]:.4f}, {rest[1]:.4f}) {unit}"
-            )
+            given, robot_rests = (f"({one:.4f}, {two:.4f}) {unit}" for one, two in (first.position, rest))
+            raise GoalRefused(f"{labels.of(0)} at time 0: {given}: expected where the robot rests, {robot_rests}")
         points[0] = first._replace(position=rest)
     else:
         points.insert(0, TimedPoint(0.0, rest, (0.0, 0.0), (0.0, 0.0)))
+        labels = labels.after_rest()
     if len(points) < 2:
         raise GoalRefused("points: expected one at least after time 0")
-    for name, number in (("begins", 0), ("ends", -1)):
+    for name, number in (("begins", 0), ("ends", len(points) - 1)):
         if any(points[number].velocity):
-            raise GoalRefused(f"points[{number}].velocities: the motion {name} at rest: expected 0")
+            raise GoalRefused(f"{labels.of(number)}{labels.joint}velocities: the motion {name} at rest: expected 0")
+    return TrajectoryRequest(wanted.joints, tuple(points), place, mode, payload, labels)
+
+
+def knots_of(request: TrajectoryRequest) -> tuple[Knot, ...]:
+    """Return the knots of a motion from rest to rest through the points of a request."""
+    points = request.points
     rates, bends = [_pair(point.velocity) for point in points], [_pair(point.acceleration) for point in points]
     rates[0] = rates[-1] = (0.0, 0.0)
     bends[0], bends[-1] = bends[0] or (0.0, 0.0), bends[-1] or (0.0, 0.0)
     positions = [(point.position[0], point.position[1]) for point in points]
-    knots = completed([point.time for point in points], positions, rates, bends)
-    return TrajectoryRequest(wanted.joints, knots, place, mode, payload)
+    return completed([point.time for point in points], positions, rates, bends)
+
+
+def digest_of(wanted: TimedPoints) -> str:
+    """Return what tells a request from others, by which a bag has it."""
+    numbers = (value for point in wanted.points for part in (point[:1], *point[1:]) for value in part)
+    digest = hashlib.sha256(array("d", numbers).tobytes())
+    digest.update(" ".join(wanted.joints).encode())
+    return digest.hexdigest()[:DIGEST_LENGTH]
 
 
 def _pair(values: Sequence[float]) -> Pair | None:
@@ -156,10 +178,10 @@ def _motors_at(robot: FiveBar, mode: tuple[int, int], place: Point, angles: Pair
 
 def end_of(robot: FiveBar, request: TrajectoryRequest) -> Point:
     """Return where the platform ends (m); NaN where its distal links cannot meet."""
-    last = request.knots[-1]
+    one, two = request.points[-1].position
     if request.joints == PLATFORM_NAMES:
-        return last.one, last.two
-    return direct_geometry(robot, _assembly(robot, request), last.one, last.two)
+        return one, two
+    return direct_geometry(robot, _assembly(robot, request), one, two)
 
 
 def _assembly(robot: FiveBar, request: TrajectoryRequest) -> int:
@@ -168,4 +190,4 @@ def _assembly(robot: FiveBar, request: TrajectoryRequest) -> int:
 
 def segment_of(robot: FiveBar, request: TrajectoryRequest) -> SplineSegment:
     """Return the motion; one of the motors stays in the assembly mode in which it begins."""
-    return SplineSegment(request.knots, robot, 0 if request.joints == PLATFORM_NAMES else _assembly(robot, request))
+    return SplineSegment(knots_of(request), robot, 0 if request.joints == PLATFORM_NAMES else _assembly(robot, request))

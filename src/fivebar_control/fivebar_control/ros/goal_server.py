@@ -27,10 +27,17 @@ from fivebar_control.planning.motion_queue import (
 )
 from fivebar_control.planning.orders import Planned, StopRequest
 from fivebar_control.planning.planning_process import PlanningProcess
-from fivebar_control.planning.timed_points import TimedPoints, end_of, read_points, request_from
+from fivebar_control.planning.timed_points import (
+    MOST_BY_THE_CLOCK,
+    MOST_POINTS,
+    TimedPoints,
+    digest_of,
+    end_of,
+    request_from,
+)
+from fivebar_control.planning.trajectory_messages import points_of, request_id_of
 from fivebar_control.ros.placed_frames import PlacedFrames
 from fivebar_control.ros.shown_motions import ShownMotions
-from fivebar_control.ros.trajectory_messages import points_of
 from fivebar_control.ros.transform_lookup import TransformLookup
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.scenario import ControlScenario
@@ -38,7 +45,7 @@ from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment
 from fivebar_control.trajectory.time_laws import QUINTIC
-from fivebar_description.interface import GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
+from fivebar_description.interface import ACTIVE_JOINTS, GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
@@ -90,6 +97,7 @@ class GoalServer:
         """
         self._open = scenario.scheme().takes_goals
         self._wait = 0.0 if by_the_clock else LOCKSTEP_WAIT
+        self._most_points = MOST_BY_THE_CLOCK if by_the_clock else MOST_POINTS
         self._rate_hz = scenario.rate_hz
         self._queue = queue
         name, file = planner
@@ -127,6 +135,8 @@ class GoalServer:
         self._look_until = 0.0
         self._robot = scenario.five_bar()
         self._angles = (math.nan, math.nan)
+        self._followed: dict[str, Any] = {}
+        """The trajectory that is followed, as its status tells it."""
         # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
         node.listen(GOAL_POSE, self._on_pose, awaited=False)
@@ -341,7 +351,10 @@ class GoalServer:
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
         """Take a request for a motion through points at given times."""
-        self._take(lambda: read_points(*points_of(message, self._frames.base)), [], "")
+        request_id = one_line(request_id_of(message), LONGEST_ID)
+        if request_id and request_id == self._id:
+            return
+        self._take(lambda: points_of(message, self._frames.base, self._most_points), [], request_id)
 
     def _take(self, read: Callable[[], Goal | TimedPoints], asked: list[float], request_id: str) -> None:
         """Hand a request to the planner, or say why it is refused."""
@@ -378,6 +391,9 @@ class GoalServer:
         order = request_from(self._robot, wanted, place, mode, self._angles, self._payload)
         self._queue.reserve()
         self._planning.ask(order)
+        self._followed = {"trajectory": digest_of(wanted)}
+        if order.joints == ACTIVE_JOINTS:
+            self._followed["motors"] = [value if math.isfinite(value) else 0.0 for value in self._angles]
         return Goal(*end_of(self._robot, order))
 
     def _take_answer(self, goal: Goal) -> None:
@@ -407,7 +423,7 @@ class GoalServer:
         """Return what else decides where a motion is at which time, unless it is the polynomial between rests."""
         segment, course = planned.segments[0], planned.course
         if isinstance(segment, SplineSegment):
-            return {"knots": segment.knots, "assembly_mode": segment.assembly}
+            return self._followed
         if not course.rounded and course.time_law == QUINTIC:
             return {}
         return {

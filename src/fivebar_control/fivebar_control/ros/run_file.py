@@ -53,6 +53,7 @@ def declared_motion(node: GraphNode, scenario: MotionFile) -> DeclaredMotion:
         "time_law": scenario.time_law,
         "min_authority": scenario.min_authority,
         "blend_radius": list(scenario.blend_radii()),
+        **({"trajectory": scenario.trajectory} if scenario.trajectory else {}),
         **parameters_of(scenario, ("zone",)),
     }
     RunAgreement(node, scenario.rate_hz, {**agreed, LEAD_SAMPLES: scenario.lead_samples})

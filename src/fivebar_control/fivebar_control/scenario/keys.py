@@ -22,6 +22,7 @@ MOTION = (
     "controller",
     "working_modes",
     "waypoints",
+    "trajectory",
     "segment_duration",
     "time_law",
     "blend_radius",

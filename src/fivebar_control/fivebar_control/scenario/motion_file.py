@@ -7,6 +7,7 @@ Nodes that need no more than that read it so, and leave the other keys to those 
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from itertools import chain
 from typing import Annotated, Any, Literal, Self
 
@@ -19,17 +20,31 @@ from fivebar_control.laws.registry import (
     Controller,
     controller_problem,
     find_controller,
+    goal_controllers,
     stays_unopened,
     unopened_controller,
+)
+from fivebar_control.planning.figures import Feasibility
+from fivebar_control.planning.orders import TrajectoryRequest
+from fivebar_control.planning.point_planning import refuse_infeasible
+from fivebar_control.planning.timed_points import end_of
+from fivebar_control.planning.trajectory_file import (
+    FollowedFile,
+    TrajectoryFile,
+    plan_file,
+    points_in,
+    request_of,
+    start_of,
 )
 from fivebar_control.trajectory.planner import Plan, PlanRefused, plan_motion
 from fivebar_control.trajectory.rounded import BLEND_RADIUS
 from fivebar_control.trajectory.time_laws import QUINTIC, TimeLawName
 from fivebar_control.trajectory.zones import ZoneSettings
+from fivebar_description.errors import InputError, quoted
 from fivebar_description.parameters import FiveBar, laden
 from fivebar_description.physical_bounds import Duration
 from fivebar_description.robot_file import RobotFile, load_robot
-from fivebar_description.scenario_file import ESTIMATOR, with_parts_of_robot
+from fivebar_description.scenario_file import DEFAULT_ROBOT, ESTIMATOR, with_parts_of_robot
 from fivebar_description.settings import Keys, Section, Setting
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import StrictModel
@@ -56,6 +71,36 @@ _planned = functools.lru_cache(maxsize=16)(plan_motion)
 """The planner, which a run asks for its plan again and again."""
 
 
+def _with_ends(content: Any) -> Any:
+    """Return a scenario's content with what follows from its trajectory: where it starts and ends, and its duration.
+
+    What cannot be read is left for the checks of the keys.
+
+    Raises:
+        InputError: the file is no trajectory, or does not say where the platform starts.
+    """
+    name = content.get("trajectory") if isinstance(content, Mapping) else None
+    if not (isinstance(name, str) and name):
+        return content
+    file = TrajectoryFile.at(name)
+    points, given = points_in(file), content.get("waypoints")
+    begin = given[0] if isinstance(given, list | tuple) and given else start_of(points)
+    if begin is None:
+        raise InputError(f"waypoints: expected where the platform starts, [[x, y]]: {name} does not say so")
+    if not (isinstance(begin, list | tuple) and len(begin) == 2 and all(isinstance(one, float | int) for one in begin)):
+        return content
+    mode = content.get("working_mode", [1, -1])
+    if not (isinstance(mode, list | tuple) and len(mode) == 2 and all(sign in (-1, 1) for sign in mode)):
+        return content
+    robot = load_robot(content.get("robot", DEFAULT_ROBOT))
+    followed = FollowedFile(file, (float(begin[0]), float(begin[1])), (int(mode[0]), int(mode[1])))
+    request = request_of(robot, followed)
+    waypoints = [list(followed.place), list(end_of(robot, request))]
+    if given is not None and len(given) > 1 and [list(one) for one in given] != waypoints:
+        raise InputError(f"waypoints: {quoted(given)}: expected with a trajectory where the platform starts alone")
+    return {"segment_duration": request.duration, **content, "waypoints": waypoints}
+
+
 class MotionFile(StrictModel):
     """The keys of a run's file that decide the motion; the others are not read."""
 
@@ -76,6 +121,14 @@ class MotionFile(StrictModel):
             "m",
         ),
     ]
+    trajectory: Annotated[
+        str,
+        Setting(
+            "A CSV file with times and positions of the platform or the motors, by its path: the motion goes through"
+            " its rows at their times. `waypoints` are then where it starts, by default the place of the first row, and"
+            " where it ends; `segment_duration` is that of the file."
+        ),
+    ] = ""
     start: Annotated[
         str,
         Setting(
@@ -108,7 +161,7 @@ class MotionFile(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _sized(cls, content: Any) -> Any:
-        return cls._with_robot(content)[0]
+        return _with_ends(cls._with_robot(content)[0])
 
     @classmethod
     def _with_robot(cls, content: Any) -> tuple[Any, RobotFile | None]:
@@ -123,6 +176,21 @@ class MotionFile(StrictModel):
             raise ValueError(f"waypoints: {len(self.waypoints)} given: expected at least {'one' if seen else 'two'}")
         if seen and self.working_modes is not None:
             raise ValueError("start: seen: the working mode is not known before: expected no working_modes")
+        return self
+
+    @model_validator(mode="after")
+    def _follows_a_file(self) -> MotionFile:
+        if not self.trajectory:
+            return self
+        usual = type(self).model_fields
+        for key in ("time_law", "blend_radius", "working_modes", "start"):
+            if getattr(self, key) != usual[key].default:
+                raise ValueError(f"{key}: {getattr(self, key)!r}: a trajectory says itself how it moves: leave it out")
+        if not self.scheme().takes_goals:
+            able = " or ".join(goal_controllers())
+            raise ValueError(f"trajectory: controller {self.controller} follows no trajectories: expected {able}")
+        if self.durations() != (self._request().duration,):
+            raise ValueError("segment_duration: a trajectory says itself how long it takes: leave it out")
         return self
 
     @model_validator(mode="after")
@@ -194,6 +262,8 @@ class MotionFile(StrictModel):
         Raises:
             PlanRefused: the motion cannot be made.
         """
+        if self.trajectory:
+            return plan_file(self.five_bar(), self._followed(), self.rate_hz)
         plan = _planned(
             self.five_bar(),
             self.signs(),
@@ -211,6 +281,24 @@ class MotionFile(StrictModel):
                 " that leg: expected only leg 1 to be stretched"
             )
         return plan
+
+    def _followed(self) -> FollowedFile:
+        file = TrajectoryFile.at(self.trajectory)
+        return FollowedFile(file, self.waypoints[0], self.working_mode, self._payload)
+
+    def _request(self) -> TrajectoryRequest:
+        return request_of(self.five_bar(), self._followed())
+
+    def refuse_infeasible(self, verdict: Feasibility) -> None:
+        """Refuse the motion where a limit is broken, naming rows of its trajectory where it has one.
+
+        Raises:
+            PlanRefused: a limit is broken.
+        """
+        if self.trajectory:
+            refuse_infeasible(self._request(), verdict)
+        elif not verdict.feasible:
+            raise PlanRefused("; ".join(verdict.reasons))
 
     def signs(self) -> tuple[int, ...]:
         """Return the working mode as the planner takes it: two signs, or two for every waypoint."""

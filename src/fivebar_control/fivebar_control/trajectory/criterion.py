@@ -17,7 +17,7 @@ t_s^T (m xddot - w_e) = 0: s'' = rho s'^2 + t_s . w_e / (m t_s . x'). `pushed_la
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -146,14 +146,21 @@ def _law_through(u: float, s: float, rho: float) -> CriterionLaw:
     return CriterionLaw(c3, c4, c5, c6, c7)
 
 
-def criterion_ratio(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, s: float) -> float:
+class Passed(Protocol):
+    """A way that is passed from rest to rest."""
+
+    def moved(self, s: float, ds: float, dds: float) -> Platform:
+        """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""
+
+
+def criterion_ratio(robot: FiveBar, mode1: int, mode2: int, segment: Passed, s: float) -> float:
     """Return rho, the s'' / s'^2 that a path needs at a share of its way on the locus, for its own curvature too."""
     free = without_external_force(robot)
     unpushed = criterion_residual(free, mode1, mode2, segment.moved(s, 1.0, 0.0))
     return -unpushed / criterion_residual(free, mode1, mode2, segment.moved(s, 0.0, 1.0))
 
 
-def criterion_push(robot: FiveBar, mode1: int, mode2: int, segment: Segment | RoundedSegment, s: float) -> float:
+def criterion_push(robot: FiveBar, mode1: int, mode2: int, segment: Passed, s: float) -> float:
     """Return the s'' (1/s^2) that gravity and a constant force need at a share of a way on the locus, without speed."""
     needed = criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 0.0))
     per_push = criterion_residual(without_external_force(robot), mode1, mode2, segment.moved(s, 0.0, 1.0))

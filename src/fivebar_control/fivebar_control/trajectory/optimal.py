@@ -14,7 +14,7 @@ average changes at the locus is corrected there.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -38,6 +38,8 @@ GRID = 400
 
 POINTS = np.linspace(0.0, 1.0, GRID + 1)
 """The shares of the way between them."""
+
+QUARTERS = POINTS[:: GRID // 4]
 
 WINDOW = 0.04
 """Width of the average, as a share of the duration of what is averaged; on a rounded path divided by its legs, so that
@@ -181,8 +183,18 @@ def quickest_passage(way: Way, rows: FloatArray) -> QuickPassage | None:
         way: the path.
         rows: what is limited to 1 Nm on the grid, as `TorqueLimits` takes it.
     """
-    grid = POINTS
-    speeds = _speeds(rows)
+    return passage_on(POINTS, rows, lambda whole: WINDOW / way.legs)
+
+
+def passage_on(grid: FloatArray, rows: FloatArray, window_of: Callable[[float], float]) -> QuickPassage | None:
+    """Return the quickest passage on a grid of shares of a way, float64[N] from 0 to 1, None for none.
+
+    Args:
+        grid: on which it is found.
+        rows: as for `quickest_passage`.
+        window_of: returns the width of the average, given the duration before it (s Nm^(1/2)).
+    """
+    speeds = _speeds(grid, rows)
     if speeds is None:
         return None
     durations = 2.0 * np.diff(grid) / (speeds[1:] + speeds[:-1])
@@ -193,7 +205,7 @@ def quickest_passage(way: Way, rows: FloatArray) -> QuickPassage | None:
     bends = np.diff(speeds) / durations
     parts = durations * (grid[:-1] + durations * (0.5 * speeds[:-1] + durations * bends / 6.0))
     sums = np.concatenate(([0.0], np.cumsum(parts)))
-    window = WINDOW / way.legs
+    window = window_of(whole)
     law = OptimalLaw(_numbers(times), _numbers(sums), _numbers(grid), _numbers(speeds), window=window)
     return QuickPassage(law, (1.0 + window) * whole)
 
@@ -206,13 +218,14 @@ def bent_at_crossings(law: OptimalLaw, path: CrossedWay) -> OptimalLaw | None:
     if len(path.crossed) == path.way.legs == 1:
         # on a straight way one bump over all of it is milder than a hump about the crossing
         bent = _bent_at(law, path.crossed[0], path.ratios[0])
-        if bent is not None and _goes_forwards(bent):
+        if bent is not None and goes_forwards(bent):
             return bent
-    met = _bent_about(law, path.crossed, path.ratios)
-    return met if met is not None and _goes_forwards(met) else None
+    met = bent_about(law, path)
+    return met if met is not None and goes_forwards(met) else None
 
 
-def _goes_forwards(law: OptimalLaw) -> bool:
+def goes_forwards(law: OptimalLaw) -> bool:
+    """Return whether a law goes forwards everywhere between its ends."""
     instants = round(PER_WINDOW / law.window)
     return all(law(number / instants)[1] > 0.0 for number in range(1, instants))
 
@@ -237,24 +250,34 @@ def _bent_at(law: OptimalLaw, way: float, rho: float) -> OptimalLaw | None:
     return law._replace(bump=float(found)) if state.converged else None
 
 
-def _bent_about(law: OptimalLaw, ways: Sequence[float], ratios: Sequence[float]) -> OptimalLaw | None:
-    """Return a law with s'' = rho s'^2 where it has gone each share of the way, bent about there only; None for none.
+def bent_about(
+    law: OptimalLaw, path: CrossedWay, pushes: Sequence[float] = (), farthest: float = REACH
+) -> OptimalLaw | None:
+    """Return a law that meets the criterion at every crossing of a path, bent about there only; None for none.
 
     No two of the humps overlap.
+
+    Args:
+        law: to be bent.
+        path: that crosses.
+        pushes: the s'' that gravity and a constant force need at each crossing, by shares of way and duration.
+        farthest: share of the duration on either side of a crossing within which it is bent.
     """
-    instants = [time_fraction(law.__call__, way) for way in ways]
+    instants = [time_fraction(law.__call__, way) for way in path.crossed]
     least = min((after - before for before, after in pairwise(instants)), default=1.0)
     humps = []
-    for crossed, way, rho in zip(instants, ways, ratios, strict=True):
-        reach = min(REACH, 0.5 * crossed, 0.5 * (1.0 - crossed), 0.25 * least)
-        hump = _hump_about(law, crossed, way, rho, reach)
+    for crossed, way, rho, push in zip(
+        instants, path.crossed, path.ratios, pushes or (0.0,) * len(instants), strict=True
+    ):
+        reach = min(farthest, 0.5 * crossed, 0.5 * (1.0 - crossed), 0.25 * least)
+        hump = _hump_about(law, crossed, way, rho, push, reach)
         if hump is None:
             return None
         humps.append(hump)
     return law._replace(humps=tuple(humps))
 
 
-def _hump_about(law: OptimalLaw, crossed: float, way: float, rho: float, reach: float) -> Hump | None:
+def _hump_about(law: OptimalLaw, crossed: float, way: float, rho: float, push: float, reach: float) -> Hump | None:
     """Return what bends a law about the instant of a crossing.
 
     The hump's centre is that instant: it changes the acceleration there and moves the way by a fixed multiple of the
@@ -268,17 +291,17 @@ def _hump_about(law: OptimalLaw, crossed: float, way: float, rho: float, reach: 
 
     def beyond(centre: float) -> float:
         s, ds, dds = law(centre)
-        return s + per_acceleration * (dds - rho * ds * ds) * top - way
+        return s + per_acceleration * (dds - rho * ds * ds - push) * top - way
 
     first, last = crossed - 0.5 * reach, crossed + 0.5 * reach
     if beyond(first) * beyond(last) > 0.0:
         return None
     centre = zero_between(beyond, first, last, 1e-15)
     _, ds, dds = law(centre)
-    return Hump(per_acceleration * (dds - rho * ds * ds), centre, reach) if ds >= LEAST_SPEED else None
+    return Hump(per_acceleration * (dds - rho * ds * ds - push), centre, reach) if ds >= LEAST_SPEED else None
 
 
-def _speeds(rows: FloatArray) -> FloatArray | None:
+def _speeds(grid: FloatArray, rows: FloatArray) -> FloatArray | None:
     """Return the speeds ds/dt of the quickest passage on the grid, None for no passage."""
     # loaded by plans with this time law only
     from toppra import SplineInterpolator
@@ -288,8 +311,8 @@ def _speeds(rows: FloatArray) -> FloatArray | None:
 
     def found(scale: float) -> FloatArray | None:
         """Return the passage under the limits as rows that are multiplied by a number."""
-        share = SplineInterpolator(POINTS[:: GRID // 4], POINTS[:: GRID // 4, None])
-        search = TOPPRA([TorqueLimits(rows, scale)], share, gridpoints=POINTS, solver_wrapper="seidel")
+        share = SplineInterpolator(QUARTERS, QUARTERS[:, None])
+        search = TOPPRA([TorqueLimits(rows, scale)], share, gridpoints=grid, solver_wrapper="seidel")
         _, speeds, _ = search.compute_parameterization(0.0, 0.0)
         if speeds is None or not np.all(np.isfinite(speeds)) or np.any(speeds[1:-1] <= 0.0):
             return None

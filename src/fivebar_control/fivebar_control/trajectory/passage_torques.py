@@ -15,7 +15,7 @@ from toppra.constraint import LinearConstraint
 from fivebar_control.compiling import as_machine_code
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.trajectory.path import Way
+from fivebar_control.trajectory.path import AnyWay
 from fivebar_description.parameters import FiveBar, with_floats
 
 FloatArray = NDArray[np.float64]
@@ -24,7 +24,7 @@ OFF_LOCUS = 1e-7
 """Share of the way by which a point of the grid is moved that has no inverse dynamics."""
 
 
-def torques_along(robot: FiveBar, mode1: int, mode2: int, way: Way, grid: FloatArray) -> FloatArray:
+def torques_along(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, grid: FloatArray) -> FloatArray:
     """Return the motors' torques beyond friction (Nm) at points of a way, [3, N, 2].
 
     They are those at rest, what comes on top with sddot = 1, and with sdot = 1 (1/s^2, 1/s), NaN where there are none.
@@ -39,7 +39,7 @@ def torques_along(robot: FiveBar, mode1: int, mode2: int, way: Way, grid: FloatA
     return found
 
 
-def friction_along(robot: FiveBar, mode1: int, mode2: int, way: Way, grid: FloatArray) -> FloatArray:
+def friction_along(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, grid: FloatArray) -> FloatArray:
     """Return the motors' friction (Nm) on the way forwards, [N, 2], without its smoothing at rest."""
     friction = np.empty((len(grid), 2))
     for number, s in enumerate(grid.tolist()):

@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,7 +162,14 @@ def grid_along(way: Way) -> list[float]:
     return sorted({*(step / count for step in range(count + 1)), *ends})
 
 
-def state_on(robot: FiveBar, mode1: int, mode2: int, way: Way, s: float) -> State:
+class AnyWay(Protocol):
+    """A way, of which only the places are asked for."""
+
+    def at(self, s: float) -> tuple[float, float, float, float, float, float]:
+        """Return the place (m) at a share s of the way, with its first and second derivative by s (m)."""
+
+
+def state_on(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, s: float) -> State:
     """Return the robot at rest in a working mode, at a share of a way."""
     x, y = way.at(s)[:2]
     return state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
@@ -171,11 +178,15 @@ def state_on(robot: FiveBar, mode1: int, mode2: int, way: Way, s: float) -> Stat
 @lru_cache(maxsize=64)
 def locus_fractions(robot: FiveBar, mode1: int, mode2: int, way: Way) -> tuple[float, ...]:
     """Return the fractions of a way at which det A changes its sign; the same for all durations and time laws."""
+    return crossings_on(robot, mode1, mode2, way, grid_along(way))
+
+
+def crossings_on(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, grid: Sequence[float]) -> tuple[float, ...]:
+    """Return the fractions of a way at which det A changes its sign between points of a grid."""
 
     def assembly(s: float) -> float:
         return det_a(state_on(robot, mode1, mode2, way, s))
 
-    grid = grid_along(way)
     determinants = np.empty(len(grid))
     places = np.array([way.at(s)[:2] for s in grid])
     as_machine_code(write_determinants)(with_floats(robot), mode1, mode2, places, determinants)

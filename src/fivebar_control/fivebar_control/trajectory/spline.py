@@ -76,6 +76,27 @@ class SplineSegment(NamedTuple):
         return NO_LINE
 
 
+class SplineWay(NamedTuple):
+    """A way through knots, whatever time it takes; their times are lengths along it, from 0 on (m)."""
+
+    knots: tuple[Knot, ...]
+
+    def at(self, s: float) -> tuple[float, float, float, float, float, float]:
+        """Return the place (m) at a share s of the way, with its first and second derivative by s (m)."""
+        length = self.knots[-1].time
+        gone = min(max(s, 0.0), 1.0) * length
+        number = min(bisect_right(self.knots, gone, key=lambda knot: knot.time), len(self.knots) - 1)
+        begin, end = self.knots[number - 1], self.knots[number]
+        x, d_x, b_x = _between(begin.time, end.time, gone, *begin[1::2], *end[1::2])
+        y, d_y, b_y = _between(begin.time, end.time, gone, *begin[2::2], *end[2::2])
+        return x, y, d_x * length, d_y * length, b_x * length * length, b_y * length * length
+
+    def moved(self, s: float, ds: float, dds: float) -> Platform:
+        """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""
+        x, y, d_x, d_y, b_x, b_y = self.at(s)
+        return Platform(x, y, d_x * ds, d_y * ds, d_x * dds + b_x * ds * ds, d_y * dds + b_y * ds * ds)
+
+
 def _between(
     begin: float, end: float, t: float, p0: float, v0: float, a0: float, p1: float, v1: float, a1: float
 ) -> tuple[float, float, float]:
@@ -129,38 +150,65 @@ def completed(
 def _column(
     times: Sequence[float], places: Sequence[float], rates: Sequence[float | None], bends: Sequence[float | None]
 ) -> list[tuple[float, float]]:
-    """Return rate and bend of every knot in one coordinate."""
+    """Return rate and bend of every knot in one coordinate.
+
+    Unknown are the rate and the bend of each knot in turn. A condition at a knot concerns its own and those of both
+    neighbours, so that the matrix of all has a band of three diagonals on either side.
+    """
+    # here, because motions without knots need no library for it
+    from scipy.linalg import solve_banded
+
     count = len(times)
-    matrix, right = np.zeros((2 * count, 2 * count)), np.zeros(2 * count)
-    for number, (rate, bend) in enumerate(zip(rates, bends, strict=True)):
-        for column, given, order in ((2 * number, rate, 4), (2 * number + 1, bend, 3)):
-            if given is not None:
-                matrix[column, column], right[column] = 1.0, given
-                continue
-            for side, first in ((1.0, number - 1), (-1.0, number)):
-                h = times[first + 1] - times[first]
-                row, constant = _derivative(order, h, places[first + 1] - places[first], at_end=side > 0.0)
-                matrix[column, 2 * first : 2 * first + 4] += side * row
-                right[column] -= side * constant
+    h, gap = np.diff(np.asarray(times, dtype=np.float64)), np.diff(np.asarray(places, dtype=np.float64))
+    # of each condition, for a rate or a bend, the factors of what the knot before, the knot, and the one after have
+    factors, right = np.zeros((count, 2, 6)), np.zeros((count, 2))
+    for which, given, order in ((0, rates, 4), (1, bends, 3)):
+        known = np.array([one is not None for one in given])
+        ends, constants = _derivatives(order, h, gap, at_end=True)
+        begins, other = _derivatives(order, h, gap, at_end=False)
+        factors[1:, which, :4] += ends
+        factors[:-1, which, 2:] -= begins
+        right[1:, which] -= constants
+        right[:-1, which] += other
+        factors[known, which] = 0.0
+        factors[known, which, 2 + which] = 1.0
+        right[known, which] = [one for one in given if one is not None]
     # rates and bends have other units: without scales the matrix is ill-conditioned for short intervals
     scale = (times[-1] - times[0]) / max(count - 1, 1)
-    weights = np.tile([1.0, 1.0 / scale], count)
-    largest = np.abs(matrix * weights).max(axis=1)
-    solved = np.linalg.solve(matrix * weights / largest[:, None], right / largest) * weights
+    weights = np.array([1.0, 1.0 / scale])
+    factors *= np.tile(weights, 3)
+    largest = np.abs(factors).max(axis=2)
+    factors /= largest[:, :, None]
+    band = np.zeros((7, 2 * count))
+    for which in (0, 1):
+        for place in range(6):
+            # row 2 n + which, column 2 n - 2 + place
+            diagonal, first = 3 + which + 2 - place, place - 2
+            columns = np.arange(count) * 2 + first
+            inside = (columns >= 0) & (columns < 2 * count)
+            if 0 <= diagonal < 7:
+                band[diagonal, columns[inside]] = factors[inside, which, place]
+    solved = solve_banded((3, 3), band, (right / largest).ravel()).reshape(count, 2) * weights
     return [
-        (float(found[0]) if rate is None else rate, float(found[1]) if bend is None else bend)
-        for found, rate, bend in zip(solved.reshape(count, 2), rates, bends, strict=True)
+        (found[0] if rate is None else rate, found[1] if bend is None else bend)
+        for found, rate, bend in zip(solved.tolist(), rates, bends, strict=True)
     ]
 
 
-def _derivative(order: int, h: float, gap: float, at_end: bool) -> tuple[FloatArray, float]:
-    """Return the third or fourth derivative at an end of an interval of h (s).
+def _derivatives(order: int, h: FloatArray, gap: FloatArray, at_end: bool) -> tuple[FloatArray, FloatArray]:
+    """Return the third or fourth derivatives at one end of intervals of h (s), float64[N].
 
     Returns:
-        Its coefficients for rate and bend at the beginning and at the end, and the constant.
+        Their factors of rate and bend at the beginning and at the end, float64[N, 4], and the constants, float64[N].
     """
+    one = np.ones_like(h)
     if order == 3:
-        row = [-24.0, -3.0 * h, -36.0, 9.0 * h] if at_end else [-36.0, -9.0 * h, -24.0, 3.0 * h]
-        return np.array(row) / h**2, 60.0 * gap / h**3
-    row = [-168.0, -24.0 * h, -192.0, 36.0 * h] if at_end else [192.0, 36.0 * h, 168.0, -24.0 * h]
-    return np.array(row) / h**3, (360.0 if at_end else -360.0) * gap / h**4
+        rows = (
+            (-24.0 * one, -3.0 * h, -36.0 * one, 9.0 * h) if at_end else (-36.0 * one, -9.0 * h, -24.0 * one, 3.0 * h)
+        )
+        return np.stack(rows, axis=1) / h[:, None] ** 2, 60.0 * gap / h**3
+    if at_end:
+        rows = (-168.0 * one, -24.0 * h, -192.0 * one, 36.0 * h)
+    else:
+        rows = (192.0 * one, 36.0 * h, 168.0 * one, -24.0 * h)
+    return np.stack(rows, axis=1) / h[:, None] ** 3, (360.0 if at_end else -360.0) * gap / h**4

@@ -12,19 +12,22 @@ import pytest
 from engine_agreement import changed
 
 from fivebar_bringup.bag.recording import Recording
+from fivebar_bringup.errors import BagError
 from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_control.planning.plan_along import plan_along
+from fivebar_control.planning.timed_points import digest_of
+from fivebar_control.planning.trajectory_messages import points_of
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.spline import SplineSegment, completed
 from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
-from fivebar_description.interface import GOAL_STATUS
+from fivebar_description.interface import GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.status_texts import read_goal_status
 
 SCENARIO = changed("middle", {}, controller="unified", segment_duration=1.0, waypoints=[[0.0, 0.15], [0.0, 0.02]])
 RATE = SCENARIO.rate_hz
 
 
-def recorded(*statuses: dict[str, Any]) -> Recording:
+def recorded(*statuses: dict[str, Any], trajectories: tuple[Any, ...] = ()) -> Recording:
     texts = [read_goal_status(json.dumps(status)) for status in statuses]
     return cast(
         Recording,
@@ -33,6 +36,7 @@ def recorded(*statuses: dict[str, Any]) -> Recording:
             count=lambda topic: len(texts) if topic == GOAL_STATUS else 0,
             read_texts=lambda topic, read, needed: texts,
             samples=lambda topic, rate: np.arange(4 * RATE),
+            messages=lambda topic: trajectories if topic == GOAL_TRAJECTORY else (),
         ),
     )
 
@@ -67,3 +71,36 @@ def test_a_trajectory_is_that_of_its_knots() -> None:
     assert [one.time for one in found.crossings[1:]] == pytest.approx([one.time + 1.2 for one in wanted.crossings])
     assert wanted.crossings
     assert found.path.at(1.8) == pytest.approx(spline.at(0.6), abs=1e-12)
+
+
+def message(*points: tuple[float, tuple[float, float]]) -> Any:
+    """Return a JointTrajectory as a bag has it."""
+    stamp, empty = SimpleNamespace(sec=0, nanosec=0), np.array([])
+    return SimpleNamespace(
+        header=SimpleNamespace(frame_id="request/1", stamp=stamp),
+        joint_names=["x", "y"],
+        points=[
+            SimpleNamespace(
+                positions=np.array(place),
+                velocities=empty,
+                accelerations=empty,
+                effort=empty,
+                time_from_start=SimpleNamespace(sec=int(t), nanosec=round(t % 1.0 * 1e9)),
+            )
+            for t, place in points
+        ],
+    )
+
+
+def test_a_trajectory_is_found_among_those_recorded() -> None:
+    plan = SCENARIO.plan()
+    end = (plan.path.at(9.0).x, plan.path.at(9.0).y)
+    followed, other = message((0.7, (0.02, 0.05)), (1.0, (0.0, 0.15))), message((1.0, (0.0, 0.15)))
+    wanted = points_of(followed, "base_link")
+    moving = {"state": "moving", "first_sample": 600, "last_sample": 1100, "waypoints": [end, (0.0, 0.15)]}
+    status = {**moving, "durations_s": [1.0], "trajectory": digest_of(wanted)}
+    found = plan_with_requests(recorded(status, trajectories=(other, followed, other)), SCENARIO)
+    assert found.path.at(1.2 + 0.7)[:2] == pytest.approx((0.02, 0.05), abs=1e-12)
+    assert len(found.crossings) > len(plan.crossings)
+    with pytest.raises(BagError, match="goal/status"):
+        plan_with_requests(recorded(status, trajectories=(other,)), SCENARIO)

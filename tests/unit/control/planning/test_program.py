@@ -119,7 +119,7 @@ def test_shipped_programs_cross_to_and_fro(path: Path) -> None:
 
 
 REFUSED = {
-    text_of("jump: 1"): "steps.0: {'jump': 1}: expected one of move, dwell, set, reset",
+    text_of("jump: 1"): "steps.0: {'jump': 1}: expected one of move, follow, dwell, set, reset",
     text_of("{move: [0, 0.1], dwell: 1}"): "torque, speed, repeat, found move, dwell",
     text_of("move: [0.0]"): "steps.0.move",
     text_of("move: [.nan, 0.1]"): "steps.0.move.0: nan: expected a finite number",
