@@ -11,8 +11,9 @@ import numpy as np
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
+from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
+from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.closed_loop import ClosedLoop
 from mujoco_speed import STEP, MujocoFiveBar, loop_gap

@@ -20,7 +20,7 @@ from calibrated_crossings import actual_geometry, robot_of_rig
 from fivebar_bringup.odds.robot_errors import drawn_gyro_bias
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.guided import guide
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, TraceRow
@@ -31,6 +31,7 @@ from fivebar_control.calibration.record import CalibrationRecord
 from fivebar_control.calibration.result import Calibration
 from fivebar_control.estimation.constants import WatchLimits
 from fivebar_control.laws.robot_sizes import bandwidth_of
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import validate
 from fivebar_studies.rigs.named import find_rig, shipped_rigs

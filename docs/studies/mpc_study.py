@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from fivebar_bringup.pages.style import BLUE, GREEN, GREY, PURPLE, VERMILION, house_style, new_figure, png
 from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import prediction_matrices
 from fivebar_control.laws.unified import input_map
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.rounding import in_millimetres

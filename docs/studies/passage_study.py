@@ -18,9 +18,10 @@ import numpy as np
 
 from fivebar_bringup.pages.style import BLUE, INK, VERMILION, house_style, new_figure, png
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.laws.unified import input_map
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.dynamics import platform_model
 from fivebar_control.model.singularity import ParallelSvd, inverse_condition, parallel_svd
 from fivebar_control.model.state import State

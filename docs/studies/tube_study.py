@@ -19,11 +19,12 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.odds.odds import clopper_pearson
-from fivebar_bringup.simulation.case import X, Y, case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_control.compiling import expect_many_motions
 from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.mpc import MpcSettings
+from fivebar_control.loop.sampled_plan import X, Y, sampled
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.rounding import in_millimetres

@@ -11,10 +11,11 @@ import pytest
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
+from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome, TraceRow
+from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar
 

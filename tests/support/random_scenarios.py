@@ -9,10 +9,11 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import FloatArray, case_of, sampled
+from fivebar_bringup.simulation.case import FloatArray, case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.planning.postures import WORKING_MODES

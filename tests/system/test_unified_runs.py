@@ -15,8 +15,8 @@ from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.runs.offline import run_offline
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import X, Y
 from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_control.loop.sampled_plan import X, Y
 from fivebar_description.strict_yaml import InputError
 from fivebar_studies.rigs.named import find_rig
 

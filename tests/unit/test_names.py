@@ -120,7 +120,6 @@ ELSEWHERE = {
         "fivebar_bringup.simulation.outcome",
         "fivebar_bringup.simulation.run_metrics",
         "fivebar_bringup.simulation.table_rows",
-        "fivebar_bringup.simulation.planned",
     ),
     "unit/bringup/simulation/test_engine_with_camera.py": ("fivebar_camera_runs.simulation",),
     "unit/bringup/commission/test_practice.py": (

@@ -103,6 +103,15 @@ def test_a_scenario_or_a_motion_is_loaded_with_changes() -> None:
             fivebar.load_scenario(source, gains={"kp": 400.0})
 
 
+def test_the_loop_of_the_readme_ends_at_the_goal_without_a_fault() -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    loop = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)[1]
+    names: dict[str, Any] = {"fivebar": fivebar, "motion": fivebar.plan("dextar", goal=(0.0, 0.02), assembly_mode="-")}
+    exec(loop, names)
+    assert names["control"].fault is None
+    assert names["command"].estimate[3:5] == pytest.approx((0.0, 0.02), abs=1e-4)
+
+
 def test_the_readme_as_a_script_prints_a_result_and_where_its_figure_is(tmp_path: Path) -> None:
     readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     script = tmp_path / "snippet.py"

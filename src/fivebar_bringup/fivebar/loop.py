@@ -13,12 +13,14 @@ from fivebar_bringup.motions.request import ASSEMBLY_MODES
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import plant_parts
-from fivebar_control.controller.motion_controller import MotionController
+from fivebar_control.controller.motion_controller import ControlOutput, MotionController
+from fivebar_control.fault import Fault
 from fivebar_control.scenario.stopping import stop_cycles
+from fivebar_description.readings import SensorReadings
 from fivebar_sim.simulated_plant import SimulatedPlant
 
 
-class Controller(MotionController):
+class Controller:
     """The controller of a motion: `step` answers the readings of each sample with a torque.
 
     It is the law, the estimator and the guard of the motion's scenario, as in the node graph. It moves nothing and
@@ -36,17 +38,68 @@ class Controller(MotionController):
         (True, 0.02)
     """
 
-    def __init__(self, motion: Motion | Scenario | str | Path) -> None:
+    def __init__(self, motion: Motion | Scenario | str | Path, *, compiled: bool = False) -> None:
         """Make the controller of a motion, a scenario, or the name or path of one, which is screened first.
 
+        Args:
+            motion: to be made.
+            compiled: whether law, guard and filter are machine code, for fast loops. The torques are the same. The
+                first one of a law in an installation compiles for a minute; later ones load the code in seconds.
+
         Raises:
-            InputError: there is no such scenario.
+            InputError: there is no such scenario, or its law cannot be compiled.
             PlanRefused: the screen refuses the scenario's motion, and it does not say `force: true`.
         """
         scenario = load_scenario(motion)
         if not isinstance(motion, Motion):
             refuse_unfit(scenario)
-        super().__init__(scenario, stop_cycles(scenario))
+        kind: type[MotionController] = MotionController
+        if compiled:
+            # numba takes most of a second to import
+            from fivebar_control.controller.compiled_controller import CompiledController as kind
+        self._control = kind(scenario, stop_cycles(scenario))
+
+    def step(self, readings: SensorReadings | None = None) -> ControlOutput:
+        """Answer a sample.
+
+        The same time again gets the same answer. Where samples are lost, the last torque is held, and after too many
+        of them the fault `state_stale` is latched.
+
+        Args:
+            readings: of the sample; None for a lost one.
+
+        Raises:
+            InputError: readings are malformed, or not those that the scenario's controller needs; the time is that of
+                no sample or goes back; the robot does not rest where the motion starts.
+        """
+        return self._control.step(readings)
+
+    def reset(self) -> None:
+        """Begin the motion again, with a robot at rest where it starts; a latched fault is cleared."""
+        self._control.reset()
+
+    def clear(self) -> None:
+        """Clear a latched fault whose cause is gone; the robot is held where it rests, until `goto` or `reset`.
+
+        Raises:
+            StillFaulty: the cause is still there, the robot moves, or only a new beginning clears the fault.
+        """
+        self._control.clear()
+
+    @property
+    def finished(self) -> bool:
+        """Whether the motion's last sample has been answered; from then on the robot is held where it ends."""
+        return self._control.finished
+
+    @property
+    def fault(self) -> Fault | None:
+        """The latched fault, None while the robot may move."""
+        return self._control.fault
+
+    @property
+    def period(self) -> float:
+        """Time from one sample to the next (s)."""
+        return self._control.period
 
     def begin(self, posture: Posture) -> None:
         """Begin with a robot that rests in another posture, and hold it there until `goto`; clears a latched fault.
@@ -54,7 +107,7 @@ class Controller(MotionController):
         Raises:
             InputError: the posture is not in the working mode of the scenario, or the estimator cannot begin there.
         """
-        self.begin_at((posture.q11, posture.q12, posture.q21, posture.q22))
+        self._control.begin_at((posture.q11, posture.q12, posture.q21, posture.q22))
 
     def goto(
         self,
@@ -90,7 +143,7 @@ class Controller(MotionController):
 
         radii = [blend_radius] * len(via) if isinstance(blend_radius, float | int) else blend_radius
         assembly = 0 if assembly_mode is None else ASSEMBLY_MODES[assembly_mode]
-        self.request(
+        self._control.request(
             Goal(*goal, assembly, duration=duration or 0.0, via=tuple(via), blend_radius=tuple(map(float, radii)))
         )
 

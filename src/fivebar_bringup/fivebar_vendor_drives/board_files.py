@@ -88,9 +88,7 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str, pace
         "period_us": period_us,
         "gather_deadline_us": int(GATHER_FRACTION * period_us),
         "watchdog_ms": max(1, cycles * period_us // 1000),
-        # less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault, and there
-        # is time for the frame that takes the current
-        "missing_limit": cycles - 3,
+        "missing_limit": None,
         "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
     }
     crossings = scenario.plan().crossings

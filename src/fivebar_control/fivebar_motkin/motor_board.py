@@ -7,7 +7,6 @@ Torque is fed forward as a current. Both of the board's own gains are zero unles
 from __future__ import annotations
 
 import contextlib
-import functools
 import math
 import time
 from typing import Any, NamedTuple
@@ -15,7 +14,7 @@ from typing import Any, NamedTuple
 from motkin_pcb import MotorUsbController
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.configuration import MICROSECONDS, USUAL_MISSING
 from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import (
@@ -191,7 +190,7 @@ class MotorBoard:
         self._send(wait=self._board.gather_time)
         state = dict(self._client.state)
         fresh = bool(state) and state["sequence"] != self._sequence
-        limit = self._board.missing_limit
+        limit = self._board.most_missing
         if not fresh:
             self._silent += self._board.patience
             self._without_state += 1
@@ -262,7 +261,7 @@ class MotorBoard:
 
     def _send(self, wait: float = 0.0) -> bool:
         """Send a command, and wait for its echo for a time (s); return whether it has come."""
-        if self._link_fault is not None or self._silent > min(self._board.missing_limit + LAST_WORDS, MOST_UNANSWERED):
+        if self._link_fault is not None or self._silent > min(self._board.most_missing + LAST_WORDS, MOST_UNANSWERED):
             return False
         for number, (motor, torque) in enumerate(zip((self._client.m0, self._client.m1), self._torques, strict=True)):
             current = motor_current(self._board.pair[number], torque)
@@ -332,6 +331,9 @@ def connect(configuration: str) -> DriveConnection:
         InputError: the file is missing or not a configuration, or its robot's file is.
     """
     board = load_board(configuration)
-    opening = functools.partial(open_board, board)
+
+    def opening(missing: int = USUAL_MISSING) -> MotorBoard:
+        return open_board(board.bearing(missing))
+
     inner_loop = BoardTargets(board).target if board.inner_loop.on else None
     return DriveConnection(board.period_us, "period_us", TEND_PERIOD, opening, board.paced_by_commands, inner_loop)

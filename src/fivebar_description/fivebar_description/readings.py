@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 from fivebar_description.errors import InputError
@@ -94,30 +93,32 @@ class SensorReadings(NamedTuple):
         Raises:
             InputError: a number is missing or too many, or is not finite.
         """
-        for name, values, count in self._counted():
-            if len(values) != count or not all(map(math.isfinite, values)):
-                numbers = "a finite number" if count == 1 else f"{count} finite numbers"
-                raise InputError(f"{name}: {tuple(values)}: expected {numbers}")
-
-    def _counted(self) -> Iterator[tuple[str, tuple[float, ...], int]]:
         if self.time is not None:
-            yield "time", (self.time,), 1
-        for name, count in FIELDS:
-            values = getattr(self, name)
-            if values is not None:
-                yield name, values, count
+            _check("time", (self.time,), 1)
+        if self.motor_angles is not None:
+            _check("motor_angles", self.motor_angles, 2)
+        if self.motor_torques is not None:
+            _check("motor_torques", self.motor_torques, 2)
+        if self.joint_angles is not None:
+            _check("joint_angles", self.joint_angles, 4)
+        if self.joint_velocities is not None:
+            _check("joint_velocities", self.joint_velocities, 4)
         for turn in self.imu:
-            yield "imu", (turn.time, *turn.angular_velocity), 4
+            _check("imu", (turn.time, *turn.angular_velocity), 4)
         for angle in self.passive_angles:
-            yield "passive_angles", angle, 2
+            _check("passive_angles", angle, 2)
         for value in self.extra:
-            yield "extra", value, 2
+            _check("extra", value, 2)
         for position in self.camera:
-            yield "camera", (position.time,), 1
+            _check("camera", (position.time,), 1)
 
 
-FIELDS = (("motor_angles", 2), ("motor_torques", 2), ("joint_angles", 4), ("joint_velocities", 4))
-"""Readings of a sample, and how many numbers each has."""
+def _check(name: str, values: tuple[float, ...], count: int) -> None:
+    # a sum is finite where all are, as far as they are angles, rates, torques or times
+    if len(values) == count and math.isfinite(sum(values)):
+        return
+    numbers = "a finite number" if count == 1 else f"{count} finite numbers"
+    raise InputError(f"{name}: {tuple(values)}: expected {numbers}")
 
 
 def stamp_of_time(time: float) -> int:

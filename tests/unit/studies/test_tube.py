@@ -6,11 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.planner import plan_motion

@@ -111,8 +111,7 @@ def _contents(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     drives |= common | {
         "name": scenario.name,
         "gather_deadline_us": int(GATHER_FRACTION * period_us),
-        # one less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
-        "missing_limit": cycles - 2,
+        "missing_limit": None,
         "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
         "master": {"node_id": 127, "heartbeat_ms": beat_ms, "timeout_ms": cycles * period_ms},
     }

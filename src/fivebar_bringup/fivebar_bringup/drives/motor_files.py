@@ -81,8 +81,7 @@ class MotorRunFiles:
         }
         content |= common | {
             "gather_deadline_us": int(GATHER_FRACTION * period_us),
-            # less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
-            "missing_limit": max(0, cycles - 3),
+            "missing_limit": None,
             "posture": {"q11": start.q11, "q21": start.q21, "tolerance_rad": scenario.ekf.homing_tolerance},
         }
         counts = scenario.drives().encoder_counts or 0

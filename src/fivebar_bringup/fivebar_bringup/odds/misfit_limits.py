@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from fivebar_bringup.odds.robot_errors import RobotErrors, with_drawn_robot
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.estimation.constants import NO_LIMITS, WatchLimits
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.safety.stages import NO_FAULT
 
 ALARMS = 10_000

@@ -15,9 +15,10 @@ from typing import NamedTuple
 from fivebar_bringup.odds.odds import Odds, shortcomings
 from fivebar_bringup.odds.robot_errors import UNIFORM, RobotErrors, declared_errors, with_drawn_robot
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.path_distance import judged_distance
 

@@ -17,9 +17,9 @@ from fivebar_bringup.recorded.summary import Summary, summarize
 from fivebar_bringup.recorded.timing import read_timing
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.fault_marks import FaultMark, fault_marks
-from fivebar_bringup.report.requests import plan_with_requests
 from fivebar_bringup.scenario import Scenario
-from fivebar_description.interface import JOINT_STATES
+from fivebar_control.trajectory.planner import Plan
+from fivebar_description.interface import GOAL_STATUS, JOINT_STATES, PROGRAM_STATUS
 from fivebar_description.interrupts import interrupts_allowed
 from fivebar_description.stages import stage
 from fivebar_description.strict_yaml import InputError
@@ -133,9 +133,19 @@ def _read(run: RunDirectory, namespace: str | None = None) -> _Recorded:
     return _analysed(run, scenario, read_bag(run.bag, namespace))
 
 
+def _plan_of(recording: Recording, scenario: Scenario) -> Plan:
+    """Return what a run was to do."""
+    if not (recording.count(GOAL_STATUS) or recording.count(PROGRAM_STATUS)):
+        return scenario.plan()
+    # here, because most runs have no requests
+    from fivebar_bringup.report.requests import plan_with_requests
+
+    return plan_with_requests(recording, scenario)
+
+
 def _analysed(run: RunDirectory, scenario: Scenario, recording: Recording) -> _Recorded:
     timing = read_timing(run.timing)
-    plan = plan_with_requests(recording, scenario)
+    plan = _plan_of(recording, scenario)
     series = read_series(recording, scenario, plan)
     summary = summarize(recording, series, scenario, timing, plan, read_odds(run.odds))
     analysis = RunAnalysis(scenario, plan, scenario.five_bar(), series, summary)

@@ -21,7 +21,7 @@ from fivebar_control.trajectory.rounded import RESTS
 from fivebar_control.trajectory.spline import Knot, SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
 from fivebar_control.trajectory.time_laws import QUINTIC
-from fivebar_description.interface import GOAL_STATUS, GOAL_TRAJECTORY, JOINT_STATES, PROGRAM_STATUS
+from fivebar_description.interface import GOAL_STATUS, GOAL_TRAJECTORY, JOINT_STATES
 from fivebar_description.parameters import laden
 from fivebar_description.status_texts import read_goal_status
 
@@ -41,8 +41,6 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
     """
     plan = scenario.plan()
     asked = recording.count(GOAL_STATUS) > 0
-    if not (asked or recording.count(PROGRAM_STATUS) > 0):
-        return plan
     try:
         statuses = recording.read_texts(GOAL_STATUS, read_goal_status, needed=False) if asked else []
         moved = [status for status in statuses if status["state"] in (*STOPS, RESUMED) or status.keys() >= MOVES]

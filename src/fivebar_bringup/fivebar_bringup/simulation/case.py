@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,11 +15,7 @@ from fivebar_control.controller.settings import cycle_settings
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.laws.registry import Controller
 from fivebar_control.loop.cycle import CycleSettings
-from fivebar_control.loop.supervisor import time_weight
-from fivebar_control.model.state import Platform
-from fivebar_control.trajectory.desired import REFERENCE_VALUES, desired_along
-from fivebar_control.trajectory.joint_segment import JointSegment
-from fivebar_control.trajectory.planner import Plan
+from fivebar_control.loop.sampled_plan import Sampled
 from fivebar_description.extra_sensor import ExtraSensor
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
@@ -32,23 +27,6 @@ from fivebar_sim.effects.timing import lost_commands
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-
-X, Y, VX, VY, AX, AY, DIRECTION_X, DIRECTION_Y, EPSILON, WEIGHT = range(10)
-"""Columns of a sampled plan: the reference (m, s), the direction of its straight segment (NaN where it is none), the
-zone width, and the weight in time of the multi-model method."""
-
-
-class Sampled(NamedTuple):
-    """A plan at the moments of its samples.
-
-    Attributes:
-        rows: float64[N + 1 + lead, 10] in the columns above; the lead is the drives' delay where there is an estimator.
-        references: float64[N + 1 + lead, REFERENCE_VALUES] where the plan was made in the motors' angles in part; else
-            [0, REFERENCE_VALUES], and the loop works the references out.
-    """
-
-    rows: FloatArray
-    references: FloatArray
 
 
 class Estimation(NamedTuple):
@@ -193,23 +171,3 @@ def _unchanged_by(plant: PlantSettings) -> PlantSettings:
     """Return settings that leave the parameters of a robot as they are: it is the actual one already."""
     links = with_modelled_geometry(plant.links)
     return plant._replace(mass_scale=1.0, inertia_scale=1.0, friction_scale=1.0, links=links)
-
-
-@lru_cache(maxsize=8)
-def sampled(robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int = 0) -> Sampled:
-    """Return the plan of a robot at the moments of its samples 0 to N and of the lead.
-
-    It is valid for every case with this plan, rate, nominal robot and lead. The last ones are remembered, as a plan is
-    predicted and tried on many robots.
-    """
-    moments = [number / rate_hz for number in range(plan.path.samples(rate_hz) + 1 + lead_samples)]
-    rows = [(*plan.path.at(t), *plan.path.line_at(t)[2:], plan.epsilon_at(t), time_weight(plan, t)) for t in moments]
-    by_motors = any(isinstance(segment, JointSegment) for segment in plan.path.segments)
-    references = desired_along(robot, plan, moments) if by_motors else np.zeros((0, REFERENCE_VALUES))
-    return Sampled(np.array(rows, dtype=np.float64), references)
-
-
-def platforms_of(rows: FloatArray) -> list[Platform]:
-    """Return the references in rows of a `Sampled` plan."""
-    places: list[list[float]] = rows[:, X : AY + 1].tolist()
-    return [Platform(*place) for place in places]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, Sampled, platforms_of
+from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray
 from fivebar_bringup.simulation.engine_estimator import (
     estimated,
     measured,
@@ -30,7 +30,6 @@ from fivebar_bringup.simulation.engine_robot import (
 )
 from fivebar_bringup.simulation.engine_sensors import sensed
 from fivebar_bringup.simulation.outcome import Outcome, RunEnd, TraceRow
-from fivebar_bringup.simulation.planned import planned_at
 from fivebar_bringup.simulation.robot import (
     ideal_later,
     ideal_sensed,
@@ -48,11 +47,18 @@ from fivebar_control.estimation.step import estimator_step, estimator_step_with,
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.closed_loop import LoopSettings, first_memory, law_functions, run_loop
 from fivebar_control.loop.plan_sample import PlanSample
+from fivebar_control.loop.sampled_plan import Sampled, planned_in, platforms_of
 from fivebar_description.extra_sensor import ExtraSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
 
 Functions = Mapping[str, Callable[..., Any]]
+
+
+def planned_at(run: EngineRun, moment: int) -> PlanSample:
+    """Return the plan at the moment of a sample."""
+    return planned_in(run.case.control, run.plan.rows[moment], run.plan.references, moment)
+
 
 RUN: Functions = {"empty_log": empty_table, "plan_at": planned_at, "ended": ends, "conclude": concluded}
 IDEAL: Functions = {"begin": started_ideal, "advance": moved_ideal}

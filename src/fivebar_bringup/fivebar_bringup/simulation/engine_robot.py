@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.simulation.case import EngineRun, FloatArray, X, Y
+from fivebar_bringup.simulation.case import EngineRun, FloatArray
 from fivebar_bringup.simulation.robot import (
     Sensed,
     ideal_later,
@@ -20,6 +20,7 @@ from fivebar_bringup.simulation.robot import (
     start_with_effects,
 )
 from fivebar_control.laws.torque import Torque
+from fivebar_control.loop.sampled_plan import X, Y
 from fivebar_control.model.state import Joints
 from fivebar_sim.sensors import counted, drive_limit, encoder_resolution, shaped
 

@@ -13,7 +13,6 @@ from fivebar_bringup.scenario import Scenario, scalar_topics
 from fivebar_bringup.simulation.outcome import FAULT_NAMES
 from fivebar_control.controller.motion_controller import ControlOutput, MotionController
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_control.estimation.platform_reading import PlatformReading, StampedPosition
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.closed_loop import PLANT_DIVERGED
 from fivebar_control.loop.supervisor import SupervisorState
@@ -79,6 +78,7 @@ from fivebar_sim.simulated_plant import SampledRobot, SimulatedPlant
 
 if TYPE_CHECKING:
     from fivebar_control.estimation.estimator import Vector6
+    from fivebar_control.estimation.platform_reading import StampedPosition
 
 
 class Estimated(NamedTuple):
@@ -288,6 +288,9 @@ class _Recorder:
         return round(time * self._rate_hz)
 
     def _seen(self, one: TimedPosition) -> StampedPosition:
+        # here, because most runs have no camera
+        from fivebar_control.estimation.platform_reading import PlatformReading, StampedPosition
+
         stamp = stamp_of_time(one.time)
         return StampedPosition(stamp, moment_of_stamp(stamp, self._rate_hz), PlatformReading(*one[1:]))
 

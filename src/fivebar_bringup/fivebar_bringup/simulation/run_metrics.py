@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from fivebar_bringup.simulation.case import DIRECTION_X, DIRECTION_Y, Case, FloatArray, Sampled, X, Y
+from fivebar_bringup.simulation.case import Case, FloatArray
 from fivebar_bringup.simulation.column_metrics import largest, sign_changes
 from fivebar_bringup.simulation.outcome import LEFT, Outcome, RunEnd, columns_of
 from fivebar_control.laws.vhc_cartesian import line_constraint
+from fivebar_control.loop.sampled_plan import DIRECTION_X, DIRECTION_Y, Sampled, X, Y
 from fivebar_control.model.line import Line
 
 

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 
 from fivebar_bringup.report.thesis import MIDDLE
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import Sampled, sampled
 from fivebar_control.laws.robot_sizes import ROBUST_WEIGHT, size_ratio, torque_ratio
+from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import validate
 from fivebar_studies.rigs.named import find_rig

@@ -15,9 +15,9 @@ from fivebar_bringup.odds.odds import Odds
 from fivebar_bringup.odds.robot_errors import UNIFORM, has_odds
 from fivebar_bringup.odds.trials import ROBOTS, STATED_ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import Sampled, sampled
 from fivebar_bringup.simulation.predicted import predict_on_engine
 from fivebar_control.estimation.homing import check_declared
+from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.planning.alternative_courses import TimedCourse, courses_elsewhere
 from fivebar_control.planning.course import STRAIGHT_LAWS
 from fivebar_control.planning.feasibility import screen_run

@@ -9,10 +9,11 @@ from functools import partial
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT, Odds, shortcomings
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import Case, Sampled, case_of, sampled
+from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_control.laws import registry
+from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan

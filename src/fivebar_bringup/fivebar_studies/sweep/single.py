@@ -15,9 +15,10 @@ from fivebar_bringup.pages.style import GREY, INK, MOTORS, ZONE, house_style, ne
 from fivebar_bringup.recorded.results import new_directory, write_results
 from fivebar_bringup.report.workspace import draw_base, draw_map, draw_robot, frame, survey
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.outcome import columns_of
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.strict_yaml import InputError
 from fivebar_studies.sweep.rows import REFUSED, SweepRow

@@ -7,13 +7,13 @@ and the engine call.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from fivebar_control.controller.settings import cycle_settings
-from fivebar_control.estimation.trips import TRIP_NUMBERS
 from fivebar_control.fault import Fault
 from fivebar_control.laws.registry import goal_controllers
 from fivebar_control.laws.torque import ZERO, Torque
@@ -22,14 +22,16 @@ from fivebar_control.loop.closed_loop import (
     Known,
     LoopSettings,
     answer,
+    cleared,
     first_memory,
     law_functions,
+    stopped,
     unanswered,
 )
+from fivebar_control.loop.cycle import CycleMemory
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints, working_mode
-from fivebar_control.model.state import JointAngles, Platform
-from fivebar_control.safety.guard import FINAL_FAULTS, motion_left
+from fivebar_control.model.state import JointAngles, Platform, State
 from fivebar_control.safety.stages import NO_FAULT, fault_of, first_fault
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
@@ -39,11 +41,10 @@ if TYPE_CHECKING:
     from fivebar_control.estimation.estimator import StateEstimator, Vector6
     from fivebar_control.planning.motion_queue import Goal, MotionQueue
 
+NOWHERE = (math.nan,) * 4
+
 OFF_GRID = 0.01
 """Distance (samples) of a time from a sample's up to which it names that sample."""
-
-STATE_STALE = 32
-"""Number of the fault that too many samples in a row were lost, beside those of stages and estimator."""
 
 
 class StillFaulty(RuntimeError):
@@ -104,8 +105,45 @@ class ControlOutput(NamedTuple):
         return f"<ControlOutput {self.sample}: {self.torque.tau1:.4g}, {self.torque.tau2:.4g} Nm{fault}>"
 
 
+class KnownJoints(NamedTuple):
+    """The joints of a sample, measured or estimated: as in `StateEstimate`, and the fault of the estimator."""
+
+    position: Quadruple
+    velocity: Quadruple
+    effort: Quadruple
+    deviations: Vector6 | None
+    disturbance: Pair
+    trip: int
+
+
+class LoopAnswer(NamedTuple):
+    """The loop's answer to a sample.
+
+    Attributes:
+        place: x, y, vx, vy of the platform (m, m/s).
+        reference: as in `ControlOutput`, and so are `sigma`, `kappa` and the torques.
+        found: number of the fault detected at the sample, `NO_FAULT` for none.
+        fault: that of the first one.
+        latched: whether one was latched before.
+    """
+
+    place: Quadruple
+    reference: Platform
+    sigma: float
+    kappa: float
+    nominal: Torque
+    constraint: Torque
+    requested: Torque
+    command: Torque
+    found: int
+    fault: int
+    latched: bool
+
+
 class MotionController:
     """Law, estimator and guard of a scenario, to be stepped once a period."""
+
+    _loop: Answered
 
     def __init__(self, scenario: ControlScenario, longest_hold: int | None = None) -> None:
         """Make a controller before its first sample.
@@ -129,18 +167,13 @@ class MotionController:
 
     def reset(self) -> None:
         """Begin the motion again, with a robot at rest where it starts; a latched fault is cleared."""
-        self._estimator: StateEstimator | None = None
-        if self._scenario.estimated:
-            # here, because most runs measure all joints
-            from fivebar_control.controller.estimator import estimator_of
-
-            self._estimator = estimator_of(self._scenario)
+        self._estimator = self._new_estimator() if self._scenario.estimated else None
         self._queue: MotionQueue | None = None
         memory = first_memory(self._scheme, self._control, lambda: planned_references(self._plan, self._rate_hz))
-        self._loop = unanswered(memory, 0)
-        self._known: Known | None = None
+        self._begin_loop(memory)
+        self._sensed: KnownJoints | None = None
         self._estimate: StateEstimate | None = None
-        self._waiting = SensorReadings()
+        self._waiting: SensorReadings | None = None
         self._commands: list[Torque] = [ZERO] * (self._scenario.plant.delay_samples + 1)
         self._output: ControlOutput | None = None
         self._number, self._came, self._last = -1, -1, self._settings.last
@@ -184,8 +217,7 @@ class MotionController:
             from fivebar_control.estimation.homing import Homing
 
             self._estimator.begin_at(Homing(state.x, state.y, *working_mode(state), assembly_mode(state)))
-        queue = self._motions()
-        queue.rest_at(self._moment, state.x, state.y)
+        self._rest(state.x, state.y)
         self._last = -1
 
     def step(self, readings: SensorReadings | None = None) -> ControlOutput:
@@ -211,35 +243,30 @@ class MotionController:
         # over samples that were left out the last torque held
         self._commands += self._commands[-1:] * (number - self._number - 1)
         self._number = number
-        known = self._known = self._known_after(readings)
-        planned = self._planned(number + self._settings.lead)
-        if known is None:
-            self._hold_or_stop()
+        sensed = self._sensed = self._sensed_by(readings)
+        if sensed is None:
+            found = self._held(number)
         else:
-            self._loop = answer(
-                **self._of_laws,
-                settings=self._settings,
-                before=self._loop,
-                number=number,
-                known=known,
-                planned=planned,
-            )
-            self._latch(known, planned)
-        cycle, latched = self._loop.cycle, self._loop.latched
-        if self._estimator is not None and known is not None:
-            self._estimator.commanded(number, *cycle.command)
-        self._commands.append(cycle.command)
+            found = self._answered(number, sensed)
+            self._came = number
+            position, velocity, effort, deviations, disturbance, _ = sensed
+            self._estimate = StateEstimate(position, velocity, effort, *found.place, deviations, disturbance)
+            if found.fault != NO_FAULT and self.fault is None:
+                self.fault = self._in_words(found, sensed)
+            if self._estimator is not None:
+                self._estimator.commanded(number, *found.command)
+        self._commands.append(found.command)
         self._output = ControlOutput(
             number,
-            cycle.command,
+            found.command,
             self.fault,
-            cycle.sigma,
-            cycle.kappa,
+            found.sigma,
+            found.kappa,
             self._estimate,
-            planned.platform,
-            cycle.nominal,
-            cycle.constraint if self._control.blended else None,
-            None if latched else cycle.requested,
+            found.reference,
+            found.nominal,
+            found.constraint if self._control.blended else None,
+            None if found.latched else found.requested,
         )
         return self._output
 
@@ -251,11 +278,14 @@ class MotionController:
         """
         if self.fault is None:
             return
+        # here, because most runs have no fault
+        from fivebar_control.safety.guard import FINAL_FAULTS, motion_left
+
         if self.fault.name in FINAL_FAULTS:
             raise StillFaulty(f"only a new beginning clears {self.fault}: expected a reset")
-        if self._known is None:
+        if self._sensed is None:
             raise StillFaulty("no sample has come since")
-        state, control = self._known.state, self._control
+        state, control = self._state_of(self._sensed), self._control
         arguments = control.limits, control.robot, control.mode1, control.mode2, state, state.x, state.y, ZERO
         found = first_fault(*arguments)
         reason = motion_left(state, self._scenario.safety.rest_speed)
@@ -264,8 +294,8 @@ class MotionController:
         if reason is not None:
             raise StillFaulty(reason)
         self.fault = None
-        self._loop = self._loop._replace(latched=False, fault=NO_FAULT, fault_sample=-1)
-        self._motions().rest_at(self._moment, state.x, state.y)
+        self._clear_loop()
+        self._rest(state.x, state.y)
         self._last = self._number
 
     def request(self, goal: Goal) -> None:
@@ -317,12 +347,56 @@ class MotionController:
         cycle = self._loop.cycle._replace(memory=memory._replace(nominal=nominal, constraint=constraint))
         self._loop = self._loop._replace(cycle=cycle)
 
+    def _rest(self, x: float, y: float) -> None:
+        """Rest at (x, y) m from the next sample on."""
+        self._motions().rest_at(self._moment, x, y)
+
+    def _new_estimator(self) -> StateEstimator:
+        # here, because most runs measure all joints
+        from fivebar_control.controller.estimator import estimator_of
+
+        return estimator_of(self._scenario)
+
+    def _begin_loop(self, memory: CycleMemory) -> None:
+        """Begin with a memory of the control cycle."""
+        self._loop = unanswered(memory, 0)
+
+    def _clear_loop(self) -> None:
+        """Go on without a fault."""
+        self._loop = cleared(self._loop)
+
+    def _answered(self, number: int, sensed: KnownJoints) -> LoopAnswer:
+        """Answer a sample."""
+        planned, state = self._planned(number + self._settings.lead), self._state_of(sensed)
+        known = Known(True, state, *sensed.disturbance, sensed.trip)
+        self._loop = answer(
+            **self._of_laws, settings=self._settings, before=self._loop, number=number, known=known, planned=planned
+        )
+        return self._response((state.x, state.y, state.vx, state.vy), planned.platform)
+
+    def _stopped(self, number: int) -> LoopAnswer:
+        """Command no torque at a sample that was lost, and latch a fault."""
+        self._loop = stopped(self._loop, number)
+        return self._response(NOWHERE, self._planned(number + self._settings.lead).platform)
+
+    def _unanswered(self, number: int) -> LoopAnswer:
+        """Hold the last torque at a sample that was lost."""
+        return self._response(NOWHERE, self._planned(number + self._settings.lead).platform)
+
+    def _response(self, place: Quadruple, reference: Platform) -> LoopAnswer:
+        cycle, _, latched, fault, _ = self._loop
+        torques = cycle.nominal, cycle.constraint, cycle.requested, cycle.command
+        return LoopAnswer(place, reference, cycle.sigma, cycle.kappa, *torques, cycle.fault, fault, latched)
+
     def _planned(self, moment: int) -> PlanSample:
         if self._queue is None:
             ahead = reference_ahead(self._plan, moment, self._rate_hz, self._ahead)
             return plan_sample(self._robot, self._plan, moment / self._rate_hz, ahead)
         platform, *later = self._queue.window(moment, self._ahead)
         return plan_sample(self._robot, self._plan, moment / self._rate_hz, tuple(later) or None, platform)
+
+    def _state_of(self, sensed: KnownJoints) -> State:
+        return state_from_joints(self._robot, *sensed.position, *sensed.velocity)
 
     def _check_sufficient(self, readings: SensorReadings) -> None:
         """Refuse a sample without the readings from which the scenario's controller knows the robot."""
@@ -345,50 +419,38 @@ class MotionController:
             raise InputError(f"time: {time:g}: it goes back: expected at least {newest} s")
         return number
 
-    def _known_after(self, readings: SensorReadings) -> Known | None:
-        """Return what is known of the robot after the readings of the present sample, None where it was lost."""
+    def _sensed_by(self, readings: SensorReadings) -> KnownJoints | None:
+        """Return the joints by the readings of the present sample, None where it was lost."""
         waiting = self._waiting
-        readings = readings._replace(
-            imu=waiting.imu + tuple(readings.imu),
-            passive_angles=waiting.passive_angles + tuple(readings.passive_angles),
-            camera=waiting.camera + tuple(readings.camera),
-            extra=waiting.extra + tuple(readings.extra),
-        )
+        if waiting is not None:
+            # they come with this sample
+            readings = readings._replace(
+                imu=waiting.imu + tuple(readings.imu),
+                passive_angles=waiting.passive_angles + tuple(readings.passive_angles),
+                camera=waiting.camera + tuple(readings.camera),
+                extra=waiting.extra + tuple(readings.extra),
+            )
         if not readings.present:
-            # they come with the next sample
-            self._waiting = readings._replace(time=None, motor_torques=None)
+            self._waiting = readings
             return None
-        self._waiting = SensorReadings()
+        self._waiting = None
+        tau1, tau2 = torques = self._applied(readings)
+        angles = readings.joint_angles
         if self._estimator is None:
-            return self._measured(readings)
-        return self._estimated(self._estimator, readings)
-
-    def _measured(self, readings: SensorReadings) -> Known:
-        angles, velocities = readings.joint_angles, readings.joint_velocities
-        assert angles is not None and velocities is not None
-        tau1, tau2 = self._applied(readings)
-        state = state_from_joints(self._robot, *angles, *velocities)
-        place = state.x, state.y, state.vx, state.vy
-        self._estimate = StateEstimate(angles, velocities, (tau1, 0.0, tau2, 0.0), *place)
-        return Known(True, state, 0.0, 0.0, NO_FAULT)
-
-    def _estimated(self, estimator: StateEstimator, readings: SensorReadings) -> Known:
+            assert angles is not None and readings.joint_velocities is not None
+            return KnownJoints(angles, readings.joint_velocities, (tau1, 0.0, tau2, 0.0), None, (0.0, 0.0), NO_FAULT)
+        # here, because most runs measure all joints
         from fivebar_control.controller.late_readings import late_readings
+        from fivebar_control.estimation.trips import TRIP_NUMBERS
 
-        if readings.motor_angles is not None:
-            angles = readings.motor_angles
-        else:
-            assert readings.joint_angles is not None
-            angles = readings.joint_angles[0], readings.joint_angles[2]
-        torques = self._applied(readings)
-        found = estimator.take(self._number, *angles, *torques, late_readings(readings, self._scenario))
-        state = state_from_joints(self._robot, *found.position, *found.velocity)
-        place = state.x, state.y, state.vx, state.vy
-        self._estimate = StateEstimate(
-            found.position, found.velocity, found.effort, *place, found.deviations, found.disturbance
-        )
-        trip = NO_FAULT if estimator.fault is None else TRIP_NUMBERS[estimator.fault.name]
-        return Known(True, state, *found.disturbance, trip)
+        motors = readings.motor_angles
+        if motors is None:
+            assert angles is not None
+            motors = angles[0], angles[2]
+        found = self._estimator.take(self._number, *motors, *torques, late_readings(readings, self._scenario))
+        fault = self._estimator.fault
+        trip = NO_FAULT if fault is None else TRIP_NUMBERS[fault.name]
+        return KnownJoints(found.position, found.velocity, found.effort, found.deviations, found.disturbance, trip)
 
     def _applied(self, readings: SensorReadings) -> Pair:
         """Return the torques (Nm) applied over the period before the sample."""
@@ -396,36 +458,31 @@ class MotionController:
         commanded, self._commands = self._commands[-delay - 1], self._commands[-delay - 1 :]
         return commanded if readings.motor_torques is None else readings.motor_torques
 
-    def _hold_or_stop(self) -> None:
+    def _held(self, number: int) -> LoopAnswer:
         """Hold the last torque over a lost sample, or latch a fault and command none where that is one too many."""
-        came, number, held = self._loop.came, self._number, self._longest_hold
-        if held is None or self._estimate is None or number - came <= held:
-            return
+        came, held = self._came, self._longest_hold
+        if held is None or came < 0 or number - came <= held:
+            return self._unanswered(number)
         if self.fault is None:
             self.fault = Fault("state_stale", f"no sample after {came}, where the torque is held for {held} at most")
-        cycle = self._loop.cycle
-        stopped = cycle._replace(command=ZERO, memory=cycle.memory._replace(command=ZERO, braking=0))
-        self._loop = Answered(stopped, came, True, STATE_STALE, number)
+        return self._stopped(number)
 
-    def _latch(self, known: Known, planned: PlanSample) -> None:
-        """Put the first fault that the loop has found into words."""
-        if self.fault is not None or self._loop.fault == NO_FAULT:
-            return
-        cycle, control = self._loop.cycle, self._control
-        if cycle.fault == NO_FAULT:
+    def _in_words(self, found: LoopAnswer, sensed: KnownJoints) -> Fault | None:
+        """Return the first fault that the loop has found."""
+        if found.found == NO_FAULT:
             assert self._estimator is not None
-            self.fault = self._estimator.fault
-            return
-        found = fault_of(
-            cycle.fault,
+            return self._estimator.fault
+        control = self._control
+        fault = fault_of(
+            found.found,
             control.limits,
             control.robot,
             control.mode1,
             control.mode2,
-            known.state,
-            planned.platform.x,
-            planned.platform.y,
-            cycle.requested,
-            cycle.sigma if control.blended else 0.0,
+            self._state_of(sensed),
+            found.reference.x,
+            found.reference.y,
+            found.requested,
+            found.sigma if control.blended else 0.0,
         )
-        self.fault = Fault(found.name, f"at sample {self._number}: {found.detail}")
+        return Fault(fault.name, f"at sample {self._number}: {fault.detail}")

@@ -18,6 +18,7 @@ from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import (
+    FrozenMemory,
     frozen_reason,
     named_motor,
     nothing_read,
@@ -49,6 +50,7 @@ from fivebar_control.estimation.trips import (
 )
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry
+from fivebar_control.model.state import Joints
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
@@ -59,6 +61,8 @@ from fivebar_description.whole_turns import same_turn, turns_between
 NO_READINGS = Misfit(math.nan, math.nan, math.nan, math.nan)
 
 Vector6 = tuple[float, float, float, float, float, float]
+
+Torques = Sequence[tuple[float, float]]
 
 
 class JointEstimate(NamedTuple):
@@ -76,6 +80,34 @@ class JointEstimate(NamedTuple):
     effort: tuple[float, float, float, float]
     deviations: Vector6
     disturbance: tuple[float, float]
+
+
+class MotorReadings(NamedTuple):
+    """A sample's number, the periods since the one before, the motors' angles (rad) and the torques before it (Nm)."""
+
+    sample: int
+    periods: int
+    q11: float
+    q21: float
+    tau1: float
+    tau2: float
+
+
+class Ahead(NamedTuple):
+    """A sample's estimate.
+
+    Attributes:
+        joints: angles and rates of all joints when the answering torque begins to act.
+        variances: of x, y, vx, vy, d1, d2 when the sample was measured.
+        disturbance: d1, d2 (Nm).
+        trip, lost: as in `Prediction`.
+    """
+
+    joints: Joints
+    variances: tuple[float, ...]
+    disturbance: tuple[float, float]
+    trip: int
+    lost: bool
 
 
 class StateEstimator:
@@ -114,6 +146,7 @@ class StateEstimator:
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
         self._newest_command = 0.0, 0.0
         self._answer: JointEstimate | None = None
+        self._begun = False
         self._memory: EstimatorMemory | None = None
         self.fault: Fault | None = None
         self.squared = NO_READINGS
@@ -131,7 +164,7 @@ class StateEstimator:
         An estimator that was restarted on the way does not know where the robot is, although its encoders may fit the
         declared posture: they do in both assembly modes. A few first samples may be missing, as anywhere else.
         """
-        if self._memory is not None or self._found_again or sample <= self._longest_gap:
+        if self._begun or self._found_again or sample <= self._longest_gap:
             return False
         self._latch("estimate_lost", f"the first sample heard was {sample}, not the beginning of a run")
         return True
@@ -145,7 +178,7 @@ class StateEstimator:
         check_declared(self._robot, homing)
         self._homing, self._seen_start = homing, False
         self._memory = self._answer = self.fault = None
-        self._found_again = True
+        self._begun, self._found_again = False, True
         self._near, self._near_elbow = self._expected_motors(), math.nan
         self._frozen = nothing_read()
 
@@ -211,19 +244,15 @@ class StateEstimator:
         q11, q21 = self._near = same_turn(q11, self._near[0]), same_turn(q21, self._near[1])
         self.turns = turns_between(read[0], q11), turns_between(read[1], q21)
         ahead = self._stepped(sample, q11, q21, tau1, tau2, readings)
-        self._memory = ahead.memory
         effort = (tau1, 0.0, tau2, 0.0)
         trip = ahead.trip
         if trip != NO_FAULT:
-            self._latch(TRIP_NAMES[trip], f"at sample {sample}{self._reason(trip, ahead)}")
+            self._latch(TRIP_NAMES[trip], f"at sample {sample}{self._reason(trip, *self._details())}")
         if ahead.lost and self._answer is not None:
             return self._answer._replace(effort=effort)
-        estimate, covariance = ahead.memory.belief
         # NaN stays NaN
-        a, b, c, d, e, f = (0.0 if one < 0.0 else math.sqrt(one) for one in covariance.diagonal()[:6].tolist())
-        self._answer = JointEstimate(
-            ahead.joints[:4], ahead.joints[4:], effort, (a, b, c, d, e, f), (estimate.d1, estimate.d2)
-        )
+        a, b, c, d, e, f = (0.0 if one < 0.0 else math.sqrt(one) for one in ahead.variances)
+        self._answer = JointEstimate(ahead.joints[:4], ahead.joints[4:], effort, (a, b, c, d, e, f), ahead.disturbance)
         return self._answer
 
     def _stepped(
@@ -234,24 +263,23 @@ class StateEstimator:
         tau1: float,
         tau2: float,
         readings: Sequence[LateReading],
-    ) -> Prediction:
+    ) -> Ahead:
         model, last, self._last = self._model, self._last, sample
-        if self._memory is None:
+        if not self._begun:
             one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
             check_encoders(self._robot, self._homing, self._tolerance, one.value, two.value)
             memory = first_update(model, self._first_assembly(one.value, two.value, readings), q11, q21)
-            return self._step(model, memory, self._frozen, 1, self._pending(sample), 0, False).prediction
+            self._begun = True
+            return self._first(memory, self._pending(sample))
         # over a gap in the readings the torque is assumed to be that of its last period
         periods = min(max(sample - last, 1), self._longest_gap)
-        usable = self._usable(readings)
-        memory, start = with_readings(model, self._memory, sample, periods, q11, q21, tau1, tau2, usable)
         # exactly zero is what the guard commands once a fault is latched
         coasts = self._newest_command == (0.0, 0.0)
-        stepped = self._step(model, memory, self._frozen, start, self._pending(sample), 0, coasts)
-        self.squared, self._frozen = stepped.squared, stepped.frozen
+        motors = MotorReadings(sample, periods, q11, q21, tau1, tau2)
+        ahead = self._next(motors, self._usable(readings), self._pending(sample), coasts)
         if sample - last > self._longest_gap:
             self._latch("estimate_lost", f"no motor readings from sample {last + 1} to {sample - 1}")
-        return stepped.prediction
+        return ahead
 
     def _usable(self, readings: Sequence[LateReading]) -> list[LateReading]:
         """Return the readings that can be taken: angles in the turn of those before, and positions that were seen."""
@@ -266,7 +294,37 @@ class StateEstimator:
             usable.append(reading)
         return usable
 
-    def _reason(self, trip: int, ahead: Prediction) -> str:
+    def _first(self, memory: EstimatorMemory, pending: Torques) -> Ahead:
+        """Begin with the memory after the first readings, and predict over the torques (Nm) that do not act yet."""
+        self._memory = memory
+        return self._after(self._step(self._model, memory, self._frozen, 1, pending, 0, False))
+
+    def _next(
+        self,
+        motors: MotorReadings,
+        readings: Sequence[LateReading],
+        pending: Torques,
+        coasts: bool,
+    ) -> Ahead:
+        """Go on by a sample's readings, and predict over the torques (Nm) that do not act yet."""
+        assert self._memory is not None
+        memory, start = with_readings(self._model, self._memory, *motors, readings)
+        stepped = self._step(self._model, memory, self._frozen, start, pending, 0, coasts)
+        self.squared, self._frozen = stepped.squared, stepped.frozen
+        return self._after(stepped)
+
+    def _after(self, stepped: EstimatorStep) -> Ahead:
+        self._prediction = found = stepped.prediction
+        self._memory = found.memory
+        estimate, covariance = found.memory.belief
+        variances = tuple(covariance.diagonal()[:6].tolist())
+        return Ahead(found.joints, variances, (estimate.d1, estimate.d2), found.trip, found.lost)
+
+    def _details(self) -> tuple[Prediction, FrozenMemory]:
+        """Return what a fault is put into words by."""
+        return self._prediction, self._frozen
+
+    def _reason(self, trip: int, ahead: Prediction, frozen: FrozenMemory) -> str:
         """Return a fault in words that go on from "at sample N"."""
         model, memory = self._model, ahead.memory
         if trip == ESTIMATE_LOST:
@@ -274,8 +332,8 @@ class StateEstimator:
         if trip == ESTIMATE_AMBIGUOUS:
             return f": {ambiguity_reason(model.filter, model.limits, ahead.ambiguity)}"
         if trip == ENCODER_FROZEN:
-            motor = named_motor(model, self._frozen, False) or named_motor(model, self._frozen, True)
-            return f" {frozen_reason(self._frozen.one if motor == 1 else self._frozen.two, motor)}"
+            motor = named_motor(model, frozen, False) or named_motor(model, frozen, True)
+            return f" {frozen_reason(frozen.one if motor == 1 else frozen.two, motor)}"
         if trip == ESTIMATE_INCONSISTENT:
             return f" {inconsistency_reason(model, memory.misfit, memory.pattern)}"
         return f": {gyro_reason(trip, memory.gyro, model.rate_hz)}"

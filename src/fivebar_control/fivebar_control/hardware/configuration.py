@@ -184,14 +184,36 @@ def frame_bits(data_bytes: int) -> int:
     return 47 + 8 * data_bytes + (34 + 8 * data_bytes - 1) // 4
 
 
-class DriveFile(StrictModel):
+USUAL_MISSING = 3
+"""Cycles in a row that may be without an answer where neither a file nor a motion says how many."""
+
+
+class CycledFile(StrictModel):
+    """The key that all configurations of drives have in common.
+
+    Attributes:
+        missing_limit: cycles in a row without an answer beyond which it is a fault; None for what the motion bears.
+    """
+
+    missing_limit: Annotated[int, Field(ge=0, le=1000)] | None = None
+
+    @property
+    def most_missing(self) -> int:
+        """Cycles in a row that may be without an answer."""
+        return USUAL_MISSING if self.missing_limit is None else self.missing_limit
+
+    def bearing(self, missing: int) -> Self:
+        """Return the file for a motion that bears so many cycles without an answer, unless the file says how many."""
+        return self if self.missing_limit is not None else self.model_copy(update={"missing_limit": missing})
+
+
+class DriveFile(CycledFile):
     """One configuration file.
 
     Attributes:
         name: what people call this set-up.
         sync_period_us: period of SYNC and thus of the control loop; a whole number of them makes a second.
         gather_deadline_us: how long after SYNC the drives' answers are waited for.
-        missing_limit: cycles in a row without a drive's answer beyond which it is a fault.
         sdo_timeout_ms: longest wait for one answer while drives are set up.
         posture: where the robot must stand when a run starts; not checked when left out.
     """
@@ -201,7 +223,6 @@ class DriveFile(StrictModel):
     master: Master = Master()
     sync_period_us: SyncPeriod = SYNC_PERIOD_US
     gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1200
-    missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
     sdo_timeout_ms: Milliseconds = 500
     posture: StartPosture | None = None
     drives: DrivePair

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import math
 import threading
 import time
@@ -19,7 +18,7 @@ from canopen.sdo.exceptions import SdoError
 from fivebar_control.fault import Fault
 from fivebar_control.hardware.can_port import CanPort, open_bus
 from fivebar_control.hardware.cia402 import FAULT_RESET_SEQUENCE, DriveState, PowerTarget, next_controlword, reached
-from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, load_drives
+from fivebar_control.hardware.configuration import MICROSECONDS, USUAL_MISSING, DriveFile, load_drives
 from fivebar_control.hardware.cycle_pace import CyclePace
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import ZERO, Exchange, JointTarget, Torques, set_up_or_closed
@@ -75,8 +74,8 @@ class DriveBus:
         self._drives = drives
         self._reader = FrameReader(drives.pair, drives.master.node_id)
         self.links = (
-            DriveLink(ACTIVE_JOINTS[0], drives.pair[0], drives.sync_period_us, drives.missing_limit),
-            DriveLink(ACTIVE_JOINTS[1], drives.pair[1], drives.sync_period_us, drives.missing_limit),
+            DriveLink(ACTIVE_JOINTS[0], drives.pair[0], drives.sync_period_us, drives.most_missing),
+            DriveLink(ACTIVE_JOINTS[1], drives.pair[1], drives.sync_period_us, drives.most_missing),
         )
         self._received = threading.Condition()
         self._unknown = self._malformed = 0
@@ -389,4 +388,8 @@ def connect(configuration: str) -> DriveConnection:
     drives = load_drives(configuration)
     # twice as often as heartbeats are due
     tended = drives.master.heartbeat_ms / 2e3
-    return DriveConnection(drives.sync_period_us, "sync_period_us", tended, functools.partial(open_drives, drives))
+
+    def opened(missing: int = USUAL_MISSING) -> DriveBus:
+        return open_drives(drives.bearing(missing))
+
+    return DriveConnection(drives.sync_period_us, "sync_period_us", tended, opened)

@@ -37,7 +37,8 @@ class DriveConnection(NamedTuple):
         period_us: their sampling period.
         period_key: the key of the configuration that says so.
         tend_period: how often (s) they are tended while inactive.
-        open: opens and sets up both, or raises a `DriveError`.
+        open: opens and sets up both, or raises a `DriveError`; takes how many cycles in a row may be without an answer
+            where the configuration does not say so.
         waits: whether the robot moves on with the commands alone, so that a cycle may wait for its torque.
         inner_loop: the targets of the drives' own control, where they are to close a loop.
         bell: rung when a measurement has come, where the drives set the pace of the cycles.
@@ -46,7 +47,7 @@ class DriveConnection(NamedTuple):
     period_us: int
     period_key: str
     tend_period: float
-    open: Callable[[], DriveInterface]
+    open: Callable[..., DriveInterface]
     waits: bool = False
     inner_loop: InnerLoop | None = None
     bell: Bell | None = None

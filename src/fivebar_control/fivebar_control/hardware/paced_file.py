@@ -7,15 +7,14 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fivebar_control.hardware.configuration import MICROSECONDS, Milliseconds, StartPosture, check_period
+from fivebar_control.hardware.configuration import MICROSECONDS, CycledFile, Milliseconds, StartPosture, check_period
 from fivebar_description.motors_file import BY_THE_CLOCK
-from fivebar_description.strict_yaml import StrictModel
 
 PATIENCE = 2
 """Periods for which answers are waited for where the robot moves on with the commands alone."""
 
 
-class PacedFile(StrictModel):
+class PacedFile(CycledFile):
     """The keys of one configuration file that all of them share.
 
     Attributes:
@@ -26,7 +25,6 @@ class PacedFile(StrictModel):
         period_us: period of the control loop; a whole number of them makes a second.
         watchdog_ms: time without a command after which the drives take their torque by themselves.
         gather_deadline_us: how long after a command its answer is waited for.
-        missing_limit: cycles in a row without an answer beyond which it is a fault.
         set_up_timeout_ms: longest wait for the first answer.
         posture: where the robot must stand when a run starts; not checked when left out.
     """
@@ -36,7 +34,6 @@ class PacedFile(StrictModel):
     period_us: int = 2000
     watchdog_ms: int = 20
     gather_deadline_us: Annotated[int, Field(ge=100, le=100_000)] = 1500
-    missing_limit: Annotated[int, Field(ge=0, le=1000)] = 3
     set_up_timeout_ms: Milliseconds = 2000
     posture: StartPosture | None = None
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.hardware.configuration import MICROSECONDS, USUAL_MISSING
 from fivebar_control.hardware.cycle_pace import CycleCount, CyclePace
 from fivebar_control.hardware.drive_connection import DriveConnection
 from fivebar_control.hardware.drive_interface import (
@@ -273,7 +273,7 @@ class TwoMotors:
         for number, reading in enumerate(answer.readings):
             self._silent[number] = self._silent[number] + self._file.patience if reading is None else 0
             self._missing += reading is None
-            if fault is None and self._silent[number] > self._file.missing_limit:
+            if fault is None and self._silent[number] > self._file.most_missing:
                 silent = self._silent[number]
                 fault = Fault("feedback_missing", f"{self._place(number)}: no answer in {silent} cycles in a row")
             if fault is None and reading is not None and not _finite(reading):
@@ -371,8 +371,9 @@ def connecting(open_driver: Callable[[MotorsFile], MotorDriver]) -> Callable[[st
     def connection(configuration: str) -> DriveConnection:
         file = load_motors(configuration)
 
-        def opened() -> TwoMotors:
-            return set_up_or_closed(TwoMotors(file, open_driver(file)))
+        def opened(missing: int = USUAL_MISSING) -> TwoMotors:
+            bearing = file.bearing(missing)
+            return set_up_or_closed(TwoMotors(bearing, open_driver(bearing)))
 
         return DriveConnection(file.period_us, "period_us", TEND_PERIOD, opened, file.paced_by_commands)
 

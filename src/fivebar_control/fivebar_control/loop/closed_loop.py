@@ -28,6 +28,9 @@ Result = TypeVar("Result", covariant=True)
 PLANT_DIVERGED = 8
 """Number of the fault of a simulated robot that can be moved no further, beside those of the guard's stages."""
 
+STATE_STALE = 32
+"""Number of the fault that too many samples in a row were lost, beside those of stages and estimator."""
+
 
 class LoopSettings(NamedTuple):
     """Constants of the loop.
@@ -226,6 +229,19 @@ def answer(
     if cycle.fault != NO_FAULT:
         fault, fault_sample = cycle.fault, number
     return Answered(cycle, number, latched, fault, fault_sample)
+
+
+def stopped(loop: Answered, number: int) -> Answered:
+    """Return the loop with zero torque, at a sample from which on too many have been lost."""
+    cycle, memory = loop.cycle, loop.cycle.memory
+    kept = CycleMemory(memory.nominal, memory.constraint, ZERO, memory.excess, 0)
+    still = Cycle(cycle.sigma, cycle.kappa, cycle.nominal, cycle.constraint, cycle.requested, ZERO, cycle.fault, kept)
+    return Answered(still, loop.came, True, STATE_STALE, number)
+
+
+def cleared(loop: Answered) -> Answered:
+    """Return the loop without its fault."""
+    return Answered(loop.cycle, loop.came, False, NO_FAULT, -1)
 
 
 def run_loop(run: LoopRun[Result], settings: LoopSettings, first: CycleMemory) -> Result:

@@ -55,6 +55,10 @@ from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
 from fivebar_description.strict_yaml import InputError
 
+SOONER = 3
+"""Cycles by which the bridge reports missing answers sooner than the blender tolerates them: it knows the cause, and
+there is time for a frame that takes the torque."""
+
 READY_TIME = 20.0
 """Longest time (s) for which configure waits for the nodes of the run."""
 
@@ -109,9 +113,12 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._brake_limit = brake_limit(scenario)
         self._tend_period = known.tend_period
         given = settings.command_timeout_ms
-        timeout = stop_cycles(scenario) / self._rate_hz if given is None else given / 1e3
+        held = stop_cycles(scenario)
+        timeout = held / self._rate_hz if given is None else given / 1e3
+        # less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
+        opens = functools.partial(known.open, max(0, held - SOONER))
         self._session = DriveSession(
-            known.open, self._rate_hz, timeout, settings.enable_timeout_s, self._on_latch, name, known.waits
+            opens, self._rate_hz, timeout, settings.enable_timeout_s, self._on_latch, name, known.waits
         )
         self._timer: Timer | None = None
         self._bell = known.bell

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 
+from fivebar_control.hardware.configuration import USUAL_MISSING
 from fivebar_control.hardware.controlled_joints import JointsLink, load_joints
 from fivebar_control.hardware.drive_connection import Bell, DriveConnection
 from fivebar_control.hardware.drive_interface import ZERO, set_up_or_closed
@@ -69,7 +70,7 @@ class ControlledJoints:
         fault = self._port.fault
         if sample is None:
             self._silent += self._file.patience
-            if fault is None and self._silent > self._file.missing_limit:
+            if fault is None and self._silent > self._file.most_missing:
                 fault = self._port.silence()
             return PairAnswer((None, None), self._sent.power, fault, 0)
         self._silent = 0
@@ -101,7 +102,8 @@ def connect(configuration: str) -> DriveConnection:
     # emulated joints wait for the commands, and the bridge's clock sets the pace
     bell = None if file.paced_by_commands else Bell()
 
-    def opened() -> PromptMotors:
-        return set_up_or_closed(PromptMotors(file, ControlledJoints(file, link, bell)))
+    def opened(missing: int = USUAL_MISSING) -> PromptMotors:
+        bearing = file.bearing(missing)
+        return set_up_or_closed(PromptMotors(bearing, ControlledJoints(bearing, link, bell)))
 
     return DriveConnection(file.period_us, "period_us", TEND_PERIOD, opened, file.paced_by_commands, bell=bell)

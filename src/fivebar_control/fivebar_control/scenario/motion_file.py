@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping
 from itertools import chain
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field, PrivateAttr, model_validator
 
@@ -24,18 +24,6 @@ from fivebar_control.laws.registry import (
     stays_unopened,
     unopened_controller,
 )
-from fivebar_control.planning.figures import Feasibility
-from fivebar_control.planning.orders import TrajectoryRequest
-from fivebar_control.planning.point_planning import refuse_infeasible
-from fivebar_control.planning.timed_points import end_of
-from fivebar_control.planning.trajectory_file import (
-    FollowedFile,
-    TrajectoryFile,
-    plan_file,
-    points_in,
-    request_of,
-    start_of,
-)
 from fivebar_control.trajectory.planner import Plan, PlanRefused, plan_motion
 from fivebar_control.trajectory.rounded import BLEND_RADIUS
 from fivebar_control.trajectory.time_laws import QUINTIC, TimeLawName
@@ -48,6 +36,11 @@ from fivebar_description.scenario_file import DEFAULT_ROBOT, ESTIMATOR, with_par
 from fivebar_description.settings import Keys, Section, Setting
 from fivebar_description.shared_settings import DRIVE_TORQUE_LIMIT, WORKING_MODE, RateHz, Robot
 from fivebar_description.strict_yaml import StrictModel
+
+if TYPE_CHECKING:
+    from fivebar_control.planning.figures import Feasibility
+    from fivebar_control.planning.orders import TrajectoryRequest
+    from fivebar_control.planning.trajectory_file import FollowedFile
 
 Sign = Literal[-1, 1]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
@@ -82,6 +75,10 @@ def _with_ends(content: Any) -> Any:
     name = content.get("trajectory") if isinstance(content, Mapping) else None
     if not (isinstance(name, str) and name):
         return content
+    # here, because most motions follow no file
+    from fivebar_control.planning.timed_points import end_of
+    from fivebar_control.planning.trajectory_file import FollowedFile, TrajectoryFile, points_in, request_of, start_of
+
     file = TrajectoryFile.at(name)
     points, given = points_in(file), content.get("waypoints")
     begin = given[0] if isinstance(given, list | tuple) and given else start_of(points)
@@ -263,6 +260,8 @@ class MotionFile(StrictModel):
             PlanRefused: the motion cannot be made.
         """
         if self.trajectory:
+            from fivebar_control.planning.trajectory_file import plan_file
+
             return plan_file(self.five_bar(), self._followed(), self.rate_hz)
         plan = _planned(
             self.five_bar(),
@@ -283,10 +282,14 @@ class MotionFile(StrictModel):
         return plan
 
     def _followed(self) -> FollowedFile:
+        from fivebar_control.planning.trajectory_file import FollowedFile, TrajectoryFile
+
         file = TrajectoryFile.at(self.trajectory)
         return FollowedFile(file, self.waypoints[0], self.working_mode, self._payload)
 
     def _request(self) -> TrajectoryRequest:
+        from fivebar_control.planning.trajectory_file import request_of
+
         return request_of(self.five_bar(), self._followed())
 
     def refuse_infeasible(self, verdict: Feasibility) -> None:
@@ -296,6 +299,8 @@ class MotionFile(StrictModel):
             PlanRefused: a limit is broken.
         """
         if self.trajectory:
+            from fivebar_control.planning.point_planning import refuse_infeasible
+
             refuse_infeasible(self._request(), verdict)
         elif not verdict.feasible:
             raise PlanRefused("; ".join(verdict.reasons))

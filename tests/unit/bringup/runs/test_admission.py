@@ -21,9 +21,10 @@ from fivebar_bringup.runs.admission import load_admitted, refuse_unfit
 from fivebar_bringup.runs.screening import screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.planning.figures import ERROR, MODE_CHANGES, NEAREST, REQUEST, TORQUE, UNCERTAINTY, WRONG_MODE
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import PlanRefused

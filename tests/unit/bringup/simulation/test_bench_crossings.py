@@ -9,9 +9,10 @@ import pytest
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import validate
 from inner_loop import ERRORS

@@ -29,13 +29,14 @@ from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation import engine
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.engine_sensors import ARRIVES, MADE
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.laws.torque import ZERO, Torque
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.safety.stages import NO_FAULT

@@ -14,10 +14,11 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import case_of, sampled
+from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.safety.stages import NO_FAULT

@@ -4,13 +4,22 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
 
-from fivebar_control.hardware.configuration import DriveFile, drives_path, frame_bits, load_drives
+from fivebar_control.hardware.configuration import (
+    USUAL_MISSING,
+    CycledFile,
+    DriveFile,
+    drives_path,
+    frame_bits,
+    load_drives,
+)
+from fivebar_control.hardware.motors_file import load_motors
 from fivebar_description.strict_yaml import InputError
 
 SHIPPED = sorted(path.stem for path in drives_path("dextar_emulated").parent.glob("*.yaml"))
@@ -143,3 +152,14 @@ def test_a_velocity_less_cycle_is_shorter() -> None:
     short = drives.pair[0].model_copy(update={"velocity_in_pdo": False})
     drives = drives.model_copy(update={"drives": drives.drives.model_copy(update={"q11": short, "q21": short})})
     assert drives.cycle_bits == 55 + 2 * 95 + 2 * 115 + 2 * 75
+
+
+@pytest.mark.parametrize("load", [lambda: load_motors("moteus"), lambda: load_drives("dextar_socketcan")])
+def test_a_file_that_does_not_say_how_many_answers_may_be_missing_has_what_the_motion_bears(
+    load: Callable[[], CycledFile],
+) -> None:
+    file = load()
+    assert file.missing_limit is None
+    assert file.most_missing == USUAL_MISSING
+    assert file.bearing(7).most_missing == 7
+    assert file.model_copy(update={"missing_limit": 2}).bearing(7).most_missing == 2

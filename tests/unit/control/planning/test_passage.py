@@ -12,9 +12,10 @@ from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_bringup.runs.screening import screened
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.case import Case, case_of, sampled
+from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
+from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import LOADS, Feasibility
