@@ -17,6 +17,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 from fivebar_bringup.reference.settings_page import settings_page
+from fivebar_bringup.reference.table_page import table_page
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -24,6 +25,7 @@ LINK = re.compile(r"\]\(((?:\.\./)+[^)#\s]+)(#[^)]*)?\)")
 NOTEBOOK = re.compile(r"\]\((?!https?:)([^)#\s]+)\.ipynb")
 COMMANDS = "reference/commands.md"
 SETTINGS = "reference/settings.md"
+RUN_TABLE = "reference/run_table.md"
 REDIRECTS = {
     "settings": "reference/settings",
     "unified": "laws#unified",
@@ -82,11 +84,13 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Let links to files of the repository and to notebooks lead to their pages; complete commands and settings."""
+    """Let links to files of the repository and to notebooks lead to their pages; complete what is made of the code."""
     if page.file.src_uri == COMMANDS:
         markdown += commands_section()
     if page.file.src_uri == SETTINGS:
         markdown = settings_page()
+    if page.file.src_uri == RUN_TABLE:
+        markdown = table_page()
     markdown = NOTEBOOK.sub(r"](\1.md", markdown)
     folder = posixpath.dirname(page.file.src_uri)
 

@@ -20,7 +20,6 @@ from result_pages.rigs import SWEEP, share_text
 
 RUNS = (StudyRun("exact", SWEEP, {"seed": 2, "cases": 2000}, {"cases": 30}),)
 
-
 NEARLY_ALL = 0.95
 """Least share of each law that is called so."""
 
@@ -115,11 +114,9 @@ EXACT = ResultPage(
     caption="Success with 95 % intervals: coloured of the crossings that the law's screen accepts, grey of all that"
     " the planner accepts.",
     words="[Random cases](../sweeps.md#random-cases) without a rig: mass, inertia and friction within 15 % of the"
-    " model, exact sensors or rounded encoders. The screens differ from law to law, and so do the crossings that they"
-    " accept; all laws make the same motions.",
+    " model, exact sensors or rounded encoders.  The screens differ from law to law; all laws make the same motions.",
     limits=(
-        "Robots as they are: lengths, zeros and joints are exact, and nothing bends, sticks or pushes. The"
-        " [rigs](#success-on-robots-with-errors) have these.",
+        "Robots as they are: lengths, zeros and joints are exact, and nothing bends, sticks or pushes.",
         "`mpc` and `lqr`, which are on [the benchmark](#which-law).",
     ),
 )

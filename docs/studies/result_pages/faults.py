@@ -160,6 +160,5 @@ FAULTS = ResultPage(
     limits=(
         "Motions other than the middle crossing; other signs, phases and durations.",
         "More than one effect at a time. A robot has all of them, and they add up.",
-        "Robots that are worse than their declared tolerances.",
     ),
 )

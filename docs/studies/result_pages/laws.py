@@ -144,12 +144,11 @@ LAWS = ResultPage(
     figure=_figure,
     caption="Success of each law on each rig, with 95 % intervals.",
     words="An entry has the successes and the median of the largest error, on the"
-    " [benchmark set](../sweeps.md#the-benchmark-set). The rigs do worse here than"
-    " [above](#success-on-robots-with-errors), since nothing is made quicker for loads or refused. `lqr` falls behind"
-    " where transmissions are elastic, which its gains excite.",
+    " [benchmark set](../sweeps.md#the-benchmark-set).  The rigs do worse than [above](#success-on-robots-with-errors),"
+    " since nothing is made quicker for loads or refused.",
     limits=(
         JUDGED_IN_TIME,
-        "Laws on motions that are timed for them: all make the same straight segments in the same times.",
+        "Laws on motions that are timed for them.",
         "Other settings than those of the rig, to which `mpc` and `lqr` were not tuned one by one.",
     ),
 )

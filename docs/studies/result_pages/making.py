@@ -28,10 +28,9 @@ PAGE_FILE = "index.md"
 INTRODUCTION = """\
 # Results
 
-Each section has a question, its answer, a figure, a table and limits, all made from the rows of a CSV file. Everything
-here is **simulated**: nothing was measured on a robot. Each law has the settings of the rig, and one robot does not
-stand for another. `make results` makes the page again, `python docs/studies/make_result_pages.py --draw --out
-docs/results` from the rows that are there. [made.csv](made.csv) has sample, date, version and command of every run.
+Everything here is **simulated**: nothing was measured on a robot. No section has robots that are worse than their file
+says. [made.csv](made.csv) has sample, date, version and command of every run. `make results` makes the page again,
+`python docs/studies/make_result_pages.py --draw --out docs/results` from the rows that are there.
 """
 
 

@@ -220,10 +220,8 @@ ODDS = ResultPage(
     figure=_figure,
     caption="Observed over predicted success in ten intervals of the predicted one, with 95 % intervals. Dashed: both"
     " agree.",
-    words="The planner tries each crossing on 24 robots drawn evenly within the bounds of its rig, and states on 24"
-    " more how many of them make it ([odds](../motions.md#odds)). Stated minus observed should be at most two points."
-    " Refused crossings are run all the same, and are in figure and second table. There the first column is the share"
-    " of robots that a motion needs. An entry says how many crossings are then accepted, the share of these that"
-    " succeed, and the share of all that are accepted and succeed.",
-    limits=("Errors that are distributed otherwise, robots that are worse than declared, other rigs and laws.",),
+    words="*Stated* are the [odds](../motions.md#odds) of the planner; stated minus observed should be at most two"
+    " points. Figure and second table have the refused crossings too. An entry there says how many crossings are"
+    " accepted, the share of these that succeed, and the share of all that are accepted and succeed.",
+    limits=("Errors that are distributed otherwise, other rigs and laws.",),
 )

@@ -218,12 +218,11 @@ RIGS = ResultPage(
     figure=_figure,
     caption="Left: success with its 95 % interval, blue of the accepted crossings, grey if refusals for odds count as"
     " failures. Right: the largest error; dashed is the limit of a success.",
-    words="A [rig](../sweeps.md#rigs) is a declared kind of robot with errors. Settings were chosen on other crossings"
-    " than these. Intervals are those of Clopper and Pearson for 95 %. `printed` and `printed_calibrated` are robots of"
-    " the [MOTKIN bench](../motkin.md), the others DexTARs.",
+    words="A [rig](../sweeps.md#rigs) is a declared kind of robot with errors. Intervals are those of Clopper and"
+    " Pearson for 95 %. `printed` and `printed_calibrated` are robots of the [MOTKIN bench](../motkin.md), the others"
+    " DexTARs.",
     limits=(
         "A real robot: errors are drawn evenly or normally; play and bending of the bench are guesses.",
-        "Crossings that are refused, and robots that are worse than their file says.",
         "`printed_encoders`, from whose encoders alone the screen accepts no crossing, and `poor`, whose soft gains do"
         " not bear the declared loads.",
     ),

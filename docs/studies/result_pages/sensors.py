@@ -171,12 +171,11 @@ SENSORS = ResultPage(
     caption="Runs with each fault. Grey: survived; blue: a fault with the name of the cause; light blue: another fault"
     " in time; red: silent.",
     words="An entry counts the runs that survive, that stop with the name of the cause, with another fault in time, and"
-    " **silent** ones. Several robots of each [rig](../sweeps.md#rigs) make random accepted crossings with every fault,"
-    " of a random size, on either motor, from a random moment on. Bounds are one-sided for 95 %, of independent runs."
+    " **silent** ones. Robots of each [rig](../sweeps.md#rigs) make random accepted crossings with every fault, of a"
+    " random size, on either motor, from a random moment on. Bounds are one-sided for 95 %."
     " [Estimation](../estimation.md#when-the-estimate-is-not-to-be-trusted) says how faults are noticed.",
     limits=(
         "Two faults at once, and other sizes than those that are drawn.",
-        "Robots that are worse than their file says.",
         "How much runs of the same crossing are alike; only the fitted tail draws crossings again.",
     ),
 )

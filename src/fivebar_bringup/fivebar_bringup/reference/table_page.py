@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of the reference that lists the columns of a run's table.
 
-`python -m fivebar_bringup.reference.table_page` writes it.
+`python -m fivebar_bringup.reference.table_page` prints it, and the documentation site has it.
 """
 
 from __future__ import annotations
