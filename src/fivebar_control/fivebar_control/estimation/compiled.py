@@ -20,11 +20,18 @@ from numpy.typing import NDArray
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Belief, Estimate
-from fivebar_control.estimation.estimator import Ahead, MotorReadings, PositionFix, StateEstimator, Torques
+from fivebar_control.estimation.estimator import (
+    NO_READINGS,
+    Ahead,
+    MotorReadings,
+    PositionFix,
+    StateEstimator,
+    Torques,
+)
 from fivebar_control.estimation.frozen import FrozenMemory
 from fivebar_control.estimation.mirror import AmbiguityCheck
 from fivebar_control.estimation.readings import EstimatorMemory, Misfit, with_readings
-from fivebar_control.estimation.step import EstimatorStep, Prediction, estimator_step
+from fivebar_control.estimation.step import EstimatorStep, Prediction, estimator_step, first_update
 from fivebar_control.model.state import Joints
 from fivebar_description.parameters import FiveBar
 
@@ -102,7 +109,7 @@ structref.define_proxy(FilterState, _FilterType, ["model", "memory", "frozen", "
 
 Details = tuple[EstimatorMemory, FrozenMemory, Estimate, AmbiguityCheck]
 
-NO_READINGS: FloatArray = np.empty((0, 2))
+NO_LATE: FloatArray = np.empty((0, 2))
 NO_FIXES: FloatArray = np.empty((0, 4))
 
 RESULTS = 21
@@ -159,9 +166,18 @@ class CompiledEstimator(StateEstimator):
 
     _state: FilterState | None = None
 
+    def warm_up(self) -> None:
+        """Work out two samples that do not count, so that all machine code is loaded before the first one does."""
+        q11, q21 = self._expected_motors()
+        pending = [(0.0, 0.0)] * self._model.delay_samples
+        self._first(first_update(self._model, self._homing.assembly, q11, q21), pending)
+        self._next(MotorReadings(1, 1, q11, q21, 0.0, 0.0), (), (), (), pending, False)
+        self._details()
+        self._state, self.squared = None, NO_READINGS
+
     def _first(self, memory: EstimatorMemory, pending: Torques) -> Ahead:
         self._out = np.zeros(RESULTS)
-        self._begin, self._go_on = compiled_and_kept(_begin), compiled_and_kept(_go_on)
+        self._begin, self._go_on = _steps()
         self._hand_over(memory, self._frozen, memory.belief.estimate, AmbiguityCheck(0, math.inf, False))
         self._begin(self._state, _pairs(pending), self._out)
         return self._result()
@@ -178,8 +194,8 @@ class CompiledEstimator(StateEstimator):
         self._go_on(
             self._state,
             *motors,
-            np.array(rates, dtype=np.float64) if rates else NO_READINGS,
-            np.array(angles, dtype=np.float64) if angles else NO_READINGS,
+            np.array(rates, dtype=np.float64) if rates else NO_LATE,
+            np.array(angles, dtype=np.float64) if angles else NO_LATE,
             np.array(fixes, dtype=np.float64) if fixes else NO_FIXES,
             _pairs(pending),
             coasts,
@@ -213,6 +229,11 @@ class CompiledEstimator(StateEstimator):
         if self._state is not None:
             memory, frozen, estimate, ambiguity = _kept_details()(self._state)
             self._hand_over(memory, frozen, estimate, ambiguity)
+
+
+@cache
+def _steps() -> tuple[Any, Any]:
+    return compiled_and_kept(_begin), compiled_and_kept(_go_on)
 
 
 @cache
