@@ -8,7 +8,7 @@ import pytest
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.controller.estimator import estimator_of
-from fivebar_control.estimation.compiled import CompiledEstimator, _steps
+from fivebar_control.estimation.compiled_estimator import CompiledEstimator, _steps
 from fivebar_control.estimation.homing import homing_at
 from fivebar_description.parameters import laden
 
