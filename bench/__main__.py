@@ -17,10 +17,14 @@ from plain_speed import plain_speed
 from real_time import ALONE, TOGETHER, real_time_rows
 from stalls import bare_loop
 from start_up import start_up_rows
+from step_speed import mujoco_us, step_speed
 
 ESTIMATED = {"from encoders": "middle_encoders", "with a gyroscope": "gyro_middle"}
 """Scenarios on which the estimator is measured, by what it has."""
 
+
+STEPPED = {"all joints": "unified_middle", "from encoders": "middle_encoders", "with a gyroscope": "gyro_middle"}
+"""Scenarios whose controller is stepped, by what it knows."""
 
 REHEARSED = "middle_moteus"
 """Scenario that is rehearsed on emulated drives, whose bridge is in a process of its own, and in that of the chain."""
@@ -37,6 +41,10 @@ def main() -> None:
         plain = plain_speed(scenario)
         engine = engine_speed(scenario)
         estimators = {words: estimator_us(load_scenario(name)) for words, name in ESTIMATED.items()}
+        plain_steps, fast_steps = (
+            {words: step_speed(name, compiled) for words, name in STEPPED.items()} for compiled in (False, True)
+        )
+        beside_mujoco = mujoco_us("dextar", 1.0 / scenario.rate_hz, 1000)
         ring_before = bare_chain_p50_ms()
         longer = scenario.model_copy(update={"segment_duration": 5.0})
         graph = graph_speed(longer, Mode.LOCKSTEP)
@@ -54,6 +62,11 @@ def main() -> None:
     table.add_row("all control laws, uncompiled", f"{plain.laws_us:.1f} us per sample", "at most 60")
     for words, microseconds in estimators.items():
         table.add_row(f"compiled estimator, {words}", f"{microseconds:.0f} us per sample", "at most 60")
+    for words, step in plain_steps.items():
+        both = f"{step.controller:.0f} us, as machine code {fast_steps[words].controller:.0f} us"
+        table.add_row(f"step of the controller, {words}", both, "")
+        table.add_row(f"step of its plant, {words}", f"{step.plant:.0f} us", "")
+    table.add_row("steps of MuJoCo in a period", f"{beside_mujoco:.0f} us", "")
     table.add_row("node graph in lockstep", f"{graph.realtime_factor:.2f} x real time", "at least 0.5")
     table.add_row("cycle of the graph", f"{graph.cycle_p50_ms:.2f} ms median, {graph.cycle_p99_ms:.2f} ms p99", "")
     table.add_row(f"bare ring of {HOPS} nodes", f"{ring_before:.2f} and {ring_after:.2f} ms median", "")

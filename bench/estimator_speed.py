@@ -9,7 +9,7 @@ from time import perf_counter
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.controller.estimator import estimator_of
-from fivebar_control.estimation.compiled import compiled_step
+from fivebar_control.estimation.compiled_estimator import CompiledEstimator
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 
 
@@ -23,7 +23,7 @@ def estimator_us(scenario: Scenario) -> float:
     """
     if not scenario.estimated:
         raise ValueError(f"{scenario.name}: estimator none: expected ekf")
-    estimator = estimator_of(scenario, compiled_step())
+    estimator = estimator_of(scenario, kind=CompiledEstimator)
     estimator.warm_up()
     taken = []
     for sample in simulate(scenario).samples:

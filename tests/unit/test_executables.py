@@ -92,7 +92,7 @@ def test_a_signal_ends_a_node_that_is_about_to_compile(tmp_path: Path, monkeypat
     """It would say after some seconds that it compiles, and end a minute later."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     words = ("--ros-args", "-p", "scenario:=gyro_middle", "-p", "mode:=realtime")
-    place = "fivebar_control.estimation.compiled"
+    place = "fivebar_control.estimation.compiled_estimator"
     status, errors, _ = interrupted("state_estimator", place, signal.SIGTERM, *words)
     assert (status, errors) == (0, "")
     assert list(tmp_path.iterdir()) == []

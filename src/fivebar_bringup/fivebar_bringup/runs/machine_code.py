@@ -22,6 +22,6 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
         return
     # numba takes most of a second to import
     from fivebar_control.controller.estimator import estimator_of
-    from fivebar_control.estimation.compiled import compiled_step
+    from fivebar_control.estimation.compiled_estimator import CompiledEstimator
 
-    estimator_of(scenario, compiled_step()).warm_up()
+    estimator_of(scenario, kind=CompiledEstimator).warm_up()

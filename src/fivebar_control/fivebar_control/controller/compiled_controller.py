@@ -19,7 +19,7 @@ from fivebar_control.controller.answering import (
 )
 from fivebar_control.controller.estimator import estimator_of
 from fivebar_control.controller.motion_controller import NOWHERE, KnownJoints, LoopAnswer, MotionController
-from fivebar_control.estimation.compiled import CompiledEstimator
+from fivebar_control.estimation.compiled_estimator import CompiledEstimator
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.laws.torque import Torque
 from fivebar_control.loop.cycle import CycleMemory

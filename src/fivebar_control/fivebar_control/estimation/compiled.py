@@ -1,40 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The estimator compiled for real time: the same functions, as machine code.
-
-`compiled_step` takes and returns what the plain step does; to hand that over takes longer than to work it out.
-`CompiledEstimator` leaves it with the machine code, and is ten times as fast again.
-"""
+"""The step of the estimator compiled for real time: the same functions, ten times as fast."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
 
 import numpy as np
-from numba.core import types
-from numba.experimental import structref
 from numpy.typing import NDArray
 
 from fivebar_control.compiling import compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.constants import EstimatorModel
-from fivebar_control.estimation.ekf import Belief, Estimate
-from fivebar_control.estimation.estimator import Ahead, MotorReadings, StateEstimator, Torques
 from fivebar_control.estimation.frozen import FrozenMemory
-from fivebar_control.estimation.late_reading import LateReading
-from fivebar_control.estimation.late_sensors import with_readings
-from fivebar_control.estimation.mirror import AmbiguityCheck
-from fivebar_control.estimation.readings import EstimatorMemory, Misfit
-from fivebar_control.estimation.step import EstimatorStep, Prediction, estimator_step, estimator_step_with
-from fivebar_control.model.state import Joints
+from fivebar_control.estimation.readings import EstimatorMemory
+from fivebar_control.estimation.step import EstimatorStep, estimator_step, estimator_step_with
 from fivebar_description.extra_sensor import ExtraSensor
-from fivebar_description.parameters import FiveBar
 
-FloatArray = NDArray[np.float64]
-
-# the compiled engine has them too
-kept_by_itself(with_readings)
+# the compiled engine has it too
 kept_by_itself(estimator_step)
 
 
@@ -73,152 +55,3 @@ def _step(
     coasts: bool,
 ) -> EstimatorStep:
     return estimator_step(model, memory, frozen, start, commands, first, coasts)
-
-
-@structref.register
-class _FilterType(types.StructRef):  # type: ignore[name-defined]
-    """The type of a `FilterState` in machine code."""
-
-
-class FilterState(structref.StructRefProxy):
-    """Constants and memory of the filter in the hands of machine code.
-
-    Attributes:
-        model: constants.
-        memory, frozen: as `estimator_step` has them.
-        estimate, ambiguity: of its last prediction.
-    """
-
-    def __new__(
-        cls,
-        model: EstimatorModel,
-        memory: EstimatorMemory,
-        frozen: FrozenMemory,
-        estimate: Estimate,
-        ambiguity: AmbiguityCheck,
-    ) -> FilterState:
-        """Hand them over."""
-        made: FilterState = structref.StructRefProxy.__new__(cls, model, memory, frozen, estimate, ambiguity)
-        return made
-
-
-structref.define_proxy(FilterState, _FilterType, ["model", "memory", "frozen", "estimate", "ambiguity"])
-
-Details = tuple[EstimatorMemory, FrozenMemory, Estimate, AmbiguityCheck]
-
-NO_READINGS: FloatArray = np.empty((0, len(LateReading._fields)))
-
-RESULTS = 22
-"""Numbers of a sample's result: joints, variances, disturbance, misfit, trip and whether the estimate is lost."""
-
-
-def _keep(state: FilterState, stepped: EstimatorStep, out: FloatArray) -> None:
-    """Keep the memory after a sample, and write its result."""
-    found = stepped.prediction
-    state.memory, state.frozen = found.memory, stepped.frozen
-    state.estimate, state.ambiguity = found.estimate, found.ambiguity
-    for index, value in enumerate(found.joints):
-        out[index] = value
-    for index in range(6):
-        out[8 + index] = found.memory.belief.covariance[index, index]
-    out[14], out[15] = found.memory.belief.estimate.d1, found.memory.belief.estimate.d2
-    squared = stepped.squared
-    out[16], out[17], out[18], out[19] = squared.encoders, squared.gyro, squared.elbow, squared.extra
-    out[20], out[21] = float(found.trip), 1.0 if found.lost else 0.0
-
-
-def _begin(state: FilterState, commands: FloatArray, out: FloatArray) -> None:
-    _keep(state, estimator_step(state.model, state.memory, state.frozen, 1, commands, 0, False), out)
-
-
-def _go_on(
-    state: FilterState,
-    sample: int,
-    periods: int,
-    q11: float,
-    q21: float,
-    tau1: float,
-    tau2: float,
-    readings: FloatArray,
-    commands: FloatArray,
-    coasts: bool,
-    out: FloatArray,
-) -> None:
-    placed = with_readings(state.model, state.memory, sample, periods, q11, q21, tau1, tau2, readings)
-    _keep(
-        state,
-        estimator_step(state.model, placed.memory, state.frozen, placed.start, commands, 0, coasts),
-        out,
-    )
-
-
-def _details(state: FilterState) -> Details:
-    return state.memory, state.frozen, state.estimate, state.ambiguity
-
-
-class CompiledEstimator(StateEstimator):
-    """The state estimator with the filter as machine code, which keeps the memory."""
-
-    _state: FilterState | None = None
-
-    def _first(self, memory: EstimatorMemory, pending: Torques) -> Ahead:
-        self._out = np.zeros(RESULTS)
-        self._begin, self._go_on = (compiled_and_kept(one, estimator_step=self._step) for one in (_begin, _go_on))
-        self._hand_over(memory, self._frozen, memory.belief.estimate, AmbiguityCheck(0, math.inf, False))
-        self._begin(self._state, _pairs(pending), self._out)
-        return self._result()
-
-    def _next(
-        self,
-        motors: MotorReadings,
-        readings: Sequence[LateReading],
-        pending: Torques,
-        coasts: bool,
-    ) -> Ahead:
-        self._go_on(
-            self._state,
-            *motors,
-            np.array(readings, dtype=np.float64) if readings else NO_READINGS,
-            _pairs(pending),
-            coasts,
-            self._out,
-        )
-        ahead = self._result()
-        self.squared = Misfit(*self._values[16:20])
-        return ahead
-
-    def _result(self) -> Ahead:
-        self._values = found = self._out.tolist()
-        d1, d2 = found[14:16]
-        return Ahead(Joints(*found[:8]), tuple(found[8:14]), (d1, d2), int(found[20]), found[21] > 0.0)
-
-    def _hand_over(self, memory: EstimatorMemory, *rest: Any) -> None:
-        self._state = FilterState(self._model, memory, *rest)
-
-    def _details(self) -> tuple[Prediction, FrozenMemory]:
-        memory, frozen, estimate, ambiguity = _kept_details()(self._state)
-        ahead = self._result()
-        return Prediction(memory, estimate, ahead.joints, ahead.lost, ambiguity, ahead.trip), frozen
-
-    @property
-    def belief(self) -> Belief | None:
-        """Belief at the measurement of the last sample, not yet predicted over the delay; None before the first."""
-        return None if not self._begun else self._details()[0].memory.belief
-
-    def carry(self, robot: FiveBar) -> None:
-        """Go on with another mass of the platform."""
-        super().carry(robot)
-        if self._state is not None:
-            memory, frozen, estimate, ambiguity = _kept_details()(self._state)
-            self._hand_over(memory, frozen, estimate, ambiguity)
-
-
-@cache
-def _kept_details() -> Callable[[FilterState | None], Details]:
-    found: Callable[[FilterState | None], Details] = compiled_and_kept(_details)
-    return found
-
-
-def _pairs(pending: Torques) -> FloatArray:
-    """Return torques as an array, [n, 2]."""
-    return np.array(pending, dtype=np.float64).reshape(len(pending), 2)

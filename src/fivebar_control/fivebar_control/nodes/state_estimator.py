@@ -29,13 +29,11 @@ from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, LateReading
 from fivebar_control.estimation.platform_reading import PlatformReading, used
 from fivebar_control.estimation.resting import MotorReading, Resting
-from fivebar_control.estimation.step import EstimatorStep
 from fivebar_control.ros.node_settings import AUTO, YES, EstimatorNodeSettings, runs_compiled
 from fivebar_control.ros.run_file import start_values
 from fivebar_control.scenario.keys import ROBOT, SENSORS
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.scenario.sensors import homing_of
-from fivebar_description.extra_sensor import ExtraSensor
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -107,14 +105,14 @@ def turns_text(turns: tuple[int, int]) -> str:
     )
 
 
-def step_as(compiled: bool, extra: ExtraSensor | None) -> Callable[..., EstimatorStep]:
-    """Return the step of the filter, as machine code or plain, with a sensor from another package or without."""
+def kind_of(compiled: bool) -> type[StateEstimator]:
+    """Return the estimator with its filter as machine code, or plain."""
     if not compiled:
-        return step_of(extra)
+        return StateEstimator
     # numba takes most of a second to import
-    from fivebar_control.estimation.compiled import compiled_step
+    from fivebar_control.estimation.compiled_estimator import CompiledEstimator
 
-    return compiled_step(extra)
+    return CompiledEstimator
 
 
 @contextmanager
@@ -165,11 +163,12 @@ class StateEstimatorNode(SamplingNode):
             passive,
             known,
             extra,
-            step_as(compiled, None if extra is None else extra.kind),
+            step_of(None if extra is None else extra.kind),
         )
+        self._kind = kind_of(compiled)
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
-        self._estimator = StateEstimator(*self._arguments)
+        self._estimator = self._kind(*self._arguments)
         with said_if_long(self.get_logger().info, COMPILES) if compiled else nullcontext():
             self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
@@ -228,7 +227,7 @@ class StateEstimatorNode(SamplingNode):
 
     def restart(self) -> None:
         """Start again from the homing posture; a latched fault is cleared."""
-        self._estimator = StateEstimator(*self._arguments)
+        self._estimator = self._kind(*self._arguments)
         self._resting = self._no_rest()
         self._publish_state(ALL_WELL)
         self._waiting = None
