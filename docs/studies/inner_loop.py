@@ -20,13 +20,13 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.hardware.drive_interface import ZERO, JointTarget, Torques
+from fivebar_control.hardware.inner_loop import OPEN, LoopTargets, away_from_jump, set_point
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_description.robot_file import load_robot
 from fivebar_description.rounding import in_millimetres
 from fivebar_description.strict_yaml import read_yaml
 from fivebar_motkin.board_file import BoardFile, load_board
-from fivebar_motkin.board_units import joint_angle, joint_torque, motor_current
-from fivebar_motkin.inner_loop import OPEN, BoardTargets, set_point
+from fivebar_motkin.board_units import current_limit, joint_angle, joint_torque, motor_current
 from fivebar_motkin_emulation.configuration import BoardEmulationFile
 from fivebar_motkin_emulation.motor import EmulatedMotor
 from fivebar_motkin_emulation.protocol import MotorCommand
@@ -62,7 +62,7 @@ class PlantOnBoard(Plant):
         )
         self._board, self._ticks = board, emulation.ticks
         self._motors = [EmulatedMotor(facts, emulation.tick) for facts in emulation.pair]
-        self._inner_loop = BoardTargets(board)
+        self._inner_loop = LoopTargets(board.inner_loop, board.period_us)
         self._path, self._rate_hz, self._lead = scenario.plan().path, scenario.rate_hz, scenario.lead_samples
         self._sample = 0
         self._torques: Torques = ZERO
@@ -107,7 +107,14 @@ class PlantOnBoard(Plant):
             missing = math.remainder(target.positions[number] - self._near[number], math.tau)
             angle = state.angle, state.angle + drive.sign * missing
             speed = state.speed, drive.sign * target.velocities[number]
-            point = set_point(self._board, drive, current, target.weight, angle, speed)
+            point = set_point(
+                self._board.inner_loop,
+                current_limit(drive),
+                current,
+                target.weight * away_from_jump(angle[0]),
+                angle,
+                speed,
+            )
         return MotorCommand(point.kp, point.kd, current, point.angle, point.speed)
 
 

@@ -251,9 +251,10 @@ def test_a_watchdog_that_does_not_hear_the_commands_counts_as_missing(robot: Con
         watchdog.destroy_node()
 
 
-def test_a_bridge_that_hangs_or_dies_leaves_no_torque(bench: Bench, tmp_path: Path) -> None:
-    path = drives_file(tmp_path)
-    with controlled_robot(bench.domain) as robot:
+@pytest.mark.parametrize("link", [{}, {"takes": "gains", "unit": "A"}], ids=["effort", "gains"])
+def test_a_bridge_that_hangs_or_dies_leaves_no_torque(bench: Bench, tmp_path: Path, link: dict[str, str]) -> None:
+    path = drives_file(tmp_path, link={**LINK, **link})
+    with controlled_robot(bench.domain, **link) as robot:
         probe = bench.probe()
         bench.start("command_watchdog", drives=str(path))
         stop = {"safety.stop_cycles": 3}

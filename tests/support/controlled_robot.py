@@ -59,14 +59,14 @@ def drives_file(folder: Path, **changed: Any) -> Path:
 class ControlledRobot:
     """The robot, and what breaks it."""
 
-    def __init__(self, period_us: int, **link: Any) -> None:
+    def __init__(self, period_us: int, motors: Any = None, **link: Any) -> None:
         content = {
             "name": "test",
             "robot": "dextar",
             "initial_joints": closed_posture(),
             "pace": "clock",
             "period_us": period_us,
-            "motors": MOTORS,
+            "motors": motors or MOTORS,
             "link": {**LINK, **link},
         }
         file = validate(content, MotorsEmulationFile, "test")

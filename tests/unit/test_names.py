@@ -76,10 +76,7 @@ ELSEWHERE = {
         "fivebar_optics.camera_model",
     ),
     "unit/bringup/pages/test_page_units.py": ("fivebar_description.rounding",),
-    "unit/bringup/motions/test_model_file.py": (
-        "fivebar_description.ros2_control",
-        "fivebar_description.sdf",
-    ),
+    "unit/bringup/motions/test_model_file.py": ("fivebar_description.sdf",),
     "unit/bringup/test_bag.py": ("fivebar_description.topic_contents",),
     "launch/test_launch_files.py": (
         "fivebar_bringup.ros.installed_packages",
@@ -144,8 +141,6 @@ ELSEWHERE = {
         "fivebar_control.nodes.command_watchdog",
         "fivebar_control.ros.controller_watch",
         "fivebar_control.ros.joints_port",
-        "fivebar_control.ros.ros2_control",
-        "fivebar_sim.ros.ros2_control",
     ),
     "ros/test_goals.py": (
         "fivebar_bringup.nodes.goal_client",

@@ -9,8 +9,8 @@ from typing import Annotated
 from pydantic import Field
 
 from fivebar_control.hardware.configuration import Milliseconds
+from fivebar_control.hardware.inner_loop import InnerLoopSettings
 from fivebar_control.hardware.paced_file import PacedFile
-from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.files import share_file, yaml_path
 from fivebar_description.physical_bounds import Positive
 from fivebar_description.strict_yaml import StrictModel, read_yaml
@@ -36,27 +36,12 @@ class BoardDrivePair(StrictModel):
     q21: BoardDrive
 
 
-class BoardInnerLoop(StrictModel):
-    """Section `inner_loop`: the board's own control of angle and speed, besides the law's torque; off by default.
-
-    Attributes:
-        stiffness: the board's kp (A/rad).
-        damping: the board's kd (A/(rad/s)).
-        share: largest part of a motor's current limit that both may command together.
-        epsilon: kappa = 1/cond(A) up to which there is none of either; from twice that on they are whole.
-        robot: file of the robot, for the joint angles of the reference.
-    """
+class BoardInnerLoop(InnerLoopSettings):
+    """Section `inner_loop`, with what the board takes (A/rad, A/(rad/s)); see `InnerLoopSettings`."""
 
     stiffness: Annotated[float, Field(ge=0.0, le=50.0)] = 0.0
     damping: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
-    share: Annotated[float, Field(gt=0.0, le=0.5)] = 0.2
-    epsilon: Annotated[float, Field(gt=0.0, lt=0.5)] = NEAR_LOCUS
     robot: Annotated[str, Field(min_length=1)] = "motkin"
-
-    @property
-    def on(self) -> bool:
-        """Whether there is an inner loop."""
-        return self.stiffness > 0.0 or self.damping > 0.0
 
 
 class BoardFile(PacedFile):

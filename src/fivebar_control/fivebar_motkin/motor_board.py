@@ -26,10 +26,10 @@ from fivebar_control.hardware.drive_interface import (
     set_up_or_closed,
 )
 from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.inner_loop import OPEN, LoopTargets, MotorSetPoint, away_from_jump, set_point
 from fivebar_motkin.board_faults import fault_of
 from fivebar_motkin.board_file import BoardFile, load_board
-from fivebar_motkin.board_units import joint_angle, joint_torque, motor_current
-from fivebar_motkin.inner_loop import OPEN, BoardTargets, MotorSetPoint, set_point
+from fivebar_motkin.board_units import current_limit, joint_angle, joint_torque, motor_current
 from fivebar_motkin.sample_clock import SampleClock
 
 LAST_WORDS, MOST_UNANSWERED = 3, 60
@@ -290,7 +290,8 @@ class MotorBoard:
         missing = math.remainder(target.positions[number] - joint_angle(drive, reading, self._near[number]), math.tau)
         angle = reading, reading + drive.sign * missing
         speed = state[f"m{number}_v"], drive.sign * target.velocities[number]
-        return set_point(self._board, drive, current, target.weight, angle, speed)
+        weight = target.weight * away_from_jump(reading)
+        return set_point(self._board.inner_loop, current_limit(drive), current, weight, angle, speed)
 
     def _readings(self, state: dict[str, Any]) -> tuple[DriveReading, DriveReading]:
         first, second = (
@@ -335,5 +336,6 @@ def connect(configuration: str) -> DriveConnection:
     def opening(missing: int = USUAL_MISSING) -> MotorBoard:
         return open_board(board.bearing(missing))
 
-    inner_loop = BoardTargets(board).target if board.inner_loop.on else None
+    loop = board.inner_loop
+    inner_loop = LoopTargets(loop, board.period_us).target if loop.on else None
     return DriveConnection(board.period_us, "period_us", TEND_PERIOD, opening, board.paced_by_commands, inner_loop)

@@ -153,7 +153,7 @@ class ODrives(CanPair[Axis]):
             )
             powered = all(axis.state == CLOSED_LOOP_CONTROL for axis in self.drives)
             fault = self._fault(now, command.power)
-        self._power, self._torques = command
+        self._power, self._torques, _ = command
         return PairAnswer((first, second), powered, fault, late=self.take_late())
 
     def clear(self) -> None:

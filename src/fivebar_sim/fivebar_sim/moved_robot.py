@@ -31,18 +31,24 @@ class MovedRobot:
     """Base of emulated hardware: the robot of its file, which can be put home and carries a payload."""
 
     def __init__(
-        self, file: EmulatedRobotFile, rate_hz: int, imu: ImuSettings | None = None, in_parts: bool = False
+        self,
+        file: EmulatedRobotFile,
+        rate_hz: int,
+        imu: ImuSettings | None = None,
+        in_parts: bool = False,
+        least_parts: int = 1,
     ) -> None:
         """Put the robot home, to be advanced at a rate (Hz); called once all is there that `go_home` needs.
 
         Without the settings of an IMU it has an ideal one. With `in_parts` it is advanced by a part of a sample, one of
-        `parts`, where it has springs that swing within a sample.
+        `parts`, where it has springs that swing within a sample, and of at least so many.
 
         Raises:
             InputError: the robot or its posture cannot be.
         """
         self._robot_file, self._plant_rate_hz, self._imu_settings, self._payload = file, rate_hz, imu, 0.0
-        self.parts = parts_of_sample(load_robot(file.robot), file.plant(), rate_hz) if in_parts else 1
+        needed = parts_of_sample(load_robot(file.robot), file.plant(), rate_hz) if in_parts else 1
+        self.parts = max(needed, least_parts)
         """Parts of a sample by each of which the robot is advanced."""
         self.go_home()
 

@@ -203,13 +203,11 @@ def goto(
     """
     from fivebar_bringup.motions.likely import plan_likely
     from fivebar_bringup.motions.request import Request, check_positive, within_drives
-    from fivebar_bringup.motions.trajectory import at_another_pace
     from fivebar_bringup.motions.transfer_report import as_json as transfer_as_json
     from fivebar_bringup.motions.transfer_report import as_text
     from fivebar_bringup.runs.offline import run_offline
     from fivebar_bringup.scenarios.changes import read_changes
     from fivebar_control.planning.timing import Speed
-    from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in, start_of
     from fivebar_control.trajectory.rounded import RESTS
     from fivebar_description.scenario_file import DEFAULT_ROBOT
 
@@ -230,6 +228,7 @@ def goto(
             }
             decided |= {"--via": via, "--blend-radius": blend_radius, "--seen": seen, "--fastest": fastest or None}
             _refuse_given(decided, "expected without --trajectory, whose file says how the robot moves")
+        file = None if trajectory is None else _points_of(trajectory)
         points = [_point(one) for one in via or ()]
         radii = _radii(blend_radius or list(RESTS), len(points))
         if live:
@@ -262,10 +261,7 @@ def goto(
             if duration is not None:
                 check_positive("--duration", duration)
             asked: dict[str, float] | TimedPoints
-            if trajectory is None:
-                asked = goal_fields(*goal, mode, working_mode, duration, points, radii)
-            else:
-                asked = points_in(TrajectoryFile.at(str(trajectory)))
+            asked = goal_fields(*goal, mode, working_mode, duration, points, radii) if file is None else file
             _live(
                 asked,
                 graph_domain(domain, environment_first=True),
@@ -278,8 +274,8 @@ def goto(
         with_nodes = offline is False
         if with_nodes and not plan_only:
             check_ros_environment()
-        if trajectory is not None and start is None and after is None:
-            start = start_of(points_in(TrajectoryFile.at(str(trajectory))))
+        if file is not None and start is None and after is None:
+            start = file.start()
         begin = _start(start, start_mode, after, robot, seen)
         known = DEFAULT_ROBOT if begin.scenario is None else begin.scenario.robot
         torque, speed = within_drives(known if robot is None else robot, torque_limit, speed_limit)
@@ -305,6 +301,9 @@ def goto(
         with ExitStack() as files:
             with progress_bar("planning", as_json):
                 if retime:
+                    # here, because other motions need no solver of paces
+                    from fivebar_bringup.motions.trajectory import at_another_pace
+
                     request = files.enter_context(at_another_pace(request))
                 likely = plan_likely(request)
             planning_s = time.monotonic() - began
@@ -402,6 +401,13 @@ def _refuse_given(options: Mapping[str, object], reason: str) -> None:
     given = [option for option, value in options.items() if value is not None]
     if given:
         raise InputError(f"{', '.join(given)}: {reason}")
+
+
+def _points_of(path: Path) -> TimedPoints:
+    """Return the points of a trajectory's file."""
+    from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in
+
+    return points_in(TrajectoryFile.at(str(path)))
 
 
 def _point(text: str) -> tuple[float, float]:

@@ -32,6 +32,16 @@ def robot(
     action: Annotated[RobotAction, typer.Argument(help="Make a new file, or check one.")],
     file: Annotated[Path, typer.Argument(metavar="FILE", help="The robot file, ending in .yaml.")],
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a file that is there.")] = False,
+    urdf: Annotated[
+        Path | None, typer.Option("--urdf", metavar="FILE", help="With `new`: read the robot from a URDF, ask nothing.")
+    ] = None,
+    motors: Annotated[
+        str | None, typer.Option("--motors", metavar="A,B", help="Joints of its motors, left and right.")
+    ] = None,
+    passive: Annotated[str | None, typer.Option("--passive", metavar="A,B", help="Its passive joints.")] = None,
+    tips: Annotated[
+        str | None, typer.Option("--tips", metavar="A,B", help="Links or frames at the ends of both legs, which meet.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Make a robot file from answers, or check one.
@@ -41,18 +51,27 @@ def robot(
     may also come from a file, a line each. Nothing is written before the last answer, and what is written passes
     `check`.
 
+    `new --urdf` reads lengths, masses, inertias, limits and the zeros of the joints from a URDF, and says what a URDF
+    does not tell. Its loop is given by names: those of `fivebar model`, `motor_1`, `passive_1`, `tip_1` and so on, or
+    by options.
+
     Example: `fivebar robot new my_robot.yaml`
+
+    Example: `fivebar robot new bench.yaml --urdf bench.urdf --tips coupler_1_end,coupler_2_end`
 
     Example: `fivebar robot check my_robot.yaml`
     """
     with input_errors(), keyboard_interrupts():
         if action is RobotAction.CHECK:
-            if overwrite:
-                raise InputError("--overwrite: expected with `new` only")
+            given = {"--overwrite": overwrite, "--urdf": urdf, "--motors": motors, "--passive": passive, "--tips": tips}
+            for option in (one for one, value in given.items() if value):
+                raise InputError(f"{option}: expected with `new` only")
             name = check_file(file)
             words = f"{file}: robot {name}: a valid robot file"
         else:
-            name = _new(file, overwrite, sys.stderr if as_json else sys.stdout)
+            shown = sys.stderr if as_json else sys.stdout
+            names = {"motors": motors, "passive": passive, "tips": tips}
+            name = _new(file, overwrite, shown, urdf, {key: _pair(key, value) for key, value in names.items() if value})
             words = f"wrote {file}: {shlex.join(('fivebar', 'assess', str(file)))} says what it can do"
     if as_json:
         print(json.dumps({"file": str(file), "robot": name}, indent=2))
@@ -71,8 +90,15 @@ def check_file(file: Path) -> str:
     return found.name
 
 
-def _new(file: Path, overwrite: bool, shown: TextIO) -> str:
-    """Ask, write the file, and return the name of its robot."""
+def _pair(option: str, text: str) -> tuple[str, str]:
+    parts = text.split(",")
+    if len(parts) != 2 or not all(parts) or parts[0] == parts[1]:
+        raise InputError(f"--{option}: {text!r}: expected two different names, such as left,right")
+    return parts[0], parts[1]
+
+
+def _new(file: Path, overwrite: bool, shown: TextIO, urdf: Path | None, names: dict[str, tuple[str, str]]) -> str:
+    """Ask, or read a URDF, write the file, and return the name of its robot."""
     from fivebar_bringup.robots.new_robot import default_name, new_robot
     from fivebar_description.files import is_yaml_path, write_file
 
@@ -83,6 +109,19 @@ def _new(file: Path, overwrite: bool, shown: TextIO) -> str:
     if not file.resolve().parent.is_dir():
         raise InputError(f"{file}: there is no such directory")
     name = default_name(file)
+    if urdf is not None:
+        # here, because it loads Pinocchio
+        from fivebar_bringup.robots.from_urdf import robot_from_urdf
+        from fivebar_description.files import read_text
+
+        found = robot_from_urdf(read_text(urdf), str(urdf), name, names)
+        check_text(file.name, found.text)
+        write_file(file, found.text)
+        for line in found.untold:
+            print(f"not in the URDF: {line}", file=shown)
+        return name
+    for option in names:
+        raise InputError(f"--{option}: expected with --urdf")
     print("an empty line is the answer in brackets, < goes back a question", file=shown)
     write_file(file, new_robot(name, partial(_ask, shown), complain, partial(check_text, file.name)))
     return name

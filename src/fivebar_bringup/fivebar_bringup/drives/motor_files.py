@@ -30,16 +30,24 @@ class MotorRunFiles:
     real_drives = ""
     has_port = False
 
-    def __init__(self, private_link: Callable[[Mapping[str, Any], Path], dict[str, Any]], shipped: str = "") -> None:
+    def __init__(
+        self,
+        private_link: Callable[[Mapping[str, Any], Path], dict[str, Any]],
+        shipped: str = "",
+        of_scenario: Callable[[Mapping[str, Any], Scenario], dict[str, Any]] = lambda link, scenario: dict(link),
+        least_parts: Callable[[Mapping[str, Any]], int] = lambda link: 1,
+    ) -> None:
         """Write files for one interface.
 
         Args:
             private_link: returns the section `link` of a rehearsal, on a bus or port of this run only, from that of the
                 configuration and the folder of the run.
             shipped: name of the configuration that a rehearsal begins from where none is given; empty for none.
+            of_scenario: returns a section `link` with what a scenario decides of it.
+            least_parts: returns in how many parts of a period, at least, emulated drives of a section `link` act anew.
         """
         self._shipped = shipped
-        self._private_link = private_link
+        self._private_link, self._for_scenario, self._least_parts = private_link, of_scenario, least_parts
 
     def check(self, scenario: Scenario, configuration: str) -> None:
         """Refuse a scenario that cannot be run on real drives of a configuration.
@@ -55,7 +63,9 @@ class MotorRunFiles:
         Raises:
             InputError: the scenario cannot be run on these drives; the text says what to change.
         """
-        write_file(path, yaml_text(self._of_scenario(scenario, configuration).model_dump(mode="json")))
+        content = self._of_scenario(scenario, configuration).model_dump(mode="json")
+        content["link"] = self._for_scenario(content["link"], scenario)
+        write_file(path, yaml_text(content))
 
     def write_rehearsal(self, scenario: Scenario, folder: Path, configuration: str | None) -> DriveFiles:
         """Write both files, on a bus or port of this run only, at the scenario's rate and counts.
@@ -77,7 +87,7 @@ class MotorRunFiles:
             "pace": "commands",
             "period_us": period_us,
             "watchdog_ms": max(1, cycles * period_us // 1000),
-            "link": self._link_of_run(content, folder),
+            "link": self._for_scenario(self._link_of_run(content, folder), scenario),
         }
         content |= common | {
             "gather_deadline_us": int(GATHER_FRACTION * period_us),
@@ -92,7 +102,8 @@ class MotorRunFiles:
             joint: {key: value for key, value in motor.items() if key in MotorFacts.model_fields}
             for joint, motor in content["motors"].items()
         }
-        write_checked(files.emulation, emulated_robot(scenario) | common | {"motors": facts}, MotorsEmulationFile)
+        emulated = {"motors": facts, "least_parts": self._least_parts(content["link"])}
+        write_checked(files.emulation, emulated_robot(scenario) | common | emulated, MotorsEmulationFile)
         write_checked(files.drives, content, MotorsFile)
         return files
 

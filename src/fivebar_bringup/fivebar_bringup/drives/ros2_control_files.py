@@ -9,6 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from fivebar_bringup.drives.motor_files import MotorRunFiles
+from fivebar_bringup.scenario import Scenario
+from fivebar_control.hardware.controlled_joints import GAINS
+from fivebar_control.model.singularity import NEAR_LOCUS
+
+BOARD_PARTS = 8
+"""Parts of a period in each of which the boards of a rehearsal close their loop."""
 
 
 def private_link(link: Mapping[str, Any], folder: Path) -> dict[str, Any]:
@@ -16,10 +22,26 @@ def private_link(link: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     place = f"/emulated_{secrets.token_hex(4)}"
     return {
         **link,
-        "controller": f"{place}/effort_controller",
+        "controller": f"{place}/controller",
+        "commands": "",
         "states": f"{place}/joint_states",
         "manager": f"{place}/controller_manager",
     }
 
 
-RUN_FILES = MotorRunFiles(private_link, shipped="ros2_control")
+def for_scenario(link: Mapping[str, Any], scenario: Scenario) -> dict[str, Any]:
+    """Return the section `link` with an inner loop of the scenario's robot, no narrower than its blending zones."""
+    if link.get("takes") != GAINS:
+        return dict(link)
+    given = dict(link.get("inner_loop", {}))
+    widths = (crossing.epsilon for crossing in scenario.plan().crossings)
+    loop = {"robot": scenario.robot, "epsilon": max((given.get("epsilon", NEAR_LOCUS), *widths))}
+    return {**link, "inner_loop": given | loop}
+
+
+def least_parts(link: Mapping[str, Any]) -> int:
+    """Return in how many parts of a period, at least, emulated drives act: boards close a loop at their own rate."""
+    return BOARD_PARTS if link.get("takes") == GAINS else 1
+
+
+RUN_FILES = MotorRunFiles(private_link, "ros2_control", for_scenario, least_parts)

@@ -38,11 +38,11 @@ from fivebar_control.planning.program import (
     with_files,
 )
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
-from fivebar_control.planning.timed_points import request_from
-from fivebar_control.planning.trajectory_file import LARGEST_FILE, TrajectoryFile, points_in
+from fivebar_control.planning.timed_points import MOST_BY_THE_CLOCK, request_from
+from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
-from fivebar_description.files import read_text, share_file, yaml_path
+from fivebar_description.files import LARGEST_TABLE, read_text, share_file, yaml_path
 from fivebar_description.interface import DEFAULT_PRIORITY, PAYLOAD
 from fivebar_description.interrupts import interrupts_deferred
 from fivebar_description.robot_file import read_robot
@@ -173,6 +173,11 @@ def plan_program(loaded: LoadedProgram, scenario: Scenario, source: str, mode: M
         elif isinstance(action, Follow):
             try:
                 points = points_in(TrajectoryFile.at(action.file))
+                if mode is Mode.REALTIME and steps and len(points.points) > MOST_BY_THE_CLOCK:
+                    raise InputError(
+                        f"{action.file}: {len(points.points)} rows: expected at most {MOST_BY_THE_CLOCK} by the clock,"
+                        " but in the first step of a program"
+                    )
                 unknown = (math.nan, math.nan)
                 asked = request_from(robot, points, at, scenario.working_mode, unknown, payload)
             except InputError as error:
@@ -283,7 +288,7 @@ def run_program(
     def specs() -> Sequence[ProcessSpec]:
         file = run.path / PROGRAM_FILE
         copies = {name: f"followed_{number}.csv" for number, name in enumerate(loaded.followed, start=1)}
-        texts = {copies[name]: read_text(Path(path), LARGEST_FILE) for name, path in loaded.followed.items()}
+        texts = {copies[name]: read_text(Path(path), LARGEST_TABLE) for name, path in loaded.followed.items()}
         write_results(run.path, {**texts, file.name: with_files(loaded.text, run.files_of(timed), copies)})
         rehearsal = Rehearsal(write_drive_files(timed, run.path)) if rehearse else None
         nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins), rehearsal)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from fivebar_bringup.recorded.results import FIGURES, new_directory, write_results
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_description.files import is_yaml_path
+from fivebar_description.files import LARGEST_TABLE, is_yaml_path
 from fivebar_description.modules import modules_unopened
 from fivebar_description.optional import CAMERA_ON, CAMERA_OPTICS, optional_part
 from fivebar_description.scenario_file import FILE_OF_RUN
@@ -123,10 +123,7 @@ def new_run_directory(out: Path | None, scenario: Scenario, odds: Mapping[str, A
         files[run.robot.name] = read_text(Path(scenario.robot))
         scenario = scenario.model_copy(update={"robot": run.robot.name})
     if scenario.trajectory:
-        # here, because most motions follow no file
-        from fivebar_control.planning.trajectory_file import LARGEST_FILE
-
-        files[TRAJECTORY_FILE] = read_text(Path(scenario.trajectory), LARGEST_FILE)
+        files[TRAJECTORY_FILE] = read_text(Path(scenario.trajectory), LARGEST_TABLE)
         scenario = scenario.model_copy(update={"trajectory": TRAJECTORY_FILE})
     if odds is not None:
         files[run.odds.name] = json.dumps(odds, indent=2) + "\n"

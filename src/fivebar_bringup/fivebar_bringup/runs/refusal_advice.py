@@ -17,11 +17,22 @@ from fivebar_control.scenario.sensors import sensing_of
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_control.trajectory.time_laws import OPTIMAL
 
+HIGHER_RATES = (200, 500)
+"""Rates (Hz) that are tried in place of a lower one."""
+
 
 def advice_for(scenario: Scenario, plan: Plan, verdict: Feasibility, only_loads: bool) -> str:
     """Return what would make a motion feasible: another time law, or what the tolerances or the loads ask for."""
     found = _quicker(scenario) if only_loads else _within_tolerances(scenario, plan, verdict)
-    return ", or ".join(words for words in (found, _by_least_torque(scenario)) if words)
+    return ", or ".join(words for words in (found, _by_least_torque(scenario), _at_higher_rate(scenario)) if words)
+
+
+def _at_higher_rate(scenario: Scenario) -> str:
+    """Return the first higher rate of the controllers that would do, where the present one is low."""
+    for rate_hz in (one for one in HIGHER_RATES if one > scenario.rate_hz):
+        if _is_feasible(scenario.model_copy(update={"rate_hz": rate_hz})):
+            return f"with rate_hz: {rate_hz}"
+    return ""
 
 
 def _by_least_torque(scenario: Scenario) -> str:

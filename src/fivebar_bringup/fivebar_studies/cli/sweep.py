@@ -32,6 +32,7 @@ QUICK_CASES = 60
 ALONE = ("--cases", "--quick", "--jobs", "--scheduler", "--scheduler-file")
 """Options without effect on a single case, which runs in this process."""
 
+PLANNED_AT = "`fivebar simulate` with a scenario, since a sweep plans its motions at 500 Hz"
 DRAWN = "`fivebar simulate` with a scenario, since a sweep draws its motions"
 
 SHOWN = {
@@ -157,7 +158,8 @@ def _rig_with(changes: list[str], given: Mapping[str, Any]) -> str:
             " such as --rig ideal, or with a --robot whose file has tolerances or loads"
         )
     keys = read_changes(changes)
-    drawn = dict.fromkeys(("waypoints", "working_mode", "segment_duration", "time_law", "blend_radius"), DRAWN)
+    motion = ("waypoints", "trajectory", "working_mode", "segment_duration", "time_law", "blend_radius")
+    drawn = {**dict.fromkeys(motion, DRAWN), "rate_hz": PLANNED_AT}
     refuse_decided(keys, {**OF_STUDY, **drawn})
     rig = SET.join((given["rig"], *changes))
     settings = SWEEP.settings_with({**given, "rig": rig})

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Self
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_control.hardware.inner_loop import InnerLoopSettings, MotorSetPoint
+from fivebar_control.hardware.motors_file import DrivenMotor, MotorsFile, load_motors
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
 WATCHDOG = "command_watchdog"
@@ -17,6 +18,10 @@ HEARS, SEPARATOR = "hears", ", "
 """Key in the watchdog's report of the publishers whose commands it hears, by their DDS identities, and what is between
 two of them."""
 """Name of the node that commands zero torque where the bridge no longer does."""
+
+EFFORT, GAINS = "effort", "gains"
+VALUES = {EFFORT: 1, GAINS: 5}
+"""Values of a command for each joint, by what the controller takes."""
 
 FullName = Annotated[str, Field(pattern=r"^(/[A-Za-z_]\w*)+$")]
 
@@ -64,27 +69,75 @@ class JointsLink(StrictModel):
     """Section `link` of the drives file.
 
     Attributes:
-        controller: full name of the controller, which takes torques (Nm) on its topic `commands`.
+        controller: full name of the controller.
+        commands: topic of its commands, by default its own topic `commands`.
+        takes: what a command has of each joint: `effort` alone, or with `gains` positions, velocities, efforts, kp and
+            kd, each of all joints.
+        unit: of efforts and gains, Nm or A at the motor's shaft; the torque constant of each motor is between them.
+        inner_loop: the drives' own control of angle and speed, where the controller takes gains.
         joints: its joints, in its order. The `id` of a motor is the place of its joint there.
         states: topic on which a broadcaster publishes the joints, among any others and in any order.
         manager: full name of the controller manager.
     """
 
     controller: FullName = "/effort_controller"
+    commands: FullName = ""
+    takes: Literal["effort", "gains"] = "effort"
+    unit: Literal["Nm", "A"] = "Nm"
+    inner_loop: InnerLoopSettings = InnerLoopSettings()
     joints: Annotated[tuple[str, str], Field(strict=False)]
     states: FullName = "/joint_states"
     manager: FullName = "/controller_manager"
 
-    @property
-    def commands(self) -> str:
-        """The topic of the controller's commands."""
-        return f"{self.controller}/commands"
+    @model_validator(mode="before")
+    @classmethod
+    def _topic_of_controller(cls, content: Any) -> Any:
+        if not isinstance(content, Mapping) or content.get("commands"):
+            return content
+        controller = content.get("controller", cls.model_fields["controller"].default)
+        return {**content, "commands": f"{controller}/commands"}
 
     @model_validator(mode="after")
     def _joints_differ(self) -> Self:
         if self.joints[0] == self.joints[1]:
             raise ValueError(f"joints: {self.joints[0]!r} twice: expected two different ones")
+        if self.inner_loop.on and self.takes != GAINS:
+            raise ValueError(f"inner_loop: the controller takes no gains: expected takes: {GAINS}")
         return self
+
+    def effort(self, motor: DrivenMotor, torque: float) -> float:
+        """Return the effort that is a torque (Nm) at a motor's shaft."""
+        return torque / motor.torque_constant if self.unit == "A" else torque
+
+    def torque(self, motor: DrivenMotor, effort: float) -> float:
+        """Return the torque (Nm) at a motor's shaft that is an effort."""
+        return effort * motor.torque_constant if self.unit == "A" else effort
+
+    def command(self, file: MotorsFile, efforts: Sequence[float], points: Sequence[MotorSetPoint]) -> list[float]:
+        """Return the values of a command in the controller's order, from those of q11 and q21; none is NaN.
+
+        Args:
+            file: with the places of both joints there.
+            efforts: in the unit of the controller.
+            points: gains and targets beside them.
+        """
+        columns: list[tuple[float, ...]] = [(effort,) for effort in efforts]
+        if self.takes == GAINS:
+            both = zip(efforts, points, strict=True)
+            columns = [(point.angle, point.speed, effort, point.kp, point.kd) for effort, point in both]
+        ordered = sorted(zip((motor.id for motor in file.pair), columns, strict=True))
+        return [column[field] for field in range(len(columns[0])) for _, column in ordered]
+
+    @property
+    def zero(self) -> list[float]:
+        """The command without torque."""
+        return [0.0] * (VALUES[self.takes] * len(self.joints))
+
+    def acting(self, values: Sequence[float]) -> Sequence[float] | None:
+        """Return the part of a command that moves the robot, efforts and gains; None for one that is not taken."""
+        if len(values) != len(self.zero):
+            return None
+        return values[2 * len(self.joints) :] if self.takes == GAINS else values
 
 
 def load_joints(configuration: str) -> tuple[MotorsFile, JointsLink]:

@@ -54,10 +54,12 @@ class PairCommand(NamedTuple):
     Attributes:
         power: whether they are to have power.
         torques: torques (Nm) at the shafts of the motors, in the drives' own sense; zero without power.
+        target: of the drives' own control of angle and speed, None where it is not to act.
     """
 
     power: bool
     torques: Torques
+    target: JointTarget | None = None
 
 
 class PairAnswer(NamedTuple):
@@ -111,6 +113,7 @@ class TwoMotors:
         self._cycles = CycleCount(file.period_us / MICROSECONDS)
         self._power = self._enabled = False
         self._torques: Torques = ZERO
+        self._target: JointTarget | None = None
         self._silent = [0, 0]
         self._missing = self._late = 0
         self._positions = (0.0, 0.0)
@@ -180,17 +183,17 @@ class TwoMotors:
         Raises:
             ValueError: a torque is not finite; zero is kept instead.
         """
-        self._torques = ZERO
+        self._torques, self._target = ZERO, None
         if not all(math.isfinite(torque) for torque in torques):
             raise ValueError(f"torques {torques} Nm: expected finite numbers")
         if self._enabled:
             first, second = map(shaft_torque, self._file.pair, torques)
-            self._torques = first, second
+            self._torques, self._target = (first, second), target
 
     @property
     def _command(self) -> PairCommand:
         """Power and torques of the next command."""
-        return PairCommand(self._power, self._torques)
+        return PairCommand(self._power, self._torques, self._target)
 
     def quick_stop(self) -> None:
         """Take the power with a command that is sent now: without torque the robot coasts."""
@@ -199,7 +202,7 @@ class TwoMotors:
     def switch_off(self) -> None:
         """Take the power of both with a command that is sent now."""
         self._power = self._enabled = False
-        self._torques = ZERO
+        self._torques, self._target = ZERO, None
         self._driver.exchange(NO_POWER, 0.0)
 
     def disable(self, timeout: float) -> None:
@@ -208,7 +211,7 @@ class TwoMotors:
         Raises:
             DriveError: they still have power after `timeout` (s).
         """
-        self._torques = ZERO
+        self._torques, self._target = ZERO, None
         self.exchange()
         self.switch_off()
         self._await(lambda answer: not answer.powered, timeout, "been off")

@@ -38,7 +38,7 @@ class CommandWatchdog(GraphNode):
         super().__init__(WATCHDOG)
         file, link = load_joints(self.declare_settings(WatchdogSettings).drives)
         timeout = file.patience * file.watchdog_ms / 1e3
-        self._topic = link.commands
+        self._topic, self._link = link.commands, link
         self._held = HeldCommand(timeout)
         self._ended = 0
         self._overdue = False
@@ -70,7 +70,10 @@ class CommandWatchdog(GraphNode):
         return {"torques_ended": self._ended, HEARS: SEPARATOR.join(sorted(heard))}
 
     def _on_command(self, message: Float64MultiArray) -> None:
-        self._held.take(message.data, time.monotonic())
+        acting = self._link.acting(message.data)
+        # what has another length is not taken by the controller either
+        if acting is not None:
+            self._held.take(acting, time.monotonic())
 
     def _on_state(self, message: String) -> None:
         self._held.follow(message.data == ALL_WELL)
@@ -86,8 +89,8 @@ class CommandWatchdog(GraphNode):
         self.stop_robot(f"command_lost: {self._topic}: no command for {age * 1e3:.0f} ms, zero torque is commanded")
 
     def _publish_zero(self) -> None:
-        self._commands.publish(Float64MultiArray(data=[0.0, 0.0]))
-        self._held.take((0.0, 0.0), time.monotonic())
+        self._commands.publish(Float64MultiArray(data=self._link.zero))
+        self._held.take((0.0,), time.monotonic())
 
 
 def main() -> None:

@@ -57,6 +57,13 @@ class TimedPoints(NamedTuple):
     points: tuple[TimedPoint, ...]
     labels: PointLabels = IN_MESSAGE
 
+    def start(self) -> Point | None:
+        """Return where the platform is at time 0 (m); None where the points do not say so."""
+        first = self.points[0]
+        if self.joints != PLATFORM_NAMES or first.time != 0.0:
+            return None
+        return first.position[0], first.position[1]
+
 
 def read_points(joints: Sequence[str], points: Sequence[TimedPoint], labels: PointLabels = IN_MESSAGE) -> TimedPoints:
     """Return the request that named columns of numbers make; refusals name the points by the labels.

@@ -22,15 +22,12 @@ from fivebar_control.planning.point_planning import plan_knots
 from fivebar_control.planning.timed_points import MOST_POINTS, TimedPoints, read_points, request_from
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.errors import InputError, quoted
-from fivebar_description.files import read_text
+from fivebar_description.files import LARGEST_TABLE, read_text
 from fivebar_description.interface import ACTIVE_JOINTS, PLATFORM_NAMES
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameters import FiveBar
 
 SUFFIX = ".csv"
-
-LARGEST_FILE = 100_000_000
-"""Bytes of a file."""
 
 TIMES = ("time_s", "t", "time")
 COORDINATES = (
@@ -80,7 +77,7 @@ def points_in(file: TrajectoryFile) -> TimedPoints:
         InputError: it is no such file; the message names the row.
     """
     try:
-        return _points_of(read_text(Path(file.path), LARGEST_FILE))
+        return _points_of(read_text(Path(file.path), LARGEST_TABLE))
     except InputError as error:
         known = str(error).startswith(file.path)
         raise error if known else InputError(f"{file.path}: {error}") from error
@@ -128,14 +125,6 @@ def _number(row: list[str], index: int, number: int, names: list[str]) -> float:
     if not math.isfinite(value):
         raise InputError(f"row {number}: {names[index]} {quoted(text.strip())}: expected a finite number")
     return value
-
-
-def start_of(points: TimedPoints) -> Point | None:
-    """Return where the platform is at time 0 (m); None where the points do not say so."""
-    first = points.points[0]
-    if points.joints != PLATFORM_NAMES or first.time != 0.0:
-        return None
-    return first.position[0], first.position[1]
 
 
 class FollowedFile(NamedTuple):

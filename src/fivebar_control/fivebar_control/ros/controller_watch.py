@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import parameter_value_to_python
 
 from fivebar_control.fault import Fault
-from fivebar_control.hardware.controlled_joints import HEARS, SEPARATOR, WATCHDOG, JointsLink
+from fivebar_control.hardware.controlled_joints import EFFORT, HEARS, SEPARATOR, WATCHDOG, JointsLink
 from fivebar_control.hardware.fault import DriveError
 from fivebar_description.interface import DIAGNOSTICS, node_of_status
 from fivebar_description.publishers import Living, second_publisher
@@ -39,7 +39,6 @@ HEARING_TIME = 2.5
 """Longest time (s) for which the watchdog's report is awaited that it hears the commands: it reports each second."""
 
 ACTIVE = "active"
-EFFORT = "effort"
 ACTIVITY = "Controllers Activity"
 """End of the name of the controller manager's status on /diagnostics, and what controllers are to be there."""
 
@@ -114,7 +113,7 @@ class ControllerWatch:
                 raise DriveError(
                     Fault("controller_differs", f"{self._link.controller} has the joints {found}, expected {expected}")
                 )
-            if interface and interface != EFFORT:
+            if interface and interface != EFFORT and self._link.takes == EFFORT:
                 raise DriveError(
                     Fault("controller_differs", f"{self._link.controller} commands {interface}, expected {EFFORT}")
                 )

@@ -139,15 +139,12 @@ class JointsPort:
             self._grid = StateGrid(self._period, period)
         self._watch.find(end)
 
-    def publish(self, torques: Sequence[float], at_once: bool) -> None:
-        """Publish torques (Nm, at the shafts) of both motors, at once or for the next sample.
+    def publish(self, values: Sequence[float], at_once: bool) -> None:
+        """Publish a command of the controller, at once or for the next sample.
 
         Where the controller is updated several times in a sampling period, a torque is kept until the last update
         before the next sample, so that it acts from that sample on, as the estimator assumes.
         """
-        values = [0.0, 0.0]
-        for motor, torque in zip(self._file.pair, torques, strict=True):
-            values[motor.id] = torque
         command = Float64MultiArray(data=values)
         with self._received:
             waits = not (at_once or self._grid is None or self._file.paced_by_commands or self._grid.is_last)

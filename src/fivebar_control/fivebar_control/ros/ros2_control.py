@@ -12,8 +12,9 @@ import math
 from fivebar_control.hardware.configuration import USUAL_MISSING
 from fivebar_control.hardware.controlled_joints import JointsLink, load_joints
 from fivebar_control.hardware.drive_connection import Bell, DriveConnection
-from fivebar_control.hardware.drive_interface import ZERO, set_up_or_closed
+from fivebar_control.hardware.drive_interface import JointTarget, set_up_or_closed
 from fivebar_control.hardware.fault import DriveError
+from fivebar_control.hardware.inner_loop import OPEN, LoopTargets, MotorSetPoint, set_point
 from fivebar_control.hardware.motors_file import MotorsFile
 from fivebar_control.hardware.two_motors import (
     NO_POWER,
@@ -22,6 +23,7 @@ from fivebar_control.hardware.two_motors import (
     PairCommand,
     PromptMotors,
     ShaftReading,
+    joint_reading,
 )
 from fivebar_control.ros.joints_port import JointsPort
 
@@ -35,9 +37,12 @@ class ControlledJoints:
         Raises:
             DriveError: something is missing, or differs from the file.
         """
-        self._file = file
+        self._file, self._link = file, link
         self._sent = NO_POWER
-        self._applied = ZERO
+        self._readings: tuple[ShaftReading | None, ShaftReading | None] = (None, None)
+        self._told = [(0.0, OPEN), (0.0, OPEN)]
+        """Efforts and set points of both motors, as they were told last."""
+        self._applied = self._told
         self._silent = 0
         self._port = JointsPort(file, link, bell)
         try:
@@ -61,8 +66,30 @@ class ControlledJoints:
     def send(self, command: PairCommand) -> None:
         """Publish torques, zero at once; without power zero a single time: others may command the controller then."""
         if command.power or self._sent != NO_POWER:
-            self._port.publish(command.torques if command.power else ZERO, at_once=not any(command.torques))
+            values = self._values(command if command.power else NO_POWER)
+            self._port.publish(values, at_once=not any(self._link.acting(values) or ()))
         self._sent = command if command.power else NO_POWER
+
+    def _values(self, command: PairCommand) -> list[float]:
+        """Return what the controller is told: efforts, and gains with their targets where the command has one."""
+        pair = self._file.pair
+        efforts = [self._link.effort(motor, torque) for motor, torque in zip(pair, command.torques, strict=True)]
+        points = [self._point(number, command.target, effort) for number, effort in enumerate(efforts)]
+        self._told = list(zip(efforts, points, strict=True))
+        return self._link.command(self._file, efforts, points)
+
+    def _point(self, number: int, target: JointTarget | None, effort: float) -> MotorSetPoint:
+        """Return the set point of a motor beside an effort; without a target where it has been read, without gains."""
+        motor, reading = self._file.pair[number], self._readings[number]
+        if reading is None:
+            return OPEN
+        if target is None:
+            return OPEN._replace(angle=reading.position)
+        missing = target.positions[number] - joint_reading(motor, reading).position
+        angle = reading.position, reading.position + motor.sign * motor.gear_ratio * missing
+        speed = reading.velocity, motor.sign * motor.gear_ratio * target.velocities[number]
+        limit = self._link.effort(motor, motor.shaft_torque_limit)
+        return set_point(self._link.inner_loop, limit, effort, target.weight, angle, speed)
 
     def receive(self, timeout: float) -> PairAnswer:
         """Return the newest sample, and wait for it for a time (s)."""
@@ -75,12 +102,24 @@ class ControlledJoints:
             return PairAnswer((None, None), self._sent.power, fault, 0)
         self._silent = 0
         first, second = (
-            ShaftReading(position, velocity, commanded if math.isnan(effort) else effort)
-            for position, velocity, effort, commanded in zip(*sample.states, self._applied, strict=True)
+            self._reading(number, *measured) for number, measured in enumerate(zip(*sample.states, strict=True))
         )
+        self._readings = first, second
         # what has been published by now is applied until the next sample
-        self._applied = self._sent.torques
+        self._applied = self._told
         return PairAnswer((first, second), self._sent.power, fault, sample.periods)
+
+    def _reading(self, number: int, position: float, velocity: float, effort: float) -> ShaftReading:
+        """Return what a motor has measured; an effort that it does not measure is what it was told.
+
+        The part of its own control is that of the mean of its last two readings.
+        """
+        if math.isnan(effort):
+            (effort, point), before = self._applied[number], self._readings[number]
+            if before is not None:
+                effort += point.kp * (point.angle - 0.5 * (before.position + position))
+                effort += point.kd * (point.speed - 0.5 * (before.velocity + velocity)) if point.kd else 0.0
+        return ShaftReading(position, velocity, self._link.torque(self._file.pair[number], effort))
 
     def clear(self) -> None:
         """Begin to count missing states anew."""
@@ -106,4 +145,6 @@ def connect(configuration: str) -> DriveConnection:
         bearing = file.bearing(missing)
         return set_up_or_closed(PromptMotors(bearing, ControlledJoints(bearing, link, bell)))
 
-    return DriveConnection(file.period_us, "period_us", TEND_PERIOD, opened, file.paced_by_commands, bell=bell)
+    loop = LoopTargets(link.inner_loop, file.period_us).target if link.inner_loop.on else None
+    waits = file.paced_by_commands
+    return DriveConnection(file.period_us, "period_us", TEND_PERIOD, opened, waits, inner_loop=loop, bell=bell)

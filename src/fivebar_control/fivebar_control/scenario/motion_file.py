@@ -75,13 +75,13 @@ def _with_ends(content: Any) -> Any:
     name = content.get("trajectory") if isinstance(content, Mapping) else None
     if not (isinstance(name, str) and name):
         return content
-    # here, because most motions follow no file
+    # here, because few files follow another one
     from fivebar_control.planning.timed_points import end_of
-    from fivebar_control.planning.trajectory_file import FollowedFile, TrajectoryFile, points_in, request_of, start_of
+    from fivebar_control.planning.trajectory_file import FollowedFile, TrajectoryFile, points_in, request_of
 
     file = TrajectoryFile.at(name)
     points, given = points_in(file), content.get("waypoints")
-    begin = given[0] if isinstance(given, list | tuple) and given else start_of(points)
+    begin = given[0] if isinstance(given, list | tuple) and given else points.start()
     if begin is None:
         raise InputError(f"waypoints: expected where the platform starts, [[x, y]]: {name} does not say so")
     if not (isinstance(begin, list | tuple) and len(begin) == 2 and all(isinstance(one, float | int) for one in begin)):

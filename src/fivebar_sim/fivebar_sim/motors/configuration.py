@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -39,12 +39,14 @@ class MotorsEmulationFile(EmulatedRobotFile):
             depend on the machine's speed; or `clock`, always, as on a robot.
         period_us: time from one command to the next.
         watchdog_ms: time without a command after which a drive takes its torque by itself.
+        least_parts: parts of a period, at least, in each of which the drives' own control acts anew.
         link: bus or port, with the keys of the interface.
     """
 
     pace: Literal["commands", "clock"] = "commands"
     period_us: PeriodUs = 2000
     watchdog_ms: WatchdogMs = 20
+    least_parts: Annotated[int, Field(ge=1, le=20)] = 1
     link: Mapping[str, Any] = Field(default_factory=dict)
     motors: MotorFactsPair
 

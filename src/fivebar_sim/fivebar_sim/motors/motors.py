@@ -138,7 +138,7 @@ class EmulatedMotors(MovedRobot):
         self._part = 0
         self.before_step: Callable[[float], None] | None = None
         """Called with the time (s) of the robot's state before that is moved on."""
-        super().__init__(file, round(1.0 / self._period), imu, in_parts=file.pace == "clock")
+        super().__init__(file, round(1.0 / self._period), imu, file.pace == "clock", file.least_parts)
 
     @property
     def _length(self) -> float:

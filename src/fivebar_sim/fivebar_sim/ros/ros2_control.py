@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The side of a controller manager: joint states as a joint_state_broadcaster publishes them, torques as an effort
-controller takes them.
+"""The side of a controller manager: joint states as a joint_state_broadcaster publishes them, commands as an effort
+controller takes them, or a forward controller with the gains of motor boards.
 
 Messages are put together here anew, and not taken from the bridge, so that each side checks the other.
 """
@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -36,6 +37,9 @@ DEPTH = 10
 
 DIAGNOSTICS_PERIOD = 1.0
 
+GAINS = "gains"
+"""The kind of commands that a forward controller takes with the gains of motor boards."""
+
 STOPPED, NOT_FINITE, DEACTIVATED, UNLOADED, INTRUDED = (
     "BROADCASTER_STOPPED",
     "STATE_NOT_FINITE",
@@ -54,6 +58,12 @@ class ControlledLinkFile(StrictModel):
         controller, states, manager: full names of the controller, of the topic of states, and of the controller
             manager.
         joints: joints of the controller, in its order; the `id` of a motor is the place of its joint there.
+        commands: topic of the controller's commands, by default its own topic `commands`.
+        takes: what a command has: `effort` of each joint, or with `gains` the positions of all joints, their
+            velocities, efforts, kp and kd. Boards close iq = effort + kp (position - q) + kd (velocity - dq).
+        unit: of efforts and gains, Nm or A.
+        inner_loop: what the bridge makes of the gains, of which the boards know nothing.
+        passive: names under which the passive joints are published, whose angles come from the simulated robot.
         interface: what the controller commands.
         updates: updates of the controller manager per sampling period, each of which publishes states.
         velocities, efforts: whether the hardware measures them; what it does not measure is NaN.
@@ -64,6 +74,11 @@ class ControlledLinkFile(StrictModel):
     states: str
     manager: str
     joints: Annotated[tuple[str, str], Field(strict=False)]
+    commands: str = ""
+    takes: Literal["effort", "gains"] = "effort"
+    unit: Literal["Nm", "A"] = "Nm"
+    passive: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    inner_loop: Mapping[str, Any] = Field(default_factory=dict)
     interface: str = "effort"
     updates: Annotated[int, Field(ge=1, le=10)] = 1
     velocities: bool = False
@@ -99,8 +114,10 @@ class ControllerManager:
         self._subscription: Subscription[Float64MultiArray] | None = None
         self._intruder: Publisher[Float64MultiArray] | None = None
         self._taken: list[tuple[float, ...]] = []
-        self._torques = (0.0, 0.0)
-        """The torques that the controller holds, in the order of its joints."""
+        count = len(link.joints) * (5 if link.takes == GAINS else 1)
+        self._off = (0.0,) * count
+        self._values = self._off
+        """The command that the controller holds, in the order of its joints."""
         self._faults: set[str] = set()
         self._published = 0
         self._began = time.time_ns() + round(link.clock_offset_s * 1e9)
@@ -113,8 +130,11 @@ class ControllerManager:
         self._publish(motors)
         self._executor.spin_once(timeout_sec=timeout)
         taken, self._taken = self._taken, []
-        for torques in taken:
-            self._update(motors, torques)
+        for values in taken:
+            self._update(motors, values)
+        if self._link.takes == GAINS and self._file.pace != "commands":
+            # boards act at a rate of their own, not that of the updates
+            self._apply(motors)
         self._report()
 
     def close(self) -> None:
@@ -140,27 +160,52 @@ class ControllerManager:
     def _load(self) -> None:
         """Have the controller listen to commands."""
         self._subscription = self._controller.create_subscription(
-            Float64MultiArray, f"{self._link.controller}/commands", self._on_command, DEPTH
+            Float64MultiArray, self._topic, self._on_command, DEPTH
         )
 
+    @property
+    def _topic(self) -> str:
+        """The topic of the controller's commands."""
+        return self._link.commands or f"{self._link.controller}/commands"
+
     def _on_command(self, message: Float64MultiArray) -> None:
-        """Take a command as the forward controllers do: one that is not finite or of another length is left out."""
+        """Take a command as the forward controllers do: one that is not finite or of another length is left out.
+
+        NaN leaves a value of the five as it is.
+        """
         values = tuple(message.data)
-        if len(values) == len(self._link.joints) and all(map(math.isfinite, values)):
+        if len(values) != len(self._off):
+            return
+        if self._link.takes == GAINS or all(map(math.isfinite, values)):
             self._taken.append(values)
 
-    def _update(self, motors: EmulatedMotors, torques: tuple[float, ...]) -> None:
-        """Move the robot on by a sampling period under the torques that were held, and hold others from then on."""
+    def _update(self, motors: EmulatedMotors, values: tuple[float, ...]) -> None:
+        """Move the robot on by a sampling period under the command that was held, and hold another from then on."""
         for _ in range(self._link.updates if self._file.pace == "commands" else 0):
-            self._apply(motors)
+            for _ in range(motors.parts):
+                self._apply(motors)
             self._publish(motors)
-        self._torques = (torques[0], torques[1]) if self._active else (0.0, 0.0)
+        kept = zip(values, self._values, strict=True)
+        self._values = tuple(old if math.isnan(new) else new for new, old in kept) if self._active else self._off
 
     def _apply(self, motors: EmulatedMotors) -> None:
-        """Command both motors the torque that is held, which moves the robot on where time waits for commands."""
-        powered = any(self._torques) or any(motor.powered for motor in motors.motors)
-        for number, motor in enumerate(motors.motors):
-            motors.command(number, powered, self._torques[motor.facts.id], time.monotonic())
+        """Command both motors what is held, which moves the robot on where time waits for commands."""
+        powered = any(self._values) or any(motor.powered for motor in motors.motors)
+        torques = [self._torque(motors, number) for number in range(2)]
+        for number, torque in enumerate(torques):
+            motors.command(number, powered, torque, time.monotonic())
+
+    def _torque(self, motors: EmulatedMotors, number: int) -> float:
+        """Return the torque (Nm) at the shaft of a motor under the command that is held."""
+        facts = motors.motors[number].facts
+        per_effort = facts.torque_constant if self._link.unit == "A" else 1.0
+        if self._link.takes != GAINS:
+            return per_effort * self._values[facts.id]
+        position, velocity, effort, kp, kd = self._values[facts.id :: len(self._link.joints)]
+        angles, speeds = motors.plant.seen()
+        q = facts.sign * facts.gear_ratio * (angles[2 * number] - facts.zero_rad)
+        dq = facts.sign * facts.gear_ratio * speeds[2 * number]
+        return per_effort * (effort + kp * (position - q) + kd * (velocity - dq))
 
     def _publish(self, motors: EmulatedMotors) -> None:
         """Publish the present state, unless that has been done."""
@@ -184,6 +229,9 @@ class ControllerManager:
                 state.velocity if self._link.velocities else math.nan,
                 state.torque if self._link.efforts else math.nan,
             )
+        for name, index in zip(self._link.passive, (1, 3), strict=False):
+            angles, speeds = motors.plant.seen()
+            values[name] = (angles[index], speeds[index], math.nan)
         # by name, as a map of the broadcaster has them
         for name in sorted(values):
             if any(motor.silent and name == self._link.joints[motor.facts.id] for motor in motors.motors):
@@ -204,7 +252,7 @@ class ControllerManager:
             return
         self._faults = faults
         if not self._active:
-            self._torques = (0.0, 0.0)
+            self._values = self._off
         self._apply_held(motors)
         if UNLOADED in faults and self._subscription is not None:
             self._controller.destroy_subscription(self._subscription)
@@ -212,16 +260,15 @@ class ControllerManager:
         elif UNLOADED not in faults and self._subscription is None:
             self._load()
         if INTRUDED in faults and self._intruder is None:
-            topic = f"{self._link.controller}/commands"
-            self._intruder = self._nodes[0].create_publisher(Float64MultiArray, topic, DEPTH)
+            self._intruder = self._nodes[0].create_publisher(Float64MultiArray, self._topic, DEPTH)
         elif INTRUDED not in faults and self._intruder is not None:
             self._nodes[0].destroy_publisher(self._intruder)
             self._intruder = None
 
     def _apply_held(self, motors: EmulatedMotors) -> None:
         """Give the motors the torque that is held, without moving the robot on."""
-        for motor in motors.motors:
-            motor.command(motor.powered or any(self._torques), self._torques[motor.facts.id])
+        for number, motor in enumerate(motors.motors):
+            motor.command(motor.powered or any(self._values), self._torque(motors, number))
 
     def _report(self) -> None:
         """Publish the state of the controllers."""

@@ -9,12 +9,13 @@ from typing import Any
 import pytest
 
 from fivebar_control.hardware.drive_interface import JointTarget
+from fivebar_control.hardware.inner_loop import OPEN, LoopTargets, away_from_jump, set_point
 from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_description.robot_file import load_robot
 from fivebar_motkin.board_file import BoardDrive, BoardFile
-from fivebar_motkin.inner_loop import OPEN, BoardTargets, set_point
+from fivebar_motkin.board_units import current_limit
 
 ROBOT = load_robot("motkin")
 STILL = (0.0,) * 4
@@ -29,7 +30,7 @@ def board(**inner_loop: Any) -> BoardFile:
 
 
 def target(y: float, state_y: float | None = None, mode: tuple[int, int] = (1, -1)) -> JointTarget | None:
-    loop = BoardTargets(board(stiffness=1.0, epsilon=0.05))
+    loop = LoopTargets(board(stiffness=1.0, epsilon=0.05).inner_loop, 2000)
     position = tuple(joints_of(state_from_platform(ROBOT, *mode, 0.0, y if state_y is None else state_y, 0.0, 0.0)))[:4]
     return loop.target((0.0, y, 0.0, -0.1), position, STILL)
 
@@ -74,7 +75,9 @@ def test_the_sum_of_all_currents_keeps_the_limit_and_the_loop_its_share(current:
     file = board(stiffness=5.0, damping=0.1, share=0.25)
     drive: BoardDrive = file.motors.q11
     for angle, speed in ((0.3, 20.0), (-0.3, -0.5)):
-        point = set_point(file, drive, current, 0.5, (angle, angle + error), (speed, speed + 40.0 * error))
+        point = set_point(
+            file.inner_loop, current_limit(drive), current, 0.5, (angle, angle + error), (speed, speed + 40.0 * error)
+        )
         assert (point.kp, point.kd) == (2.5, 0.05)
         by_angle, by_speed = point.kp * (point.angle - angle), point.kd * (point.speed - speed)
         assert max(abs(by_angle), abs(by_speed)) <= 0.5 * 0.25 * 2.0 + 1e-12
@@ -85,17 +88,13 @@ def test_the_sum_of_all_currents_keeps_the_limit_and_the_loop_its_share(current:
 
 
 def test_where_the_reading_jumps_there_is_no_inner_loop() -> None:
+    shares = [away_from_jump(reading) for reading in (0.0, math.pi - 1.01, -math.pi + 0.75, math.pi - 0.4)]
+    assert shares == pytest.approx([1.0, 1.0, 0.5, 0.0])
     file = board(stiffness=5.0)
-
-    def gain(reading: float) -> float:
-        return set_point(file, file.motors.q11, 0.0, 1.0, (reading, reading + 0.01), (0.0, 0.0)).kp
-
-    assert [gain(0.0), gain(math.pi - 1.01), gain(-math.pi + 0.75), gain(math.pi - 0.4)] == pytest.approx(
-        [5.0, 5.0, 2.5, 0.0]
-    )
-    assert set_point(file, file.motors.q11, 0.0, 1.0, (3.1, 3.2), (0.0, 0.0)) == OPEN
+    limit, targets = current_limit(file.motors.q11), ((3.1, 3.2), (0.0, 0.0))
+    assert set_point(file.inner_loop, limit, 0.0, away_from_jump(3.1), *targets) == OPEN
 
 
 def test_where_the_law_takes_all_the_current_there_is_no_inner_loop() -> None:
     file = board(stiffness=5.0)
-    assert set_point(file, file.motors.q11, -2.0, 1.0, (0.3, 0.4), (0.0, 0.0)) == OPEN
+    assert set_point(file.inner_loop, current_limit(file.motors.q11), -2.0, 1.0, (0.3, 0.4), (0.0, 0.0)) == OPEN

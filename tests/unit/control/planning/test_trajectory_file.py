@@ -20,7 +20,6 @@ from fivebar_control.planning.trajectory_file import (
     plan_file,
     points_in,
     request_of,
-    start_of,
 )
 from fivebar_control.trajectory.path import Path as PlannedPath
 from fivebar_control.trajectory.planner import PlanRefused
@@ -61,7 +60,7 @@ def test_a_file_of_both_is_followed_by_the_platform(tmp_path: Path) -> None:
     points = points_in(file_of(tmp_path, "time_s,q1_rad,q2_rad,x_m,y_m", "0,1,2,0.0,0.15", "0.5,3,4,0.01,0.14"))
     assert points.joints == ("x", "y")
     assert points.points == (TimedPoint(0.0, (0.0, 0.15), (), ()), TimedPoint(0.5, (0.01, 0.14), (), ()))
-    assert start_of(points) == (0.0, 0.15)
+    assert points.start() == (0.0, 0.15)
 
 
 def test_short_names_velocities_and_motors_are_read(tmp_path: Path) -> None:
@@ -70,7 +69,7 @@ def test_short_names_velocities_and_motors_are_read(tmp_path: Path) -> None:
     assert rates.points[1] == TimedPoint(1.0, (0.01, 0.14), (0.1, 0.2), (3.0, 4.0))
     motors = points_in(file_of(tmp_path, "time_s,q2_rad,q1_rad", "0.0,2,1", "0.5,2.5,1.5"))
     assert (motors.joints, motors.points[1].position) == (("q11", "q21"), (1.5, 2.5))
-    assert start_of(motors) is None
+    assert motors.start() is None
 
 
 @pytest.mark.parametrize(

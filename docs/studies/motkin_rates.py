@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Random crossings of the MOTKIN bench at low rates of the controllers, behind docs/motkin.md.
+
+`python docs/studies/motkin_rates.py` draws crossings that the planner accepts at 500 Hz, and tells at each rate how
+many it accepts for an exact robot, and how many stay within 2 mm: of exact robots with exact sensors, and of robots of
+the rig `printed_calibrated`, which have its sensors and estimator. Torques alone; the drives' own gains are off.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+
+from fivebar_bringup.odds.robot_errors import with_drawn_robot
+from fivebar_bringup.runs.screening import screened
+from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.planning.pacing import Task
+from fivebar_control.planning.postures import place_at
+from fivebar_control.planning.transfer import Transfer, plan_transfer
+from fivebar_control.scenario.motion_limits import scenario_limits
+from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.trajectory.refusal import PlanRefused
+from fivebar_description.strict_yaml import InputError, validate
+from fivebar_studies.rigs.named import find_rig
+
+RATES = (100, 200, 500, 1000)
+WITHIN = 2e-3
+"""Largest distance from the reference (m) of a crossing that counts as made."""
+
+MODE = (1, -1)
+RIG, SEED = "printed_calibrated", 1
+
+
+def base(**keys: object) -> Scenario:
+    """Return a scenario of the bench without its motion, by exact sensors."""
+    content = {"name": "rates", "controller": "unified", "robot": "motkin", "waypoints": [[0.0, 0.12], [0.0, 0.0]]}
+    return validate({**content, "estimator": "none", **keys}, Scenario, "rates")
+
+
+def planned(rate_hz: int, start: tuple[float, float], goal: tuple[float, float]) -> Transfer | None:
+    """Return the planner's motion between two rests at a rate, None where there is none."""
+    scenario = base(rate_hz=rate_hz)
+    follower = scenario.tuned()
+    limits = scenario_limits(scenario, None, follower, scenario.torque_limit or 0.0, 40.0)
+    task = Task(scenario.five_bar(), MODE, rate_hz, follower, limits, sensing_of(scenario))
+    try:
+        return plan_transfer(task.robot, MODE, start, goal, None, rate_hz, task.follower, task.limits)
+    except (PlanRefused, InputError):
+        return None
+
+
+def drawn(count: int, seed: int = 1) -> Iterator[Transfer]:
+    """Yield crossings between random rests that the planner accepts at 500 Hz."""
+    robot, generator, found = base().five_bar(), np.random.default_rng(seed), 0
+    while found < count:
+        ends = [tuple(map(float, generator.uniform((-0.05, -0.02), (0.05, 0.13)))) for _ in range(2)]
+        sides = [place_at(robot, MODE, x, y) for x, y in ends]
+        if any(not side.kappa > 0.1 or side.serial < 0.2 for side in sides) or sides[0].assembly == sides[1].assembly:
+            continue
+        motion = planned(500, (ends[0][0], ends[0][1]), (ends[1][0], ends[1][1]))
+        if motion is not None and motion.crossings:
+            found += 1
+            yield motion
+
+
+def peak(scenario: Scenario) -> float:
+    """Return the largest distance from the reference (m) in a simulated run, infinite after a fault."""
+    run, robot = simulate(scenario), scenario.actual_robot()
+    if run.faults:
+        return np.inf
+    distances = []
+    for sample in run.samples:
+        state = state_from_joints(robot, *sample.exact.position, *sample.exact.velocity)
+        distances.append(math.hypot(state.x - sample.reference.x, state.y - sample.reference.y))
+    return max(distances)
+
+
+def calibrated(scenario: Scenario, number: int) -> Scenario:
+    """Return the scenario of a robot that is drawn from the rig."""
+    rig = find_rig(RIG)
+    on_rig = validate(rig.content(scenario, "unified"), Scenario, "rates")
+    return with_drawn_robot(on_rig, rig.errors, SEED, number, scenario.plan().crossings[0].time)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=200)
+    parser.add_argument("--rates", type=int, nargs="+", default=RATES)
+    chosen = parser.parse_args()
+    cases = list(drawn(chosen.cases))
+    print("| rate | accepted | exact, within 2 mm | calibrated, within 2 mm |", flush=True)
+    for rate_hz in chosen.rates:
+        accepted = exact = known = 0
+        for number, motion in enumerate(cases):
+            keys = {
+                "rate_hz": rate_hz,
+                "waypoints": [list(point) for point in motion.waypoints],
+                "segment_duration": list(motion.durations),
+                "time_law": motion.course.time_law,
+            }
+            scenario = base(**keys)
+            try:
+                accepted += screened(scenario, scenario.plan()).feasible
+                exact += peak(scenario) <= WITHIN
+                known += peak(calibrated(scenario, number)) <= WITHIN
+            except InputError as error:
+                print(f"{rate_hz} Hz, crossing {number}: {error}", file=sys.stderr)
+        print(f"| {rate_hz} Hz | {accepted} | {exact} | {known} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
