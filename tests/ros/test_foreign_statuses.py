@@ -13,7 +13,7 @@ from std_msgs.msg import String
 
 from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_bringup.nodes.run_monitor import RunMonitor
-from fivebar_description.interface import GOAL, GOAL_STATUS, PROGRAM_STATUS, RUN_PLAN, RUN_STATUS
+from fivebar_description.interface import GOAL, GOAL_STATUS, GOAL_TRAJECTORY, PROGRAM_STATUS, RUN_PLAN, RUN_STATUS
 from fivebar_description.ros.domain_member import DomainMember
 from fivebar_description.run_plan import plan_text
 
@@ -51,6 +51,7 @@ def test_a_request_ends_with_its_own_status_alone(bench: Bench) -> None:
     with DomainMember("server", bench.domain) as server, GoalClient(bench.domain) as client:
         asked: list[Any] = []
         server.listen(GOAL, asked.append)
+        server.listen(GOAL_TRAJECTORY, asked.append)
         publisher = server.advertise(GOAL_STATUS)
         assert client.find()
         client.request({"x": 0.0, "y": 0.1})

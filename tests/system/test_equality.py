@@ -18,6 +18,7 @@ from fivebar_bringup.bag.recording import Recording
 from fivebar_description.interface import (
     DRIVES_STATE,
     ESTIMATION_TOPICS,
+    EXTRA_READINGS,
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
@@ -45,7 +46,7 @@ STAMPED = [
     topic
     for topic in TOPICS
     if topic.type in ("sensor_msgs/msg/JointState", "sensor_msgs/msg/Imu")
-    and topic not in (*ESTIMATION_TOPICS, GROUND_TRUTH, PASSIVE_STATES, UNIFIED_TORQUE, *VISION_TOPICS)
+    and topic not in (*ESTIMATION_TOPICS, EXTRA_READINGS, GROUND_TRUTH, PASSIVE_STATES, UNIFIED_TORQUE, *VISION_TOPICS)
 ]
 IMU_FIELDS = ("linear_acceleration", "angular_velocity", "orientation")
 

@@ -148,7 +148,7 @@ def test_its_estimate_can_be_had_again_with_the_payloads(
     ("step", "reason"),
     [
         ("move: [0.0, 0.5]", "short.yaml: step 8 (line 11): goal: "),
-        ("jump: 1", "short.yaml: steps.7: {'jump': 1}: expected one of move, dwell"),
+        ("jump: 1", "short.yaml: steps.7: {'jump': 1}: expected one of move, follow"),
     ],
 )
 def test_nothing_moves_where_a_step_cannot_be(

@@ -135,6 +135,7 @@ def test_a_sweep_changes_the_scenarios_of_its_rig() -> None:
     sweep = ("sweep", "--case", "3", "--controllers", "unified")
     assert "expected with --rig" in refusal(*sweep, "--set", "unified.kp=3")
     assert "use `unified:`" in refusal(*sweep, "--rig", "ideal", "--set", "gains.kp=3")
+    assert "plans its motions at 500 Hz" in refusal(*sweep, "--rig", "ideal", "--set", "rate_hz=100")
     assert "--set unified.kpp: unknown key (did you mean kp?)" in refusal(
         *sweep, "--rig", "ideal", "--set", "unified.kpp=3"
     )

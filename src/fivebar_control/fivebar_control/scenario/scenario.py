@@ -161,7 +161,7 @@ class ControlScenario(MotionFile):
 
     @model_validator(mode="after")
     def _extra_sensor_fits(self) -> ControlScenario:
-        self._is_only_read = is_unopened()
+        self._is_only_read = bool(self.extra_sensor) and is_unopened()
         if not self._is_only_read:
             self.extra()
         return self
