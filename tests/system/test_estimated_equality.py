@@ -17,6 +17,7 @@ from fivebar_bringup.bag.recording import Recording
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import (
     ESTIMATION_TOPICS,
+    EXTRA_READINGS,
     GROUND_TRUTH,
     IMU_DATA,
     IMU_ERROR,
@@ -55,7 +56,7 @@ tolerances: {length: 0.0003, zero: 0.001}
 
 SAMPLES, DELAY, RATE_HZ = 251, 2, 500
 IMU_OF = {ENCODERS: ImuSettings(), GYROSCOPE: ImuSettings(rate_hz=100, latency=0.004, lost=0.05, clock_offset=0.005)}
-OTHERS = (UNIFIED_TORQUE, PASSIVE_STATES, *VISION_TOPICS)
+OTHERS = (UNIFIED_TORQUE, PASSIVE_STATES, EXTRA_READINGS, *VISION_TOPICS)
 STAMPED = [topic for topic in TOPICS if topic.type == "sensor_msgs/msg/JointState" and topic not in OTHERS]
 
 

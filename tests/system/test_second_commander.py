@@ -21,6 +21,7 @@ from fivebar_description.interface import (
     CAMERA_INFO,
     CONTROL_CHAIN,
     CTC_TORQUE,
+    EXTRA_READINGS,
     FAULTS,
     JOINT_STATES,
     JOINTS,
@@ -58,7 +59,16 @@ SENSORS = {
 }
 """Sections of a run that has every topic of the control chain but those of other laws and of pictures."""
 
-ELSEWHERE = {CTC_TORQUE, VHC_TORQUE, UNIFIED_TORQUE, REFERENCE_MOTION, SUPERVISOR_STATE, CAMERA_IMAGE, CAMERA_INFO}
+ELSEWHERE = {
+    CTC_TORQUE,
+    VHC_TORQUE,
+    UNIFIED_TORQUE,
+    REFERENCE_MOTION,
+    SUPERVISOR_STATE,
+    CAMERA_IMAGE,
+    CAMERA_INFO,
+    EXTRA_READINGS,
+}
 
 
 def first_fault(run: GraphRun) -> str:

@@ -30,6 +30,7 @@ DECIDING = {
         "fault.py",
         "private_folder.py",
         "root_search.py",
+        "controller/*.py",
         "estimation/*.py",
         "laws/*.py",
         "loop/*.py",
