@@ -10,23 +10,13 @@ import pytest
 from fivebar_command import FivebarCommand
 from rehearsed import expect_crossing, expect_stop
 
-from fivebar_control.hardware.motors_file import motors_path
-
 pytestmark = [pytest.mark.clock, pytest.mark.extra]
 
-INNER_LOOP = "  inner_loop: {stiffness: 1.0, damping: 0.03}\n"
-
-
-def rehearsed(folder: Path, scenario: str) -> tuple[str, ...]:
-    """Return the arguments of a run in which the boards' gains act beside the torque."""
-    shipped = motors_path("motkin_ros2_control").read_text(encoding="utf-8")
-    path = folder / "gains.yaml"
-    path.write_text(shipped.replace("motors:", f"{INNER_LOOP}motors:"), encoding="utf-8")
-    return ("run", scenario, "--hardware", "emulated", "--drives", str(path), "--json")
+REHEARSED = ("run", "motkin_middle", "--hardware", "emulated", "--drives", "motkin_ros2_control", "--json")
 
 
 def test_the_bench_crosses_to_and_fro(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
-    expect_crossing(fivebar(*rehearsed(folder, "motkin_middle"), "--out", str(folder / "there_and_back")))
+    expect_crossing(fivebar(*REHEARSED, "--out", str(folder / "there_and_back")))
 
 
 @pytest.mark.parametrize(
@@ -45,4 +35,4 @@ def test_the_bench_crosses_to_and_fro(fivebar: Callable[..., FivebarCommand], fo
     ],
 )
 def test_it_dies_in_mid_crossing(fivebar: Callable[..., FivebarCommand], folder: Path, broken: str, fault: str) -> None:
-    expect_stop(fivebar, rehearsed(folder, "motkin_middle"), broken, folder / broken.replace(" ", "_"), fault)
+    expect_stop(fivebar, REHEARSED, broken, folder / broken.replace(" ", "_"), fault)

@@ -105,11 +105,16 @@ def _estimated_with(extra: ExtraSensor | None) -> Functions:
     """Return the functions of an estimator, with those of a sensor from another package."""
     if extra is None:
         return ESTIMATED
+    # code that is kept for all loops must not need the module of the sensor
     estimate = bound(
-        estimated, estimator_step=estimator_step_with(extra.expected), sensed=bound(sensed, extra_read=extra.read)
+        estimated,
+        estimator_step=estimator_step_with(extra.expected),
+        sensed=bound(sensed, extra_read=extra.read),
+        with_readings=bound(with_readings),
     )
     estimate.__name__ = f"{estimate.__name__}_{extra.expected.__name__}"
-    return {**ESTIMATED, "estimate": estimate}
+    first_known = bound(unestimated, first_update=bound(first_update))
+    return {**ESTIMATED, "first_known": first_known, "estimate": estimate}
 
 
 def crossing(case: Case, plan: Sampled) -> Outcome:

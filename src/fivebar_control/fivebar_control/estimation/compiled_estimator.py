@@ -16,7 +16,7 @@ from numba.core import types
 from numba.experimental import structref
 from numpy.typing import NDArray
 
-from fivebar_control.compiling import compiled_and_kept, kept_by_itself
+from fivebar_control.compiling import bound, compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Belief, Estimate
 from fivebar_control.estimation.estimator import (
@@ -172,7 +172,7 @@ class CompiledEstimator(StateEstimator):
         self._state = FilterState(self._model, memory, *rest)
 
     def _details(self) -> tuple[Prediction, FrozenMemory]:
-        memory, frozen, estimate, ambiguity = _kept_details()(self._state)
+        memory, frozen, estimate, ambiguity = _kept_details(self._step)(self._state)
         ahead = self._result()
         return Prediction(memory, estimate, ahead.joints, ahead.lost, ambiguity, ahead.trip), frozen
 
@@ -185,19 +185,29 @@ class CompiledEstimator(StateEstimator):
         """Go on with another mass of the platform."""
         super().carry(robot)
         if self._state is not None:
-            memory, frozen, estimate, ambiguity = _kept_details()(self._state)
+            memory, frozen, estimate, ambiguity = _kept_details(self._step)(self._state)
             self._hand_over(memory, frozen, estimate, ambiguity)
 
 
 @cache
 def _steps(step: Callable[..., EstimatorStep]) -> tuple[Any, Any]:
-    return compiled_and_kept(_begin, estimator_step=step), compiled_and_kept(_go_on, estimator_step=step)
+    begin, go_on = bound(_begin, estimator_step=step), bound(_go_on, estimator_step=step)
+    if step is not estimator_step:
+        # code that is kept for all must not need the module of a sensor from another package
+        go_on = bound(go_on, with_readings=bound(with_readings))
+    return _kept_for(step, begin), _kept_for(step, go_on)
 
 
 @cache
-def _kept_details() -> Callable[[FilterState | None], Details]:
-    found: Callable[[FilterState | None], Details] = compiled_and_kept(_details)
+def _kept_details(step: Callable[..., EstimatorStep]) -> Callable[[FilterState | None], Details]:
+    found: Callable[[FilterState | None], Details] = _kept_for(step, bound(_details))
     return found
+
+
+def _kept_for(step: Callable[..., EstimatorStep], function: Callable[..., Any]) -> Any:
+    """Return a function as machine code that is kept for estimators with a step."""
+    function.__name__ = function.__qualname__ = f"{function.__name__}_{step.__name__}"
+    return compiled_and_kept(function)
 
 
 def _pairs(pending: Torques) -> FloatArray:
