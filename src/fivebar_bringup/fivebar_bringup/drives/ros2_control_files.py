@@ -40,8 +40,9 @@ def for_scenario(link: Mapping[str, Any], scenario: Scenario) -> dict[str, Any]:
 
 
 def least_parts(link: Mapping[str, Any]) -> int:
-    """Return in how many parts of a period, at least, emulated drives act: boards close a loop at their own rate."""
-    return BOARD_PARTS if link.get("takes") == GAINS else 1
+    """Return in how many parts of a period, at least, emulated drives act: with gains at the boards' own rate."""
+    loop = link.get("inner_loop", {})
+    return BOARD_PARTS if loop.get("stiffness") or loop.get("damping") else 1
 
 
 RUN_FILES = MotorRunFiles(private_link, "ros2_control", for_scenario, least_parts)

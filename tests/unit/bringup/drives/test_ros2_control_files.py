@@ -9,6 +9,7 @@ import pytest
 from engine_agreement import changed
 
 from fivebar_bringup.drives.choice import write_drive_files
+from fivebar_bringup.drives.ros2_control_files import least_parts
 from fivebar_bringup.runs.admission import refuse_unfit
 from fivebar_control.hardware.controlled_joints import JointsLink, load_joints
 from fivebar_control.hardware.inner_loop import OPEN, MotorSetPoint
@@ -33,8 +34,9 @@ def test_the_bench_s_own_stack_is_rehearsed_with_its_five_values(tmp_path: Path)
     assert file.motors.q11.shaft_torque_limit == pytest.approx(3.0 * 0.062)
     emulated = load_yaml(files.emulation)
     assert isinstance(emulated, dict)
+    assert emulated["least_parts"] == 1
     # the boards' loop is quicker than the run
-    assert emulated["least_parts"] == 8
+    assert least_parts({"takes": "gains", "inner_loop": {"stiffness": 1.0}}) == 8
 
 
 def test_a_command_has_all_values_of_all_joints_in_the_controller_s_order() -> None:
