@@ -136,9 +136,11 @@ def opened(
                     " same or another directory"
                 )
         return begun, settings
-    new = StudyFiles(study, new_directory(out, study.name))
     settings = study.settings_with(given)
-    write_results(new.path, {new.directory.content.name: json_text(_begun_content(study, settings, False))})
+    # what is refused leaves no directory
+    content = json_text(_begun_content(study, settings, False))
+    new = StudyFiles(study, new_directory(out, study.name))
+    write_results(new.path, {new.directory.content.name: content})
     return new, settings
 
 

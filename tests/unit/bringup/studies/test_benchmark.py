@@ -83,7 +83,8 @@ def test_any_robot_makes_crossings_of_its_own_and_is_judged_by_its_size_and_torq
     assert success(barely, crossings[0]) and not success(barely, crossings[0], settings.limits)
 
 
-def test_rigs_of_one_robot_share_its_crossings() -> None:
+def test_rigs_of_one_robot_share_its_crossings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     assert robot_of_all(["ideal", "good"]) == "dextar"
     assert robot_of_all(["printed", "printed_calibrated"]) == "motkin"
     for words, said in (
@@ -97,6 +98,7 @@ def test_rigs_of_one_robot_share_its_crossings() -> None:
         called = CliRunner().invoke(app, ["benchmark", *words])
         assert (called.exit_code, called.stderr.count("\n")) == (2, 1), called.output
         assert said in called.stderr
+    assert not list(tmp_path.iterdir()), "what is refused leaves no directory"
 
 
 def test_a_crossing_without_a_line_is_a_failure() -> None:
