@@ -6,8 +6,8 @@
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -116,7 +116,9 @@ def draw_lqr() -> Figure:
 
 def main() -> None:
     """Write both pictures into a folder."""
-    folder = Path(sys.argv[1])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="where both pictures are written")
+    folder = parser.parse_args().folder
     with house_style():
         for name, draw in (("path", draw_path), ("lqr", draw_lqr)):
             (folder / f"{name}.svg").write_bytes(svg(draw()))

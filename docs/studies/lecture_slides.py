@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -95,7 +95,9 @@ def run_with(controller: str) -> RunAnalysis:
 
 def main() -> None:
     """Draw the slides, and say where they are."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "runs/lecture")
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("runs/lecture"), help="where they are written")
+    folder = parser.parse_args().folder
     print("\n".join(f"look at {path}" for path in draw_slides(folder)))
 
 

@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
@@ -173,8 +173,11 @@ def draw() -> Figure:
 
 def main() -> None:
     """Draw the figure into the file that is given, and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("figure", type=Path, help="file of the figure (.png)")
+    figure = parser.parse_args().figure
     with house_style():
-        Path(sys.argv[1]).write_bytes(png(draw()))
+        figure.write_bytes(png(draw()))
     print("| T | " + " | ".join(f"{horizon} samples" for horizon in HORIZONS) + " | κ < 0.056 for |")
     print("|---|" + "---|" * (len(HORIZONS) + 1))
     for name, waypoints in (("middle", MIDDLE), ("multiple", MULTIPLE)):

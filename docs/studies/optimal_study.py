@@ -8,9 +8,9 @@ friction included, be `PLANNED` Nm at most; then `mpc` follows it with a torque 
 
 from __future__ import annotations
 
+import argparse
 import csv
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -159,7 +159,11 @@ def summary(found: Sequence[Quickest], crossings: Sequence[BenchmarkCrossing]) -
 
 def main() -> None:
     """Run the first so many crossings of the benchmark, with their results in a file."""
-    count, out = int(sys.argv[1]), Path(sys.argv[2])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("count", type=int, help="crossings")
+    parser.add_argument("out", type=Path, help="file of the results, with which it goes on")
+    given = parser.parse_args()
+    count, out = given.count, given.out
     robot, crossings, found = load_robot(ROBOT), benchmark()[:count], list[Quickest]()
     if out.exists():
         with out.open(encoding="utf-8", newline="") as file:

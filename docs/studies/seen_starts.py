@@ -8,8 +8,8 @@ Of each, place, working mode and assembly mode have to be seen rightly.
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
 from typing import NamedTuple
 
 import numpy as np
@@ -74,7 +74,9 @@ def random_starts(number: int, seed: int = 0) -> list[SeenStart]:
 
 def main() -> None:
     """Print how many of so many random starts were seen rightly."""
-    starts = random_starts(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("starts", type=int, nargs="?", default=200, help="how many")
+    starts = random_starts(parser.parse_args().starts)
     right = sum(one.right for one in starts)
     plus = sum(one.actual.assembly > 0 for one in starts)
     print(f"{right} of {len(starts)} seen rightly; {plus} in assembly mode +, {len(starts) - plus} in -")

@@ -7,6 +7,7 @@ table of which docs/laws.md has a part, and draws its figure.
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -169,13 +170,16 @@ def draw(rows: Sequence[SettingRow]) -> Figure:
 
 def main() -> None:
     """Run the sweep, print its table and draw its figure."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("figure", type=Path, help="file of the figure (.png)")
+    figure = parser.parse_args().figure
     rows = []
     for row in sweep(run_once):
         rows.append(row)
         print(f"{row.setting} {row.value:g}", file=sys.stderr)
     print(table(rows))
     with house_style():
-        Path(sys.argv[1]).write_bytes(png(draw(rows)))
+        figure.write_bytes(png(draw(rows)))
 
 
 if __name__ == "__main__":

@@ -85,6 +85,7 @@ def test_every_script_is_one_of_a_page_with_its_options() -> None:
     studies = {name for name, text in scripts.items() if name.startswith("docs/") and "def main(" in text}
     assert not named - set(scripts)
     assert len(studies) > 15 and not studies - named
+    assert not [name for name in studies if "sys.argv[" in scripts[name]], "expected argparse, which knows --help"
     options = [(page, script, option) for page, script, rest in written for option in re.findall(r"--[\w-]+", rest)]
     assert len(options) > 3
     assert not [(page, script, one) for page, script, one in options if f'"{one}"' not in scripts[script]]
