@@ -55,7 +55,7 @@ ITEMS: Mapping[str, tuple[str, ...]] = {
         "fivebar_description.ros.node:GraphNode.has_second_publisher",
     ),
     "rest of the nodes' reception": ("fivebar_description.ros.sampling_node:SamplingNode._receiver",),
-    "estimator: step of the filter": ("fivebar_control.nodes.state_estimator:step_of",),
+    "estimator: step of the filter": ("fivebar_control.estimation.compiled_estimator:CompiledEstimator._next",),
     "estimator: readings, memory, deviations": (
         "fivebar_control.estimation.estimator:StateEstimator.take",
         "fivebar_control.estimation.estimator:StateEstimator.commanded",
@@ -81,7 +81,7 @@ ITEMS: Mapping[str, tuple[str, ...]] = {
 }
 """Functions of the items, as MODULE:NAME."""
 
-MAKERS = ("_receiver", "step_of")
+MAKERS = ("_receiver",)
 """Ends of the names of functions that make one: what they make is wrapped."""
 
 TICK = "fivebar_control.ros.drive_bridge:DriveBridge._tick"

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -13,12 +14,15 @@ import pytest
 from bag_contents import contents
 from fivebar_command import FivebarCommand
 
+import fivebar_control
 from fivebar_bringup.bag.reader import read_bag
 from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
-from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_control.controller.estimator import estimator_of
+from fivebar_control.estimation.compiled_estimator import CompiledEstimator
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_description.interface import EXTRA_READINGS, JOINT_STATES, TORQUE_COMMAND, Topic
 
@@ -118,3 +122,18 @@ def test_a_sweep_draws_robots_that_have_it(
     feasible = [row for row in rows if row["status"] == "feasible"]
     assert len(feasible) >= 8
     assert sum(row["success"] == "1" for row in feasible) >= 6
+
+
+@pytest.mark.extra
+def test_machine_code_that_others_share_does_not_need_its_module(
+    bags: dict[tuple[str, str], Recording], scenarios: dict[str, Path]
+) -> None:
+    """Else no run could load that code where the sensor's module is not to be found."""
+    assert bags
+    scenario = load_scenario(str(scenarios["with_linear_encoder"]))
+    crossing(case_of(scenario), sampled(scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples))
+    estimator_of(scenario, kind=CompiledEstimator).warm_up()
+    folder = Path(os.environ.get("NUMBA_CACHE_DIR", Path(fivebar_control.__file__).parents[2]))
+    naming = [path.name for path in folder.rglob("*.nbi") if b"linear_encoder" in path.read_bytes()]
+    assert {"closed_loop", "compiled_estimator"} <= {name.partition(".")[0] for name in naming}
+    assert not [name for name in naming if "expected_length" not in name]

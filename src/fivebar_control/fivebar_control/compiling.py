@@ -214,6 +214,16 @@ def bound(function: Callable[..., Any], **names: Callable[..., Any]) -> Function
     return _with_names(_plain(function), names)
 
 
+def bound_apart(whom: str, function: Callable[..., Any], **names: Callable[..., Any]) -> FunctionType:
+    """Return `bound`, named after whose functions it sees: its machine code is kept apart from that of others.
+
+    Kept code names the modules of its arguments' types, and cannot be loaded where one of them is not there.
+    """
+    copy = bound(function, **names)
+    copy.__name__ = copy.__qualname__ = f"{function.__name__}_{whom}"
+    return copy
+
+
 def _with_names(function: FunctionType, names: Mapping[str, Callable[..., Any]]) -> FunctionType:
     """Return a copy of a function that sees other functions under some names of its module."""
     copy = FunctionType(function.__code__, {**function.__globals__, **names}, function.__name__)

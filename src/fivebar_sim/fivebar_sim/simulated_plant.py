@@ -8,7 +8,7 @@ from typing import Protocol
 
 from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.imu import ImuSettings
-from fivebar_description.interface import EXTRA_READINGS, PASSIVE_STATES, late_stamp_ns, sample_stamp_ns
+from fivebar_description.interface import EXTRA_READINGS, PASSIVE_STATES, sample_stamp_ns
 from fivebar_description.parameters import FiveBar
 from fivebar_description.readings import (
     Pair,
@@ -169,7 +169,7 @@ class SimulatedPlant:
         rate_hz = self._scenario.rate_hz
         imu = tuple(
             TimedTurn(
-                time_of_stamp(late_stamp_ns(made, rate_hz, self._imu_clock.offset(made))),
+                time_of_stamp(self._imu_clock.stamp_ns(made)),
                 one.angular_velocity,
                 one.acceleration,
             )

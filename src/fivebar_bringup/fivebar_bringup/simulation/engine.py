@@ -40,10 +40,12 @@ from fivebar_bringup.simulation.robot import (
 )
 from fivebar_bringup.simulation.run_metrics import summarized
 from fivebar_bringup.simulation.table_rows import concluded, empty_table, ends, recorded, recorded_estimate
-from fivebar_control.compiling import bound, compiled_and_kept, is_of_compiler, kept_by_itself
-from fivebar_control.estimation.compiled import compiled_step
+from fivebar_control.compiling import bound, bound_apart, compiled_and_kept, is_of_compiler, kept_by_itself
+from fivebar_control.estimation.constants import EstimatorModel
+from fivebar_control.estimation.frozen import FrozenMemory
 from fivebar_control.estimation.late_sensors import with_readings
-from fivebar_control.estimation.step import estimator_step, estimator_step_with, first_update
+from fivebar_control.estimation.readings import EstimatorMemory
+from fivebar_control.estimation.step import EstimatorStep, estimator_step, filter_functions, first_update
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.closed_loop import LoopSettings, first_memory, law_functions, run_loop
 from fivebar_control.loop.plan_sample import PlanSample
@@ -105,16 +107,9 @@ def _estimated_with(extra: ExtraSensor | None) -> Functions:
     """Return the functions of an estimator, with those of a sensor from another package."""
     if extra is None:
         return ESTIMATED
-    # code that is kept for all loops must not need the module of the sensor
-    estimate = bound(
-        estimated,
-        estimator_step=estimator_step_with(extra.expected),
-        sensed=bound(sensed, extra_read=extra.read),
-        with_readings=bound(with_readings),
-    )
-    estimate.__name__ = f"{estimate.__name__}_{extra.expected.__name__}"
-    first_known = bound(unestimated, first_update=bound(first_update))
-    return {**ESTIMATED, "first_known": first_known, "estimate": estimate}
+    names, read = filter_functions(extra)._asdict(), bound(sensed, extra_read=extra.read)
+    estimate = bound_apart(extra.expected.__name__, estimated, **names, sensed=read)
+    return {**ESTIMATED, "first_known": bound(unestimated, **names), "estimate": estimate}
 
 
 def crossing(case: Case, plan: Sampled) -> Outcome:
@@ -170,7 +165,7 @@ def _interpreted_loop(case: Case) -> Callable[..., RunEnd]:
     known = MEASURED
     if case.numbers.estimation is not None:
         known = _estimated_with(case.extra)
-        known = {**known, "estimate": bound(known["estimate"], estimator_step=compiled_step(case.extra))}
+        known = {**known, "estimate": bound(known["estimate"], estimator_step=_compiled_step(case.extra))}
     of_run: Functions = {**RUN, "plan_at": partial(planned_with_ahead, count)}
     robot = _compiled_robot(case.numbers.mechanism is not None)
     return bound(run_loop, **law_functions(controller), **robot, **known, **of_run)
@@ -196,7 +191,13 @@ def _compiled_robot(effects: bool) -> Functions:
     }
 
 
-# callers of the robot's functions, of which the engine keeps the machine code for compiled callers only
+@cache
+def _compiled_step(extra: ExtraSensor | None) -> Any:
+    """Return the step of the filter with a sensor from another package, or without."""
+    return compiled_and_kept(_step, estimator_step=filter_functions(extra).estimator_step)
+
+
+# callers of functions of robot and filter, of which the engine keeps the machine code for compiled callers only
 
 
 def _start(
@@ -220,3 +221,15 @@ def _later(
 
 def _sensed(mechanism: Mechanism | None, plant: Any) -> Any:
     return robot_sensed(mechanism, plant)
+
+
+def _step(
+    model: EstimatorModel,
+    memory: EstimatorMemory,
+    frozen: FrozenMemory,
+    start: int,
+    commands: FloatArray,
+    first: int,
+    coasts: bool,
+) -> EstimatorStep:
+    return estimator_step(model, memory, frozen, start, commands, first, coasts)

@@ -23,7 +23,6 @@ from fivebar_description.interface import (
     IMU_FRAME,
     JOINTS,
     MOTOR_STATES,
-    late_stamp_ns,
     sample_stamp_ns,
 )
 from fivebar_description.parameters import FiveBar
@@ -106,7 +105,6 @@ def write_guided_bag(samples: list[GuidedSample], scenario: Scenario, directory:
             exact = serialize.joint_state(stamp, JOINTS, sample.position, sample.velocity, (0.0,) * 4)
             bag.write(GROUND_TRUTH, stamp, exact)
             for made, reading in sample.imu:
-                at = late_stamp_ns(made, scenario.rate_hz, clock.offset(made))
-                message = serialize.imu(at, IMU_FRAME, reading.angular_velocity, reading.acceleration)
+                message = serialize.imu(clock.stamp_ns(made), IMU_FRAME, reading.angular_velocity, reading.acceleration)
                 bag.write(IMU_DATA, stamp, message)
         bag.close({})

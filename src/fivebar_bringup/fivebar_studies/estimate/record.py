@@ -34,7 +34,6 @@ from fivebar_description.interface import (
     VISION_NAMES,
     VISION_PLATFORM,
     Topic,
-    late_stamp_ns,
     moment_of_stamp,
 )
 from fivebar_description.optional import CAMERA_FRAMES, CAMERA_ON, optional_part
@@ -171,7 +170,7 @@ def _by_its_clock(scenario: Scenario, last: int) -> Arrival:
     rate_hz, imu = scenario.rate_hz, scenario.imu
     clock = ImuClock(imu, scenario.plant.gyroscope, rate_hz, scenario.plant.seed)
     late = imu.schedule(rate_hz).latency
-    stamps = {late_stamp_ns(sample, rate_hz, clock.offset(sample)): sample for sample in range(last + 1)}
+    stamps = {clock.stamp_ns(sample): sample for sample in range(last + 1)}
     made = {round(moment_of_stamp(stamp, rate_hz), STAMP_DIGITS): sample for stamp, sample in stamps.items()}
 
     def arrival(moment: float) -> int | None:

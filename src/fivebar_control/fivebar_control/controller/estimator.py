@@ -3,16 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.settings import Drives, EkfSettings
-from fivebar_control.estimation.step import EstimatorStep, estimator_step, estimator_step_with
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.scenario.sensors import homing_of
-from fivebar_description.extra_sensor import ExtraSensor, MountedSensor
+from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import KnownSensors, PassiveEncoder
 from fivebar_description.tolerances import Tolerances
@@ -30,24 +28,13 @@ class _Declared(NamedTuple):
     extra: MountedSensor | None
 
 
-def step_of(extra: ExtraSensor | None) -> Callable[..., EstimatorStep]:
-    """Return the estimator's step with a sensor from another package, or without."""
-    return estimator_step if extra is None else estimator_step_with(extra.expected)
-
-
-def estimator_of(
-    scenario: ControlScenario,
-    step: Callable[..., EstimatorStep] | None = None,
-    kind: type[StateEstimator] = StateEstimator,
-) -> StateEstimator:
-    """Return a new estimator for a run of a scenario; `step` or the `kind` may be machine code.
+def estimator_of(scenario: ControlScenario, kind: type[StateEstimator] = StateEstimator) -> StateEstimator:
+    """Return a new estimator for a run of a scenario.
 
     Raises:
         HomingContradicted: the declared posture contradicts itself.
     """
-    declared = _declared(scenario)
-    step = step or step_of(None if declared.extra is None else declared.extra.kind)
-    return kind(scenario.five_bar(), homing_of(scenario), *declared, step=step)
+    return kind(scenario.five_bar(), homing_of(scenario), *_declared(scenario))
 
 
 def estimator_model_of(scenario: ControlScenario, robot: FiveBar) -> EstimatorModel:

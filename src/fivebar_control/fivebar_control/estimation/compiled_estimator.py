@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The estimator whose memory stays with machine code, so that none of it is handed over at a sample.
 
-`compiled_step` takes and returns what the plain step does, which takes longer than to work it out.
+To hand it over takes longer than to work out a sample.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.core import types
 from numba.experimental import structref
 from numpy.typing import NDArray
 
-from fivebar_control.compiling import bound, compiled_and_kept, kept_by_itself
+from fivebar_control.compiling import bound_apart, compiled_and_kept, kept_by_itself
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.ekf import Belief, Estimate
 from fivebar_control.estimation.estimator import (
@@ -31,7 +31,7 @@ from fivebar_control.estimation.late_reading import LateReading
 from fivebar_control.estimation.late_sensors import with_readings
 from fivebar_control.estimation.mirror import AmbiguityCheck
 from fivebar_control.estimation.readings import EstimatorMemory, Misfit
-from fivebar_control.estimation.step import EstimatorStep, Prediction, estimator_step, first_update
+from fivebar_control.estimation.step import EstimatorStep, FilterFunctions, Prediction, estimator_step, first_update
 from fivebar_control.model.state import Joints
 from fivebar_description.parameters import FiveBar
 
@@ -123,6 +123,12 @@ def _details(state: FilterState) -> Details:
     return state.memory, state.frozen, state.estimate, state.ambiguity
 
 
+class _MachineCode(NamedTuple):
+    begin: Callable[..., None]
+    go_on: Callable[..., None]
+    details: Callable[[FilterState | None], Details]
+
+
 class CompiledEstimator(StateEstimator):
     """The state estimator with the filter as machine code, which keeps the memory."""
 
@@ -139,9 +145,9 @@ class CompiledEstimator(StateEstimator):
 
     def _first(self, memory: EstimatorMemory, pending: Torques) -> Ahead:
         self._out = np.zeros(RESULTS)
-        self._begin, self._go_on = _steps(self._step)
+        self._code = _machine_code(self._filter)
         self._hand_over(memory, self._frozen, memory.belief.estimate, AmbiguityCheck(0, math.inf, False))
-        self._begin(self._state, _pairs(pending), self._out)
+        self._code.begin(self._state, _pairs(pending), self._out)
         return self._result()
 
     def _next(
@@ -151,7 +157,7 @@ class CompiledEstimator(StateEstimator):
         pending: Torques,
         coasts: bool,
     ) -> Ahead:
-        self._go_on(
+        self._code.go_on(
             self._state,
             *motors,
             np.array(readings, dtype=np.float64) if readings else NO_LATE,
@@ -172,7 +178,7 @@ class CompiledEstimator(StateEstimator):
         self._state = FilterState(self._model, memory, *rest)
 
     def _details(self) -> tuple[Prediction, FrozenMemory]:
-        memory, frozen, estimate, ambiguity = _kept_details(self._step)(self._state)
+        memory, frozen, estimate, ambiguity = self._code.details(self._state)
         ahead = self._result()
         return Prediction(memory, estimate, ahead.joints, ahead.lost, ambiguity, ahead.trip), frozen
 
@@ -185,29 +191,14 @@ class CompiledEstimator(StateEstimator):
         """Go on with another mass of the platform."""
         super().carry(robot)
         if self._state is not None:
-            memory, frozen, estimate, ambiguity = _kept_details(self._step)(self._state)
+            memory, frozen, estimate, ambiguity = self._code.details(self._state)
             self._hand_over(memory, frozen, estimate, ambiguity)
 
 
 @cache
-def _steps(step: Callable[..., EstimatorStep]) -> tuple[Any, Any]:
-    begin, go_on = bound(_begin, estimator_step=step), bound(_go_on, estimator_step=step)
-    if step is not estimator_step:
-        # code that is kept for all must not need the module of a sensor from another package
-        go_on = bound(go_on, with_readings=bound(with_readings))
-    return _kept_for(step, begin), _kept_for(step, go_on)
-
-
-@cache
-def _kept_details(step: Callable[..., EstimatorStep]) -> Callable[[FilterState | None], Details]:
-    found: Callable[[FilterState | None], Details] = _kept_for(step, bound(_details))
-    return found
-
-
-def _kept_for(step: Callable[..., EstimatorStep], function: Callable[..., Any]) -> Any:
-    """Return a function as machine code that is kept for estimators with a step."""
-    function.__name__ = function.__qualname__ = f"{function.__name__}_{step.__name__}"
-    return compiled_and_kept(function)
+def _machine_code(functions: FilterFunctions) -> _MachineCode:
+    whom, names = functions.estimator_step.__name__, functions._asdict()
+    return _MachineCode(*(compiled_and_kept(bound_apart(whom, one, **names)) for one in (_begin, _go_on, _details)))
 
 
 def _pairs(pending: Torques) -> FloatArray:

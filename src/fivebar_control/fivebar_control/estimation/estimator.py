@@ -10,7 +10,7 @@ that stamp must be that of t_(k+d) too (`lead_samples` of the motion).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.estimation.causes import inconsistency_reason
@@ -38,7 +38,7 @@ from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import (
     EstimatorStep,
     Prediction,
-    estimator_step,
+    filter_functions,
     first_update,
 )
 from fivebar_control.estimation.trips import (
@@ -124,9 +124,8 @@ class StateEstimator:
         passive: PassiveEncoder = NO_ENCODER,
         known: KnownSensors = NOTHING_KNOWN,
         extra: MountedSensor | None = None,
-        step: Callable[..., EstimatorStep] = estimator_step,
     ) -> None:
-        """Make an estimator for a robot at rest in a declared posture; `step` may be machine code.
+        """Make an estimator for a robot at rest in a declared posture.
 
         Raises:
             HomingContradicted: the declared posture contradicts itself.
@@ -134,7 +133,7 @@ class StateEstimator:
         check_declared(robot, homing)
         self._robot = robot
         self._homing = homing
-        self._step = step
+        self._filter = filter_functions(None if extra is None else extra.kind)
         self._sees, self._seen_start = settings.camera, settings.seen_start
         self._model = estimator_model(
             robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances, passive, known, extra
@@ -190,10 +189,10 @@ class StateEstimator:
     def warm_up(self) -> None:
         """Work out a sample that does not count, so that machine code is loaded, or made, before the first one does."""
         q11, q21 = self._expected_motors()
-        memory = first_update(self._model, self._homing.assembly, q11, q21)
+        memory = self._filter.first_update(self._model, self._homing.assembly, q11, q21)
         memory = with_motors(memory, 1, 1, q11, q21, 0.0, 0.0)
         pending = [(0.0, 0.0)] * self._model.delay_samples
-        self._step(self._model, memory, nothing_read(), memory.newest, pending, 0, False)
+        self._filter.estimator_step(self._model, memory, nothing_read(), memory.newest, pending, 0, False)
 
     def _expected_motors(self) -> tuple[float, float]:
         """Return both motor angles (rad) of the declared posture."""
@@ -297,7 +296,7 @@ class StateEstimator:
     def _first(self, memory: EstimatorMemory, pending: Torques) -> Ahead:
         """Begin with the memory after the first readings, and predict over the torques (Nm) that do not act yet."""
         self._memory = memory
-        return self._after(self._step(self._model, memory, self._frozen, 1, pending, 0, False))
+        return self._after(self._filter.estimator_step(self._model, memory, self._frozen, 1, pending, 0, False))
 
     def _next(
         self,
@@ -309,7 +308,7 @@ class StateEstimator:
         """Go on by a sample's readings, and predict over the torques (Nm) that do not act yet."""
         assert self._memory is not None
         memory, start = with_readings(self._model, self._memory, *motors, readings)
-        stepped = self._step(self._model, memory, self._frozen, start, pending, 0, coasts)
+        stepped = self._filter.estimator_step(self._model, memory, self._frozen, start, pending, 0, coasts)
         self.squared, self._frozen = stepped.squared, stepped.frozen
         return self._after(stepped)
 

@@ -28,7 +28,7 @@ def nothing_expected(
 
 
 extra_expected: Callable[..., ExpectedReading] = nothing_expected
-"""Expectation of the sensor, to be bound before (`step.estimator_step_with`)."""
+"""Expectation of the sensor, to be bound before (`step.filter_functions`)."""
 
 
 def with_extra(model: EstimatorModel, memory: EstimatorMemory, made: float, value: float) -> Placed:

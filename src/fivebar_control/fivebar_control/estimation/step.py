@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.compiling import bound
+from fivebar_control.compiling import bound, bound_apart
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.covariance import Matrix
 from fivebar_control.estimation.ekf import Estimate, advanced, guessed, predicted
@@ -40,13 +40,14 @@ from fivebar_control.estimation.history import (
     row_of,
 )
 from fivebar_control.estimation.late_reading import EXTRA, GYROSCOPE, PASSIVE, SENSORS
-from fivebar_control.estimation.late_sensors import effect_of
+from fivebar_control.estimation.late_sensors import effect_of, with_readings
 from fivebar_control.estimation.measurements import corrected, homed_belief, motor_speeds
 from fivebar_control.estimation.mirror import AmbiguityCheck, check_ambiguity
 from fivebar_control.estimation.readings import (
     EstimatorMemory,
     Misfit,
     Pattern,
+    Placed,
     after_encoders,
     after_estimate,
     after_gyro,
@@ -60,7 +61,7 @@ from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.state import Joints
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_description.extra_sensor import ExpectedReading
+from fivebar_description.extra_sensor import ExtraSensor
 
 
 class Update(NamedTuple):
@@ -130,17 +131,24 @@ def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -
     )
 
 
-@cache
-def estimator_step_with(expected: Callable[..., ExpectedReading]) -> Callable[..., EstimatorStep]:
-    """Return `estimator_step` for a sensor from another package, given what is expected of it.
+class FilterFunctions(NamedTuple):
+    """The functions of an estimator's filter that others call, by the names under which these know them."""
 
-    It is one object for each such function, named after it.
-    """
-    taken = bound(extra_taken, extra_expected=expected)
+    first_update: Callable[..., EstimatorMemory]
+    with_readings: Callable[..., Placed]
+    estimator_step: Callable[..., EstimatorStep]
+
+
+@cache
+def filter_functions(extra: ExtraSensor | None) -> FilterFunctions:
+    """Return the functions of a filter with a sensor from another package, or without; the same ones for the same."""
+    if extra is None:
+        return FilterFunctions(first_update, with_readings, estimator_step)
+    taken = bound(extra_taken, extra_expected=extra.expected)
     update = bound(next_update, effect_of=bound(effect_of, extra_taken=taken))
-    step = bound(estimator_step, next_update=update)
-    step.__name__ = step.__qualname__ = f"{step.__name__}_{expected.__name__}"
-    return step
+    step = bound_apart(extra.expected.__name__, estimator_step, next_update=update)
+    # copies, since the machine code of these functions that all filters share must not need the sensor's module
+    return FilterFunctions(bound(first_update), bound(with_readings), step)
 
 
 def estimator_step(

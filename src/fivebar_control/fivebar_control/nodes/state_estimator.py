@@ -21,7 +21,6 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from fivebar_control.controller.estimator import step_of
 from fivebar_control.estimation.constants import CAMERA_LATENCY, history_samples
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.estimator import StateEstimator
@@ -163,7 +162,6 @@ class StateEstimatorNode(SamplingNode):
             passive,
             known,
             extra,
-            step_of(None if extra is None else extra.kind),
         )
         self._kind = kind_of(compiled)
         self._clock_offset = known.imu_clock * rate_hz

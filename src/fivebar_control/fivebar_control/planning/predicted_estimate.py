@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.compiling import as_machine_code, bound
+from fivebar_control.compiling import as_machine_code, bound, bound_apart
 from fivebar_control.estimation.camera import CAMERA_GATE, seen_at
 from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.covariance import Matrix, X, Y, propagated
@@ -110,9 +110,7 @@ def _worth_with(expected: Callable[..., ExpectedReading]) -> Callable[..., Predi
     """Return `worth_along` for a sensor from another package, given what is expected of it."""
     taken = bound(extra_taken, extra_expected=expected)
     later = bound(_next, extra_taken=taken, extra_expected=expected)
-    worth = bound(worth_along, _next=later)
-    worth.__name__ = worth.__qualname__ = f"{worth.__name__}_{expected.__name__}"
-    return worth
+    return bound_apart(expected.__name__, worth_along, _next=later)
 
 
 def _across(plan: Plan, rate_hz: int, samples: int) -> Matrix:

@@ -128,6 +128,7 @@ class ControlScenario(MotionFile):
         bool, Setting("Run the motion although the screen refuses it, as for a demonstration of what goes wrong.")
     ] = False
     _is_only_read: bool = PrivateAttr(default=False)
+    _extra: MountedSensor | None = PrivateAttr(default=None)
 
     @classmethod
     def _with_robot(cls, content: Any) -> tuple[Any, RobotFile | None]:
@@ -162,8 +163,7 @@ class ControlScenario(MotionFile):
     @model_validator(mode="after")
     def _extra_sensor_fits(self) -> ControlScenario:
         self._is_only_read = bool(self.extra_sensor) and is_unopened()
-        if not self._is_only_read:
-            self.extra()
+        self._extra = None if self._is_only_read else mounted(self.extra_sensor)
         return self
 
     @model_validator(mode="after")
@@ -203,14 +203,14 @@ class ControlScenario(MotionFile):
         """Return the sensor from another package, None without one.
 
         Raises:
-            InputError: it cannot be loaded, its settings do not fit it, or its module is not to be imported.
+            InputError: the scenario was only read, and the sensor's module was not imported.
         """
-        if self.extra_sensor and self._is_only_read:
+        if self._is_only_read:
             raise InputError(
                 f"{SECTION}.{KIND}: {self.extra_sensor.get(KIND)}: where a scenario or a run is only read, its module"
                 " is not imported, so what it measures is not known here"
             )
-        return mounted(self.extra_sensor)
+        return self._extra
 
     def known_sensors(self) -> KnownSensors:
         """Return what the robot's file says of its sensors, and by how much the gyroscope's low-pass lags behind."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_description.imu import ImuSettings
-from fivebar_description.interface import NANOSECONDS
+from fivebar_description.interface import NANOSECONDS, START_STAMP_NS, late_stamp_ns
 from fivebar_description.settings import Setting
 from fivebar_sim.effects.timing import MOMENT, RANGE, drawn, moment_setting
 
@@ -125,6 +125,10 @@ class ImuClock:
         """Return by how much the stamp of the reading of a sample is late (s)."""
         offset = self._offset + self._drift * (sample / self._rate_hz)
         return offset + self._jitter * (2.0 * drawn(self._key, sample) - 1.0) if self._jitter > 0.0 else offset
+
+    def stamp_ns(self, sample: int, epoch_ns: int = START_STAMP_NS) -> int:
+        """Return the stamp (ns) of the reading of a sample."""
+        return late_stamp_ns(sample, self._rate_hz, self.offset(sample), epoch_ns)
 
     def moments(self, samples: int) -> NDArray[np.float64]:
         """Return the moments that the stamps of the readings of samples 0, 1, ... name, in samples, [samples]."""

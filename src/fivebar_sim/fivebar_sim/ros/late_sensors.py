@@ -9,7 +9,7 @@ from typing import NamedTuple
 from sensor_msgs.msg import Imu
 
 from fivebar_description.imu import ImuSettings, Vector3
-from fivebar_description.interface import IMU_DATA, IMU_FRAME, Topic, late_stamp_ns
+from fivebar_description.interface import IMU_DATA, IMU_FRAME, Topic
 from fivebar_description.joint_sample import JointSample
 from fivebar_description.ros.messages import imu_message
 from fivebar_description.ros.node import GraphNode
@@ -67,8 +67,9 @@ class LateSensors:
 
     def imu_message(self, sample: int, angular_velocity: Vector3, acceleration: Vector3 | None = None) -> Imu:
         """Return the message of a reading that is made at a sample (rad/s, m/s^2), stamped by the IMU's clock."""
-        stamp = late_stamp_ns(sample, self._rate_hz, self._clock.offset(sample), self._run.epoch_ns)
-        return imu_message(stamp, self._imu_frame, angular_velocity, acceleration)
+        return imu_message(
+            self._clock.stamp_ns(sample, self._run.epoch_ns), self._imu_frame, angular_velocity, acceleration
+        )
 
     def arrived(self, sample: int, imu: Imu, position: tuple[float, ...]) -> Arrived:
         """Return what comes with a sample, given its own IMU message.

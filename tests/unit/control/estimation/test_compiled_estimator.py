@@ -8,10 +8,10 @@ import pytest
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.controller.estimator import estimator_of
-from fivebar_control.estimation.compiled_estimator import CompiledEstimator, _steps
+from fivebar_control.estimation.compiled_estimator import CompiledEstimator, _machine_code
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
-from fivebar_control.estimation.step import estimator_step
+from fivebar_control.estimation.step import filter_functions
 from fivebar_description.parameters import laden
 
 SAMPLES = 120
@@ -29,7 +29,7 @@ def test_a_payload_and_a_new_beginning_are_those_of_the_plain_estimator() -> Non
     plain, compiled = estimator_of(scenario), estimator_of(scenario, kind=CompiledEstimator)
     assert compiled.belief is None
     compiled.warm_up()
-    machine_code = [len(one.signatures) for one in _steps(estimator_step)]
+    machine_code = [len(one.signatures) for one in _machine_code(filter_functions(None))]
     samples = simulate(scenario).samples[:SAMPLES]
     robot = scenario.five_bar()
     for both in ("first", "again"):
@@ -53,5 +53,5 @@ def test_a_payload_and_a_new_beginning_are_those_of_the_plain_estimator() -> Non
         for each in (plain, compiled):
             each.begin_at(homing_at(robot, 1, -1, *scenario.waypoints[0]))
         assert compiled.belief is None
-    after = [len(one.signatures) for one in _steps(estimator_step)]
+    after = [len(one.signatures) for one in _machine_code(filter_functions(None))]
     assert after == machine_code, "nothing is compiled after the warm-up"

@@ -4,17 +4,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.compiled import compiled_step
+from fivebar_control.estimation.compiled_estimator import CompiledEstimator
 from fivebar_control.estimation.estimator import JointEstimate, StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.late_reading import CAMERA, GYROSCOPE, PASSIVE, LateReading
 from fivebar_control.estimation.settings import Drives, EkfSettings
-from fivebar_control.estimation.step import EstimatorStep, estimator_step
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.robot_file import load_robot
 from fivebar_description.sensors import PassiveEncoder
@@ -209,15 +208,15 @@ def test_an_estimate_that_could_be_the_other_assembly_mode_is_a_fault() -> None:
 
 
 @pytest.mark.parametrize(
-    "step", [estimator_step, pytest.param(compiled_step(), marks=pytest.mark.extra)], ids=["plain", "compiled"]
+    "kind", [StateEstimator, pytest.param(CompiledEstimator, marks=pytest.mark.extra)], ids=["plain", "compiled"]
 )
 def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_read(
-    step: Callable[..., EstimatorStep],
+    kind: type[StateEstimator],
 ) -> None:
     """A stopped robot falls through Type 1, where the filter has no numbers left, and its late sensors go on."""
     settings = EkfSettings(gyro=True, camera=True, misfit_limit=1e9)
     homing, encoder = homing_at(ROBOT, 1, -1, *PLACE), PassiveEncoder(2, None)
-    one = StateEstimator(ROBOT, homing, 500, Drives(), settings, Tolerances(length=2e-4), encoder, step=step)
+    one = kind(ROBOT, homing, 500, Drives(), settings, Tolerances(length=2e-4), encoder)
     for sample in range(300):
         read_before = max(0, sample - 2)
         readings = [

@@ -10,9 +10,8 @@ import pytest
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.compiled import compiled_step
+from fivebar_control.estimation.compiled_estimator import CompiledEstimator
 from fivebar_control.estimation.estimator import StateEstimator
-from fivebar_control.estimation.step import estimator_step
 from fivebar_control.scenario.sensors import homing_of
 
 EVERY = 8
@@ -90,8 +89,8 @@ def test_machine_code_estimates_the_same(crossing: tuple[Scenario, list[Reading]
     settings = (scenario.rate_hz, scenario.drives(), scenario.ekf)
     readings = with_missing(complete[:60], 0, False)
     told = []
-    for step in (estimator_step, compiled_step()):
-        estimator = StateEstimator(scenario.five_bar(), homing_of(scenario), *settings, step=step)
+    for kind in (StateEstimator, CompiledEstimator):
+        estimator = kind(scenario.five_bar(), homing_of(scenario), *settings)
         estimator.warm_up()
         told.append([estimator.take(number, *one.angles, *one.torques) for number, one in readings.items()])
     assert told[0] == told[1]
