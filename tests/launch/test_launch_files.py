@@ -24,9 +24,10 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from described_bench import described, description, emulated
 from doc_blocks import blocks, command_lines
 from fivebar_command import LONG, RUN_DEADLINE, CommandCall
-from graph_probe import DDS_VARIABLES, RATE_HZ, ChildProcess, Probe, clean_environment
+from graph_probe import DDS_VARIABLES, RATE_HZ, Bench, ChildProcess, Probe, clean_environment
 from sensor_msgs.msg import JointState
 
 from fivebar_bringup.bag.reader import read_bag
@@ -48,6 +49,7 @@ from fivebar_description.interface import (
     sample_of_stamp,
 )
 from fivebar_description.interrupts import STOP_SIGNALS
+from fivebar_description.modules import module_command
 from fivebar_description.ros.messages import stamp_of
 
 pytestmark = pytest.mark.skipif(
@@ -244,6 +246,38 @@ def test_a_motor_board_needs_a_port(launch: Launch) -> None:
     call = launch("robot", "motkin_middle", "hardware:=usb")
     assert call.finish() != 0, call.output
     assert "--port: expected together with --hardware usb" in call.output
+    call.expect_no_process(0.0)
+
+
+def test_a_bench_that_starts_later_is_waited_for_and_crossed_with(tmp_path: Path) -> None:
+    emulation, drives = emulated(tmp_path)
+    with Bench(tmp_path) as bench:
+        call = LaunchCall(tmp_path / "launched", bench.domain, "motkin", f"drives:={drives}", **dds_variables())
+        try:
+            end = time.monotonic() + RUN_DEADLINE
+            while "waits for the controller manager /controller_manager" not in call.output:
+                assert call.status is None, call.output
+                assert time.monotonic() < end, call.output
+                time.sleep(0.1)
+            bench.run([*module_command("fivebar_sim.emulators.drives"), str(emulation)])
+            with described(bench, description()):
+                # how near it keeps to its path depends on the machine; the launch says whether it did, and ends
+                assert (call.finish() == 0) == ("succeeded" in call.output), call.output
+            assert "of 601 samples" in call.output
+        finally:
+            call.close()
+
+
+def test_a_bench_of_other_lengths_is_refused(tmp_path: Path) -> None:
+    emulation, drives = emulated(tmp_path)
+    with Bench(tmp_path) as bench, described(bench, description(crank=0.07)):
+        bench.run([*module_command("fivebar_sim.emulators.drives"), str(emulation)])
+        call = LaunchCall(tmp_path / "launched", bench.domain, "motkin", f"drives:={drives}", **dds_variables())
+        try:
+            assert call.finish() != 0, call.output
+        finally:
+            call.close()
+    assert "l_11 is 70.0 mm, expected 60.0 mm as robot motkin has" in call.output
     call.expect_no_process(0.0)
 
 

@@ -37,6 +37,8 @@ class DriveKind(NamedTuple):
         beside: name of a node that runs beside the bridge, with the same configuration as its parameter `drives`; empty
             for none.
         on_topics: whether they are reached by topics, so that a run on real ones is in their DDS domain.
+        awaited: function of a scenario, a configuration and a DDS domain that waits before a run until real ones are
+            there, and refuses those of another robot; empty for none.
         hardware: the value of `--hardware` that stands for real ones besides `real`; empty for none.
         library: the vendor's module that the connection needs; empty for none.
         installed_by: what `pip install` gets it by.
@@ -50,6 +52,7 @@ class DriveKind(NamedTuple):
     bridge: str = OWN_BRIDGE
     beside: str = ""
     on_topics: bool = False
+    awaited: str = ""
     hardware: str = ""
     library: str = ""
     installed_by: str = ""

@@ -7,12 +7,13 @@ import math
 from pathlib import Path
 
 import pytest
+from described_bench import description
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.motions.model_file import model_text
 from fivebar_bringup.motions.model_format import ModelFormat
-from fivebar_bringup.robots.from_urdf import FoundRobot, robot_from_urdf
+from fivebar_bringup.robots.from_urdf import FoundRobot, loop_in_urdf, robot_from_urdf
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_description.errors import InputError
@@ -93,6 +94,16 @@ def test_a_motor_that_turns_the_other_way_has_the_other_sign() -> None:
     assert "q21: [2.47079" in found.text
 
 
+def test_the_bench_s_own_description_is_seen_from_above() -> None:
+    """Its motors' axes point down: their joints turn clockwise, and leg 1 is the left one all the same."""
+    names, legs, base = loop_in_urdf(description(), "bench.urdf", {})
+    assert (names.passive, names.tips) == (("passive_1", "passive_2"), ("closing_tip_2", "closing_tip_1"))
+    assert base == pytest.approx(0.1)
+    for leg in legs:
+        assert leg[:3] == pytest.approx((0.06, 0.1, PHI))
+        assert leg.sign == -1
+
+
 def test_a_centre_of_mass_beside_the_line_is_told() -> None:
     crooked = link("coupler_1", 0.00837, 0.0487, 1.316e-5).replace('xyz="0.0487 0 0"', 'xyz="0.0487 0.002 0"')
     _, found = found_in(bench(far=crooked + link("coupler_2", 0.00969, 0.0557, 1.629e-5)))
@@ -121,7 +132,7 @@ def test_an_exported_robot_has_the_same_equations(name: str) -> None:
     [
         ("<robot", TIPS, "bench.urdf: is not XML"),
         ("<sdf/>", TIPS, "bench.urdf: <sdf>: expected a URDF"),
-        (bench(), {}, "bench.urdf: frame tip_1: is not there: expected --tips"),
+        (bench(), {}, "bench.urdf: frame closing_tip_2: is not there: expected as tips"),
         (bench(), {"tips": ("coupler_1_end", "crank_2")}, "frame crank_2: expected on the link that passive_2 moves"),
         (bench(motor_2="", passive_2="", tip_2=""), TIPS, "--motors: is missing"),
         (bench(passive_1="", tip_1=""), TIPS, "joint passive_1: is not there: expected --passive with two of"),

@@ -142,6 +142,7 @@ def run(
     from fivebar_bringup.runs.injection import read_injection, refuse_late
     from fivebar_bringup.runs.run import run_with_ros
     from fivebar_bringup.scenarios.changes import read_changes
+    from fivebar_description.modules import load_part
     from fivebar_description.ros.scheduling import Scheduling
 
     with input_errors(), keyboard_interrupts():
@@ -177,6 +178,8 @@ def run(
             domain = _for_the_operator(kind.bridge, domain, within)
         elif kind is not None and real is not None and kind.on_topics and domain is None:
             domain = domain_of_environment()
+        if kind is not None and real is not None and kind.awaited and domain is not None:
+            load_part(kind.awaited)(loaded, real.configuration, domain)
         with live_page(view, domain, within, interface) as live, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,

@@ -24,6 +24,7 @@ CONTROLLED_JOINTS = DriveKind(
     faults="fivebar_control.hardware.controlled_joints:FAULTS",
     beside="command_watchdog",
     on_topics=True,
+    awaited="fivebar_bringup.ros.described_robot:await_robot",
     hardware="external",
 )
 """Two joints under a controller manager of ros2_control."""

@@ -21,7 +21,7 @@ def private_link(link: Mapping[str, Any], folder: Path) -> dict[str, Any]:
     """Return the same joints under names that a run has for itself, in the place of those of the robot."""
     place = f"/emulated_{secrets.token_hex(4)}"
     return {
-        **link,
+        **{key: value for key, value in link.items() if key != "description"},
         "controller": f"{place}/controller",
         "commands": "",
         "states": f"{place}/joint_states",

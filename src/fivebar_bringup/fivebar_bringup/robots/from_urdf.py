@@ -45,9 +45,9 @@ class LoopNames(NamedTuple):
 
 
 OWN = LoopNames(ACTIVE_JOINTS, ("q12", "q22"), (LOOP_FRAME, PLATFORM_FRAME))
-MOTKIN = LoopNames(("motor_1", "motor_2"), ("passive_1", "passive_2"), ("tip_1", "tip_2"))
+MOTKIN = LoopNames(("motor_1", "motor_2"), ("passive_1", "passive_2"), ("closing_tip_2", "closing_tip_1"))
 KNOWN = (OWN, MOTKIN)
-"""Names that need not be given: those of `fivebar model`, and the joints of the MOTKIN bench's stack."""
+"""Names that need not be given: those of `fivebar model`, and those of the MOTKIN bench's stack."""
 
 
 class FoundRobot(NamedTuple):
@@ -57,18 +57,33 @@ class FoundRobot(NamedTuple):
     untold: tuple[str, ...]
 
 
-class _Leg(NamedTuple):
-    """A leg in the plane: lengths (m), angle (rad) of the crank where its joint is at 0, sign of the joint, bodies."""
+class LegInUrdf(NamedTuple):
+    """A leg in the plane.
+
+    Attributes:
+        proximal, distal: lengths (m).
+        zero: angle (rad) of the crank where its joint is at 0, from the line between the motors.
+        sign: +1 where the joint's angle grows as that angle does, else -1.
+        near, far: what motor and passive joint move.
+    """
 
     proximal: float
     distal: float
     zero: float
     sign: int
-    near: _Moved
-    far: _Moved
+    near: MovedBody
+    far: MovedBody
 
 
-class _Moved(NamedTuple):
+class LoopInUrdf(NamedTuple):
+    """The closed loop that a URDF describes: names, both legs, and the distance between the motors' axes (m)."""
+
+    names: LoopNames
+    legs: tuple[LegInUrdf, LegInUrdf]
+    base: float
+
+
+class MovedBody(NamedTuple):
     """Mass (kg), centre along the link and beside it (m), inertia about the centre (kg m^2)."""
 
     mass: float
@@ -90,16 +105,31 @@ def robot_from_urdf(text: str, source: str, name: str, given: dict[str, Pair]) -
         InputError: it is no URDF, a name is not in it, or it describes no planar five-bar.
     """
     joints = _joints_of(text, source)
-    names = _names(joints, given, source)
-    model = _model_of(text, source)
-    legs, base = _legs_of(model, names, source)
-    text, untold = _text_of(legs, base, joints, names, name)
+    text, untold = _text_of(loop_in_urdf(text, source, given), joints, name)
     try:
         file = validate(parse_versioned(text, source), RobotFile, source)
         x, y = home_of(file.five_bar())
     except InputError as error:
         raise InputError(f"{error}: the URDF describes no five-bar that can be moved") from error
     return FoundRobot(f"{text}home_m: [{x}, {y}]\n", untold)
+
+
+def loop_in_urdf(text: str, source: str, given: dict[str, Pair]) -> LoopInUrdf:
+    """Return the closed loop of a URDF, seen so that the z axis of the link that bears the first motor points upwards.
+
+    Args:
+        text: of the URDF.
+        source: of it, by which errors begin.
+        given: fields of `LoopNames` that are given; the others have names that are known.
+
+    Raises:
+        InputError: it is no URDF, a name is not in it, or its legs do not move in one plane.
+    """
+    joints = _joints_of(text, source)
+    names = _names(joints, given, source)
+    parent = joints[names.motors[0]].find("parent")
+    bearing = "" if parent is None else parent.get("link", "")
+    return LoopInUrdf(names, *_legs_of(_model_of(text, source), names, bearing, source))
 
 
 def _joints_of(text: str, source: str) -> dict[str, ElementTree.Element]:
@@ -137,7 +167,7 @@ def _model_of(text: str, source: str) -> Any:
         raise InputError(f"{source}: is no URDF that Pinocchio reads: {unwrapped(error)}") from error
 
 
-def _legs_of(model: Any, names: LoopNames, source: str) -> tuple[tuple[_Leg, _Leg], float]:
+def _legs_of(model: Any, names: LoopNames, bearing: str, source: str) -> tuple[tuple[LegInUrdf, LegInUrdf], float]:
     """Return both legs, and the distance between the motors' axes (m)."""
     data = model.createData()
     pin.computeJointJacobians(model, data, pin.neutral(model))
@@ -149,7 +179,7 @@ def _legs_of(model: Any, names: LoopNames, source: str) -> tuple[tuple[_Leg, _Le
         if model.parents[passive] != motor:
             raise InputError(f"{source}: joint {pair[1]}: expected on the link that {pair[0]} moves")
     axes = [[_axis(model, data, one) for one in leg] for leg in ids]
-    z = axes[0][0]
+    z = _upwards(model, data, bearing, axes[0][0])
     for number, leg in enumerate(axes):
         for joint, axis in zip((names.motors[number], names.passive[number]), leg, strict=True):
             if abs(float(axis @ z)) < 1.0 - PARALLEL:
@@ -165,7 +195,7 @@ def _legs_of(model: Any, names: LoopNames, source: str) -> tuple[tuple[_Leg, _Le
     for (motor, passive), (axis, _), tip in zip(ids, axes, names.tips, strict=True):
         frame = model.getFrameId(tip)
         if frame >= model.nframes:
-            raise InputError(f"{source}: frame {tip}: is not there: expected --tips with the two that the loop joins")
+            raise InputError(f"{source}: frame {tip}: is not there: expected as tips the two that the loop joins")
         if model.frames[frame].parentJoint != passive:
             raise InputError(f"{source}: frame {tip}: expected on the link that {model.names[passive]} moves")
         elbow = _place(data, passive)
@@ -176,8 +206,14 @@ def _legs_of(model: Any, names: LoopNames, source: str) -> tuple[tuple[_Leg, _Le
             raise InputError(f"{source}: a link between {model.names[motor]} and {tip} has no length")
         near, far = _body(model, data, motor, crank, z), _body(model, data, passive, rod, z)
         zero = math.atan2(float(crank @ y), float(crank @ x))
-        legs.append(_Leg(*lengths, zero, 1 if float(axis @ z) > 0.0 else -1, near, far))
+        legs.append(LegInUrdf(*lengths, zero, 1 if float(axis @ z) > 0.0 else -1, near, far))
     return (legs[0], legs[1]), base
+
+
+def _upwards(model: Any, data: Any, bearing: str, axis: Vector) -> Vector:
+    """Return the plane's normal: the axis of a motor, on the side of the z axis of the link that bears it."""
+    side = float(data.oMf[model.getFrameId(bearing)].rotation[:, 2] @ axis)
+    return -axis if side < 0.0 else axis
 
 
 def _joint_id(model: Any, joint: str, source: str) -> int:
@@ -202,20 +238,19 @@ def _in_plane(vector: Vector, normal: Vector) -> Vector:
     return vector - float(vector @ normal) * normal
 
 
-def _body(model: Any, data: Any, joint: int, along: Vector, normal: Vector) -> _Moved:
+def _body(model: Any, data: Any, joint: int, along: Vector, normal: Vector) -> MovedBody:
     """Return all that a joint moves up to the next one, by the line of its link."""
     inertia, placement = model.inertias[joint], data.oMi[joint]
     centre = _in_plane(placement.rotation @ inertia.lever, normal)
     direction = along / float(np.linalg.norm(along))
     turned = placement.rotation @ inertia.inertia @ placement.rotation.T
     beside = float(np.cross(direction, centre) @ normal)
-    return _Moved(float(inertia.mass), float(centre @ direction), beside, float(normal @ turned @ normal))
+    return MovedBody(float(inertia.mass), float(centre @ direction), beside, float(normal @ turned @ normal))
 
 
-def _text_of(
-    legs: tuple[_Leg, _Leg], base: float, joints: dict[str, ElementTree.Element], names: LoopNames, name: str
-) -> tuple[str, tuple[str, ...]]:
+def _text_of(loop: LoopInUrdf, joints: dict[str, ElementTree.Element], name: str) -> tuple[str, tuple[str, ...]]:
     """Return a robot file with comments, whose rest is still open, and what the URDF does not tell."""
+    names, legs, base = loop
     untold = ["inertia of the rotors and their gears, unless a link has it: add it to proximal_links"]
     untold += ["torque constants, encoders and delays: `drives` of this file, and the drives file"]
     elements = [joints[joint] for joint in names.motors]
@@ -258,7 +293,7 @@ def _text_of(
     return "\n".join(lines) + "\n", tuple(untold)
 
 
-def _forbidden(joint: ElementTree.Element, leg: _Leg, own: str) -> str:
+def _forbidden(joint: ElementTree.Element, leg: LegInUrdf, own: str) -> str:
     """Return the posture that the range of a motor's joint forbids, "" where it has none."""
     lower, upper = (_number(joint, "limit", end) for end in ("lower", "upper"))
     if joint.get("type") == "continuous" or lower is None or upper is None or upper - lower >= math.tau:
@@ -269,7 +304,7 @@ def _forbidden(joint: ElementTree.Element, leg: _Leg, own: str) -> str:
     return f"  - {{name: range of {joint.get('name')}, {own}: [{ends[1]!r}, {ends[0] + math.tau!r}]}}"
 
 
-def _link(body: _Moved, turns: bool = False) -> dict[str, float]:
+def _link(body: MovedBody, turns: bool = False) -> dict[str, float]:
     """Return a link as a robot file has it; what turns about a fixed axis has its inertia about that."""
     inertia = body.inertia + (body.mass * body.beside**2 if turns else 0.0)
     return {"mass_kg": body.mass, "centre_m": body.centre, "inertia_kg_m2": inertia}

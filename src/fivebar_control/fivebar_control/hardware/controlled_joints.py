@@ -13,11 +13,11 @@ from fivebar_control.hardware.motors_file import DrivenMotor, MotorsFile, load_m
 from fivebar_description.strict_yaml import InputError, StrictModel, validate
 
 WATCHDOG = "command_watchdog"
+"""Name of the node that commands zero torque where the bridge no longer does."""
 
 HEARS, SEPARATOR = "hears", ", "
 """Key in the watchdog's report of the publishers whose commands it hears, by their DDS identities, and what is between
 two of them."""
-"""Name of the node that commands zero torque where the bridge no longer does."""
 
 EFFORT, GAINS = "effort", "gains"
 VALUES = {EFFORT: 1, GAINS: 5}
@@ -65,6 +65,20 @@ FAULTS: Mapping[str, tuple[str, str]] = {
 """Meaning and recovery of the faults."""
 
 
+class DescribedLoop(StrictModel):
+    """Section `description`: where the robot is described, and how the parts of its closed loop are named there.
+
+    Attributes:
+        topic: on which the URDF is published.
+        passive: passive joints of legs 1 and 2.
+        tips: the frames of legs 1 and 2 that the loop joins.
+    """
+
+    topic: FullName = "/robot_description"
+    passive: Annotated[tuple[str, str], Field(strict=False)]
+    tips: Annotated[tuple[str, str], Field(strict=False)]
+
+
 class JointsLink(StrictModel):
     """Section `link` of the drives file.
 
@@ -78,6 +92,8 @@ class JointsLink(StrictModel):
         joints: its joints, in its order. The `id` of a motor is the place of its joint there.
         states: topic on which a broadcaster publishes the joints, among any others and in any order.
         manager: full name of the controller manager.
+        description: with it a run waits for controller manager, controller and description, and is refused where the
+            described robot is another than the scenario's.
     """
 
     controller: FullName = "/effort_controller"
@@ -88,6 +104,7 @@ class JointsLink(StrictModel):
     joints: Annotated[tuple[str, str], Field(strict=False)]
     states: FullName = "/joint_states"
     manager: FullName = "/controller_manager"
+    description: DescribedLoop | None = None
 
     @model_validator(mode="before")
     @classmethod
