@@ -163,16 +163,19 @@ audit: setup ## look up the locked packages in the database of known weaknesses;
 	PYTHONPATH=.audit $(BIN)/python packaging/audit.py
 
 .PHONY: version
-version: ## set the version of all packages, released today: make version NEW=1.2.3
+version: ## set the version of all packages, dated today: make version NEW=1.2.3
 	@[[ "$(NEW)" =~ ^[0-9]+\.[0-9]+\.[0-9]+$$ ]] || { echo "version: expected NEW=1.2.3" >&2; exit 1; }
-	if grep -HnF 'example.org' $(PACKAGES:=/package.xml) >&2; then
-	    echo "version: maintainer and url are placeholders: enter those of the project in these lines first" >&2
-	    exit 1
-	fi
 	today=$$(date +%F)
 	sed -i 's|<version>.*</version>|<version>$(NEW)</version>|' $(PACKAGES:=/package.xml)
 	sed -i "s|^version: .*|version: $(NEW)|; s|^date-released: .*|date-released: $$today|" CITATION.cff
 	grep -qF "## [$(NEW)]" CHANGELOG.md || sed -i "s|^## \[Unreleased\]$$|&\n\n## [$(NEW)] - $$today|" CHANGELOG.md
+
+.PHONY: publishable
+publishable: ## refuse to publish with a maintainer or a url that is a placeholder
+	@if grep -HnF 'example.org' $(PACKAGES:=/package.xml) >&2; then
+	    echo "publishable: maintainer and url are placeholders: enter those of the project in these lines first" >&2
+	    exit 1
+	fi
 
 .PHONY: lock
 lock: setup ## resolve requirements.in again into all lock files, with the newest versions: make lock LOCKS="lowest jazzy" are some

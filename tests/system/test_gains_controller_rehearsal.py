@@ -16,11 +16,13 @@ from fivebar_description.modules import module_command
 
 pytestmark = [pytest.mark.clock, pytest.mark.extra]
 
-REHEARSED = ("run", "motkin_middle", "--hardware", "emulated", "--drives", "motkin_ros2_control", "--json")
+ON_THE_STACK = ("--hardware", "emulated", "--drives", "motkin_ros2_control", "--json")
+REHEARSED = ("run", "motkin_middle", *ON_THE_STACK)
 
 
-def test_the_bench_crosses_to_and_fro(fivebar: Callable[..., FivebarCommand], folder: Path) -> None:
-    expect_crossing(fivebar(*REHEARSED, "--out", str(folder / "there_and_back")))
+@pytest.mark.parametrize("scenario", ["motkin_middle", "motkin_vertical"])
+def test_the_bench_crosses_to_and_fro(fivebar: Callable[..., FivebarCommand], folder: Path, scenario: str) -> None:
+    expect_crossing(fivebar("run", scenario, *ON_THE_STACK, "--out", str(folder / scenario)))
 
 
 @pytest.mark.parametrize(

@@ -54,26 +54,44 @@ def test_all_packages_and_the_citation_have_one_version() -> None:
     assert f"## [{citation['version']}] - {citation['date-released']}\n" in changes
 
 
-def test_nothing_is_released_with_an_address_that_is_a_placeholder(tmp_path: Path) -> None:
+def make(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(["make", *words], cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture
+def copied(tmp_path: Path) -> Path:
     for path in (ROOT / "Makefile", ROOT / "CITATION.cff", ROOT / "CHANGELOG.md", *MANIFESTS):
-        copied = tmp_path / path.relative_to(ROOT)
-        copied.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(path, copied)
+        copy = tmp_path / path.relative_to(ROOT)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, copy)
+    return tmp_path
 
-    def released() -> subprocess.CompletedProcess[str]:
-        command = ["make", "version", "NEW=9.8.7"]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
 
-    refused = released()
+def test_nothing_is_published_with_an_address_that_is_a_placeholder(copied: Path) -> None:
+    refused = make(copied, "publishable")
     assert refused.returncode == 2
     assert refused.stderr.count("@example.org") == refused.stderr.count("//example.org") == len(MANIFESTS)
     for path in MANIFESTS:
-        copied = tmp_path / path.relative_to(ROOT)
-        assert "<version>9.8.7</version>" not in copied.read_text(encoding="utf-8")
-        copied.write_text(copied.read_text(encoding="utf-8").replace("example.org", "fivebar.dev"), encoding="utf-8")
-    assert released().returncode == 0
-    for path in MANIFESTS:
-        assert ElementTree.parse(tmp_path / path.relative_to(ROOT)).findtext("version") == "9.8.7"
+        copy = copied / path.relative_to(ROOT)
+        copy.write_text(copy.read_text(encoding="utf-8").replace("example.org", "fivebar.dev"), encoding="utf-8")
+    assert make(copied, "publishable").returncode == 0
+
+
+def test_the_release_workflow_publishes_nothing_that_is_not_publishable() -> None:
+    steps = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text(encoding="utf-8"))["jobs"]
+    commands = [step.get("run", "") for step in steps["wheels"]["steps"]]
+    assert commands.index("make publishable") < commands.index("make dist")
+    assert "wheels" in steps["publish"]["needs"]
+
+
+def test_a_version_is_set_everywhere_and_dated_in_the_changelog(copied: Path) -> None:
+    assert make(copied, "version", "NEW=9.8.7").returncode == 0
+    versions = {ElementTree.parse(copied / path.relative_to(ROOT)).findtext("version") for path in MANIFESTS}
+    citation = yaml.safe_load((copied / "CITATION.cff").read_text(encoding="utf-8"))
+    assert versions == {citation["version"]} == {"9.8.7"}
+    changes = (copied / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"## [Unreleased]\n\n## [9.8.7] - {citation['date-released']}\n" in changes
+    assert make(copied, "version", "NEW=2").returncode == 2
 
 
 @pytest.mark.parametrize(

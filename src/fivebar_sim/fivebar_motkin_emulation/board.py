@@ -179,7 +179,7 @@ class EmulatedBoard(MovedRobot):
         self._ticks += 1
         self._time += round(self._file.tick * 1e6)
         try:
-            self.plant.advance((torques[0], torques[1]))
+            self.move((torques[0], torques[1]))
         except PlantDiverged:
             self.trip(NOT_FINITE)
             return

@@ -70,6 +70,18 @@ class MovedRobot:
         )
         if self._payload:
             self.carry(self._payload)
+        # friction, or on an upright robot a hand; simulated friction alone lets it creep
+        self._held = True
+
+    def move(self, torques: tuple[float, float]) -> None:
+        """Move the robot on by a part under joint torques (Nm); at home it is held until there is one.
+
+        Raises:
+            PlantDiverged: its state is no longer finite.
+        """
+        self._held = self._held and not any(torques)
+        if not self._held:
+            self.plant.advance(torques)
 
     def carry(self, payload: float) -> None:
         """Go on with a payload (kg) on the platform."""

@@ -107,7 +107,7 @@ def test_torque_goes_through_the_board_and_its_clock_dates_what_comes_back(serve
     wait_for(lambda: served.board.motors[0].state.target == pytest.approx(-0.12 / 0.062))
     board.disable(DEADLINE)
     assert not board.enabled
-    assert served.board.motors[0].state.target == 0.0
+    wait_for(lambda: served.board.motors[0].state.target == 0.0)
 
 
 def test_the_frame_carries_the_inner_loop_and_none_once_the_motors_are_stopped(

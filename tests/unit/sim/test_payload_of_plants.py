@@ -14,11 +14,13 @@ from emulation_file import load_emulation
 
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar, laden
+from fivebar_description.robot_file import load_robot
 from fivebar_motkin_emulation.board import EmulatedBoard
 from fivebar_motkin_emulation.configuration import BoardEmulationFile
 from fivebar_sim.drives.emulation import Emulation
 from fivebar_sim.effects.friction import FrictionEffects
 from fivebar_sim.effects.settings import MUJOCO, PlantSettings
+from fivebar_sim.moved_robot import MovedRobot
 from fivebar_sim.plant import Plant
 
 PLANTS = {
@@ -26,6 +28,8 @@ PLANTS = {
     "effects": PlantSettings(friction=FrictionEffects(passive=0.01)),
     "mujoco": PlantSettings(engine=MUJOCO),
 }
+
+START = tuple(inverse_geometry(load_robot("motkin_vertical"), 1, -1, 0.0, 0.12))
 
 
 @pytest.mark.parametrize("settings", PLANTS.values(), ids=list(PLANTS))
@@ -72,3 +76,20 @@ def test_the_robot_on_emulated_hardware_carries_a_payload_and_keeps_it_at_home(
     emulated.carry(0.0)
     emulated.go_home()
     np.testing.assert_array_equal(pushed(), empty)
+
+
+def test_an_upright_robot_is_held_until_it_has_torque_and_then_falls_without() -> None:
+    file = load_emulation("dextar_emulated")
+    upright = MovedRobot(file.model_copy(update={"robot": "motkin_vertical", "initial_joints": START}), 500)
+
+    def fallen() -> float:
+        start = upright.plant.joints
+        for _ in range(50):
+            upright.move((0.0, 0.0))
+        return float(np.abs(upright.plant.joints - start).max())
+
+    assert fallen() == 0.0
+    upright.move((1e-3, 0.0))
+    assert fallen() > 0.01
+    upright.go_home()
+    assert fallen() == 0.0

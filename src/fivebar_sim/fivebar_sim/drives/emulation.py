@@ -116,7 +116,7 @@ class Emulation(MovedRobot):
         for drive in self.drives:
             drive.answer_sync()
         try:
-            self.plant.advance((first.torque, second.torque))
+            self.move((first.torque, second.torque))
         except PlantDiverged:
             for drive in self.drives:
                 drive.trip(OVERSPEED_EMERGENCY)

@@ -107,7 +107,7 @@ class SimulatedMotor:
 class EmulatedMotors(MovedRobot):
     """Both motors on the simulated robot, which a pair of commands moves on by a period, or the clock by its parts.
 
-    Without power, and with no hand on it, the robot stays where it comes to rest.
+    It stays at home until a motor has torque, and without power where it comes to rest with no hand on it.
     """
 
     def __init__(
@@ -156,8 +156,7 @@ class EmulatedMotors(MovedRobot):
         for motor, angle in zip(self.motors, (q11, q21), strict=True):
             motor.place(angle)
         self._noted, self._part = False, 0
-        # friction holds a robot that stands, but that of the simulated one is smoothed, and lets it creep
-        self._held, self._pulled = True, False
+        self._pulled = False
 
     def pull(self, x: float, y: float) -> None:
         """Have a hand pull the platform with a force (N) from now on.
@@ -193,7 +192,6 @@ class EmulatedMotors(MovedRobot):
             found = motor.state_at(self._angle_at(number, now))
             self._note_torque(number, self._clock, now)
         motor.command(power, torque)
-        self._held = self._held and not motor.powered
         self._commanded_at = now
         self._commanded.add(number)
         if self._commanded == {0, 1} and self._file.pace == "commands":
@@ -262,11 +260,8 @@ class EmulatedMotors(MovedRobot):
             if self.before_step is not None:
                 self.before_step(self._clock - self._length)
         self._part = (self._part + 1) % self.parts
-        torques = self._torque(0), self._torque(1)
-        if self._held:
-            return
         try:
-            self.plant.advance(torques)
+            self.move((self._torque(0), self._torque(1)))
         except PlantDiverged:
             first.faulty = second.faulty = True
             return

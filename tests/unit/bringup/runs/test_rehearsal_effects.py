@@ -56,6 +56,8 @@ def test_emulated_encoders_read_the_rotors(tmp_path: Path) -> None:
         # at the start the encoders read the posture of the file, which the links are not in
         assert emulation.drives[0].angle == pytest.approx(file.initial_joints[0], abs=count)
         assert emulation.plant.joints[0] == pytest.approx(file.initial_joints[0] - 3e-3, abs=1e-9)
+        # its first torque ends that it is held
+        emulation.move((1e-9, 0.0))
         for _ in range(50):
             emulation.take(SYNC_ID, b"")
         # downhill by its weight alone

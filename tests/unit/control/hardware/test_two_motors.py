@@ -222,19 +222,18 @@ def test_other_orders_are_not_understood(line: str) -> None:
     assert read_order(line) is None
 
 
-def test_a_robot_stands_still_until_it_first_has_power() -> None:
+def test_a_robot_stands_still_until_a_motor_first_has_torque() -> None:
     motors, driver = opened()
     q11, _, q21, _ = closed_posture()
     for number in range(1, 1000):
         driver.motors.tend(0.002 * number)
-    (first, _, second, _), _, _ = driver.motors.history[-1].truth
-    assert (first, second) == (q11, q21)
     motors.enable(1.0)
-    motors.write((0.0, 0.0))
-    motors.exchange()
-    driver.motors.tend(2.2)
-    (first, _, second, _), _, _ = driver.motors.history[-1].truth
-    assert (first, second) != (q11, q21), "the offset of its friction moves it"
+    for torques, end, moved in (((0.0, 0.0), 2.2, False), ((0.01, 0.0), 2.4, True)):
+        motors.write(torques)
+        motors.exchange()
+        driver.motors.tend(end)
+        (first, _, second, _), _, _ = driver.motors.history[-1].truth
+        assert ((first, second) != (q11, q21)) is moved
 
 
 def test_by_the_clock_torques_act_when_they_come_and_angles_are_read_when_they_are_asked_for(
