@@ -14,8 +14,8 @@ from console_scripts import console_scripts
 from forked_node import ForkedNode
 from graph_probe import RATE_HZ, Bench, Probe, node_modules
 from middle_motion import MiddleMotion
-from rcl_interfaces.msg import ParameterDescriptor, ParameterType
-from rcl_interfaces.srv import GetParameters
+from rcl_interfaces.msg import Parameter, ParameterDescriptor, ParameterType
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from stopped_nodes import complaints_of, expect_orderly_end
 
 from fivebar_bringup.bag.reader import read_bag
@@ -228,6 +228,22 @@ def test_by_what_requests_are_planned_is_not_changed_while_the_node_runs(bench: 
     for name, value in (("unified.kp", 900.0), ("tracking_error_limit", 0.01)):
         result = probe.set_parameter("/trajectory_generator", name, value)
         assert not result.successful and "read-only" in result.reason
+
+
+@pytest.mark.parametrize("node", ["plant", "blender", "trajectory_generator", "unified_controller"])
+def test_a_node_loads_what_it_has_dumped(bench: Bench, node: str) -> None:
+    """Also what is read-only, as long as it keeps its value: `ros2 param load` sets all that a dump has."""
+    controller = {"scenario": "unified_middle"} if node == "unified_controller" else {}
+    bench.start(node, **controller)
+    probe = bench.probe()
+    names = probe.call(ListParameters, f"/{node}/list_parameters", ListParameters.Request()).result.names
+    values = probe.call(GetParameters, f"/{node}/get_parameters", GetParameters.Request(names=names)).values
+    assert len(values) > 10
+    dump = [Parameter(name=name, value=value) for name, value in zip(names, values, strict=True)]
+    results = probe.call(SetParameters, f"/{node}/set_parameters", SetParameters.Request(parameters=dump)).results
+    assert [(name, one.reason) for name, one in zip(names, results, strict=True) if not one.successful] == []
+    refused = probe.set_parameter(f"/{node}", "scenario", "another")
+    assert not refused.successful and "read-only" in refused.reason
 
 
 class Tuning:

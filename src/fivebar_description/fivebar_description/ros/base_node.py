@@ -7,15 +7,17 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar, TypeVar
 
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.timer import Timer
 from std_msgs.msg import String
 
 from fivebar_description.interface import Topic
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.outside_text import one_line
-from fivebar_description.ros.parameters import check_changes, declare
+from fivebar_description.ros.parameters import as_tuple, check_changes, declare
 from fivebar_description.settings import Declared, declared, from_parameters
 
 WARNING_PERIOD = 5.0
@@ -44,6 +46,17 @@ class BaseNode(Node):
         self._drops = 0
         self._last_drop = ""
         self.add_on_set_parameters_callback(partial(check_changes, self.declared))
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set parameters; one that keeps its value is no change, so that a node loads what it has dumped."""
+        changed = [one for one in parameter_list if not self._has(one)]
+        return super().set_parameters_atomically(changed) if changed else SetParametersResult(successful=True)
+
+    def _has(self, parameter: Parameter) -> bool:
+        if not self.has_parameter(parameter.name):
+            return False
+        present = self.get_parameter(parameter.name)
+        return bool(present.type_ == parameter.type_ and as_tuple(present.value) == as_tuple(parameter.value))
 
     @property
     def in_simulated_time(self) -> bool:
