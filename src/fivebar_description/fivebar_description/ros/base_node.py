@@ -56,6 +56,9 @@ class BaseNode(Node):
         if not self.has_parameter(parameter.name):
             return False
         present = self.get_parameter(parameter.name)
+        if (present.type_, parameter.type_) == (Parameter.Type.DOUBLE, Parameter.Type.STRING):
+            # rclpy reads 3e-05 in a parameter file as a text
+            return bool(parameter.value == repr(present.value))
         return bool(present.type_ == parameter.type_ and as_tuple(present.value) == as_tuple(parameter.value))
 
     @property
