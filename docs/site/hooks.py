@@ -16,6 +16,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
+from fivebar_bringup.reference.faults import faults_page
 from fivebar_bringup.reference.settings_page import settings_page
 from fivebar_bringup.reference.table_page import table_page
 
@@ -25,6 +26,7 @@ LINK = re.compile(r"\]\(((?:\.\./)+[^)#\s]+)(#[^)]*)?\)")
 NOTEBOOK = re.compile(r"\]\((?!https?:)([^)#\s]+)\.ipynb")
 COMMANDS = "reference/commands.md"
 SETTINGS = "reference/settings.md"
+FAULTS = "reference/faults.md"
 RUN_TABLE = "reference/run_table.md"
 REDIRECTS = {
     "settings": "reference/settings",
@@ -89,6 +91,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         markdown += commands_section()
     if page.file.src_uri == SETTINGS:
         markdown = settings_page()
+    if page.file.src_uri == FAULTS:
+        markdown = faults_page()
     if page.file.src_uri == RUN_TABLE:
         markdown = table_page()
     markdown = NOTEBOOK.sub(r"](\1.md", markdown)

@@ -20,6 +20,7 @@ ELSEWHERE = {
     "unit/test_architecture.py": ("fivebar_description.optional",),
     "unit/test_parsers_refuse.py": ("fivebar_description.strict_yaml", "fivebar_description.outside_text"),
     "unit/test_run_table_doc.py": ("fivebar_description.run_quantities",),
+    "unit/test_robot_doc.py": ("fivebar_control.hardware.drive_faults",),
     "unit/test_mpc_doc.py": ("studies.mpc_study",),
     "unit/test_unified_doc.py": ("studies.unified_sweep",),
     "unit/description/test_messages.py": ("fivebar_description.joint_sample",),

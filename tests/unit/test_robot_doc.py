@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/robot.md and docs/motkin.md tell every hardware fault, every key, and the load of the bus as the code does."""
+"""Every fault of drives has a recovery; their pages tell every key, and the load of the bus, as the code does."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from fivebar_bringup.reference.faults import ADVICE, faults_page
 from fivebar_control.hardware.configuration import Bus, Drive, StartPosture, load_drives
 from fivebar_control.hardware.controlled_joints import FAULTS as JOINT_FAULTS
 from fivebar_control.hardware.controlled_joints import JointsLink
-from fivebar_live.recovery import ADVICE
+from fivebar_control.hardware.drive_faults import FAULTS as BUS_FAULTS
 from fivebar_moteus.moteus_faults import FAULTS as MOTEUS_FAULTS
 from fivebar_motkin.board_faults import CAUSES
+from fivebar_motkin.board_faults import FAULTS as BOARD_FAULTS
 from fivebar_motkin.board_file import BoardDrive, BoardFile
 from fivebar_motkin_emulation.commands import USAGE as BOARD_USAGE
 from fivebar_odrive.odrive import FAULTS as ODRIVE_FAULTS
@@ -48,31 +50,41 @@ def raised(paths: Iterable[Path]) -> set[str]:
     return names
 
 
-def told(page: str) -> set[str]:
-    section = page.split("## Faults and recovery")[1].split("\n## ")[0]
-    return set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE))
-
-
-def test_every_fault_has_its_recovery_and_no_other_is_told() -> None:
+def test_every_fault_of_drives_has_its_recovery_and_no_other_is_told() -> None:
     assert BOARD_ONLY
     shared = {*(CONTROL / "hardware").glob("*.py"), CONTROL / "ros" / "drive_bridge.py"}
-    assert told(PAGE) == raised(shared)
-    assert told(BOARD_PAGE) == raised(BOARD_ONLY | {CONTROL / "hardware" / "configuration.py"}) | {
+    assert raised(shared) == set(BUS_FAULTS)
+    assert raised(BOARD_ONLY | {CONTROL / "hardware" / "configuration.py"}) | {
         name for name, _ in CAUSES.values()
-    }
-    assert raised(ODRIVE_ONLY) <= set(ODRIVE_FAULTS) == told(ODRIVE_PAGE)
-    assert raised(MOTEUS_ONLY) <= set(MOTEUS_FAULTS) == told(MOTEUS_PAGE)
+    } == set(BOARD_FAULTS)
+    assert raised(ODRIVE_ONLY) <= set(ODRIVE_FAULTS)
+    assert raised(MOTEUS_ONLY) <= set(MOTEUS_FAULTS)
     # published as texts: a second publisher's by a shared function, the watchdog's by a node
-    assert raised(JOINTS_ONLY) | {"second_publisher", "command_lost"} == set(JOINT_FAULTS) == told(JOINT_PAGE)
+    assert raised(JOINTS_ONLY) | {"second_publisher", "command_lost"} == set(JOINT_FAULTS)
 
 
-def test_every_fault_that_was_tried_is_one_that_a_page_or_the_graph_has() -> None:
-    known = {*told(PAGE), *ADVICE}
-    for page in (PAGE, BOARD_PAGE, ODRIVE_PAGE, MOTEUS_PAGE, JOINT_PAGE):
+def test_the_page_of_faults_has_those_of_the_graph_and_of_all_drives() -> None:
+    parts = faults_page().split("\n## ")[1:]
+    tables = {
+        part.partition("\n")[0]: re.findall(r"^\| `(\w+)` \| [^|]+\. \| [^|]+\. \|$", part, re.M) for part in parts
+    }
+    assert tables == {
+        "The graph": list(ADVICE),
+        "Drives: canopen": list(BUS_FAULTS),
+        "Drives: moteus": list(MOTEUS_FAULTS),
+        "Drives: motkin": list(BOARD_FAULTS),
+        "Drives: odrive": list(ODRIVE_FAULTS),
+        "Drives: ros2_control": list(JOINT_FAULTS),
+    }
+
+
+def test_every_fault_that_was_tried_is_one_that_there_is() -> None:
+    drives = (BUS_FAULTS, BOARD_FAULTS, ODRIVE_FAULTS, MOTEUS_FAULTS, JOINT_FAULTS)
+    for page, own in zip((PAGE, BOARD_PAGE, ODRIVE_PAGE, MOTEUS_PAGE, JOINT_PAGE), drives, strict=True):
         rows = page.split("## Faults that were tried")[1].split("\n## ")[0]
         named = set(re.findall(r"`([a-z]+_[a-z_]+)`", rows)) - {"missing_limit"}
         assert len(named) > 5
-        assert named <= known | told(page)
+        assert named <= {*ADVICE, *BUS_FAULTS, *own}
         tried = re.findall(r" \| (?:in one process|both ways|rehearsed|in a crossing)[^|]* \|$", rows, re.MULTILINE)
         assert len(tried) == rows.count("\n|") - 2
 

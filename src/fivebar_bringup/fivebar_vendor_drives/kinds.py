@@ -10,6 +10,7 @@ MOTKIN_BOARD = DriveKind(
     connection="fivebar_motkin.motor_board:connect",
     emulation="fivebar_motkin_emulation.emulation:EMULATOR",
     run_files="fivebar_vendor_drives.board_files:RUN_FILES",
+    faults="fivebar_motkin.board_faults:FAULTS",
     bridge="motkin_bridge",
     hardware="usb",
 )

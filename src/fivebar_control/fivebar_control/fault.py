@@ -9,7 +9,7 @@ from fivebar_description.outside_text import one_line
 
 
 class Fault(NamedTuple):
-    """A named cause for zero torque, and what was seen. docs/reference/graph.md and docs/robot.md list the names."""
+    """A named cause for zero torque, and what was seen. docs/reference/faults.md lists the names."""
 
     name: str
     detail: str

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from fivebar_control.fault import Fault
 from fivebar_description.interface import ACTIVE_JOINTS
 
@@ -27,6 +29,50 @@ CAUSES = {
 
 OF_BOARD = "correct the cause, reset the board by its own reset or its power, then reset here, which reopens the port"
 OF_BUTTON = "release the button, hold it again for 3 s until the board has recovered, then reset here"
+
+_RESET_BOARD = "Reset the board by its own reset or its power, then reset and enable."
+
+FAULTS: Mapping[str, tuple[str, str]] = {
+    **{name: (f"Control fault of the board: {meaning}.", _RESET_BOARD) for name, meaning in CAUSES.values()},
+    "board_driver": (f"Control fault of the board: {CAUSES[1][1]}.", f"Check supply and wiring. {_RESET_BOARD}"),
+    "board_encoder": (
+        "Control fault of the board: the encoder of a motor is stale.",
+        f"Check the encoder's cable and magnet. {_RESET_BOARD}",
+    ),
+    "emergency_button": (
+        "The emergency stop button was pressed.",
+        "Release it, hold it again for 3 s, then reset and enable.",
+    ),
+    "motors_not_ready": (
+        "The board's saved calibration or a start-up check is missing.",
+        f"Calibrate. {_RESET_BOARD}",
+    ),
+    "posture_unconfirmed": (
+        "On activate: the robot does not stand where its motion starts.",
+        "Move it there, or calibrate the zero.",
+    ),
+    "feedback_missing": (
+        "No state came in more than missing_limit cycles.",
+        "Check cable, hub and load of the computer, then reset and enable.",
+    ),
+    "command_lost": (
+        "States come, but no echo of more than missing_limit commands.",
+        "Check cable, hub and load of the computer, then reset and enable.",
+    ),
+    "board_lost": (
+        "The port is gone: a torn cable, or a board without power.",
+        "Plug it in, then reset and enable.",
+    ),
+    "port_missing": (
+        "On configure or reset: the port cannot be opened.",
+        "Check its name, permissions and cable.",
+    ),
+    "board_missing": (
+        "On configure, activate or reset: the port is there, but no board answers.",
+        "Look for another device on that port, and at the firmware.",
+    ),
+}
+"""Meaning and recovery of the faults."""
 
 
 def fault_of(flags: int) -> Fault | None:

@@ -11,6 +11,7 @@ CANOPEN_DRIVES = DriveKind(
     connection="fivebar_control.hardware.drive_bus:connect",
     emulation="fivebar_sim.drives.hardware:EMULATOR",
     run_files="fivebar_bringup.drives.can_files:RUN_FILES",
+    faults="fivebar_control.hardware.drive_faults:FAULTS",
     bridge="dextar_bridge",
     hardware="socketcan",
 )

@@ -12,6 +12,7 @@ from typing import Annotated, Any, NamedTuple
 from sensor_msgs.msg import JointState
 
 from fivebar_bringup.graph.node_spec import BRIDGES
+from fivebar_bringup.reference.faults import advice_of_drives
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.parameters import scenario_of
 from fivebar_description.interface import GOAL, GOAL_STATUS
@@ -26,7 +27,6 @@ from fivebar_live.commands import MOVE, PLAN, STOP, Command
 from fivebar_live.ending import ended_message
 from fivebar_live.page import live_page, live_scene
 from fivebar_live.preview import Preview, answer_to
-from fivebar_live.recovery import advice_of_drives
 from fivebar_live.ros.graph_states import GraphStates
 from fivebar_live.ros.parameter_query import ParameterQuery
 from fivebar_live.ros.sample_feed import SampleFeed

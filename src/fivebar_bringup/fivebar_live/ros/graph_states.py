@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import String
 
+from fivebar_bringup.reference.faults import advice
 from fivebar_bringup.ros.diagnostics_listener import LEVELS, LONGEST_NAME, MOST_NODES
 from fivebar_description.interface import (
     ALL_WELL,
@@ -25,7 +26,6 @@ from fivebar_description.outside_text import one_line
 from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.status_texts import read_goal_status, read_run_status
-from fivebar_live.recovery import advice
 from fivebar_live.run_state import OFF, RunWord, node_level, run_state
 
 R = TypeVar("R")
