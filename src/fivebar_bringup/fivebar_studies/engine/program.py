@@ -64,6 +64,7 @@ def program_digest(
     rigs: Iterable[str] = (),
     controllers: Iterable[str] = (),
     scenarios: Iterable[Scenario] = (),
+    modules: Iterable[str] = (),
 ) -> str:
     """Return a digest of the source files, robots, rigs, laws from elsewhere and scenarios that decide rows.
 
@@ -73,6 +74,7 @@ def program_digest(
         deciding: patterns of files besides those of `DECIDING`, as PACKAGE/PATTERN.
         robots, rigs, controllers: by name.
         scenarios: as they were read.
+        modules: names of those from elsewhere whose file decides rows.
     """
     total = hashlib.sha256()
     for robot in sorted({*robots, *(find_rig(rig).robot for rig in rigs)}):
@@ -83,6 +85,9 @@ def program_digest(
         total.update(repr(scenario.model_dump()).encode())
     for name in sorted(set(controllers) - set(CONTROLLERS)):
         total.update(f"{name} {_law_digest(find_controller(name).nominal)}\n".encode())
+    for name in modules:
+        file = getattr(import_module(name), "__file__", None)
+        total.update(name.encode() + (b"" if file is None else Path(file).read_bytes()))
     for name, path in deciding_files(deciding).items():
         total.update(f"{name}\n".encode())
         total.update(path.read_bytes())
