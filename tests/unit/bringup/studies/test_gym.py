@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import sys
 import warnings
+from importlib import import_module
 from typing import Any
 
 import gymnasium
@@ -216,3 +218,10 @@ def test_actions_and_crossings_that_cannot_be_are_refused() -> None:
         env.step((0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"actions of shape \(2,\): expected \(2, 2\)"):
         envs.step(np.zeros(2))
+
+
+def test_without_gymnasium_its_import_says_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "fivebar_gym", raising=False)
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    with pytest.raises(InputError, match="gymnasium is not installed: "):
+        import_module("fivebar_gym")
