@@ -18,6 +18,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.compiling import digest
 from fivebar_control.laws.law import Law
 from fivebar_control.laws.registry import CONTROLLERS, find_controller
+from fivebar_description.modules import load_part
 from fivebar_description.optional import SENSORS, registered
 from fivebar_description.robot_file import read_robot
 from fivebar_studies.rigs.named import find_rig
@@ -75,6 +76,9 @@ def program_digest(
         robots, rigs, controllers: by name.
         scenarios: as they were read.
         modules: names of those from elsewhere whose file decides rows.
+
+    Raises:
+        InputError: a law or a module from elsewhere cannot be loaded.
     """
     total = hashlib.sha256()
     for robot in sorted({*robots, *(find_rig(rig).robot for rig in rigs)}):
@@ -86,7 +90,7 @@ def program_digest(
     for name in sorted(set(controllers) - set(CONTROLLERS)):
         total.update(f"{name} {_law_digest(find_controller(name).nominal)}\n".encode())
     for name in modules:
-        file = getattr(import_module(name), "__file__", None)
+        file = getattr(load_part(name), "__file__", None)
         total.update(name.encode() + (b"" if file is None else Path(file).read_bytes()))
     for name, path in deciding_files(deciding).items():
         total.update(f"{name}\n".encode())

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.simulation.observation import Observation
+from fivebar_description.strict_yaml import InputError
 from fivebar_studies.benchmark.crossings import benchmark
 from fivebar_studies.benchmark.running import POLICY_FAILED, BenchmarkSettings
 from fivebar_studies.benchmark.scoring import Result, success
@@ -88,11 +89,21 @@ def test_its_scores_stand_beside_those_of_the_laws(tmp_path: Path) -> None:
     assert found == {"ctc": 1, "law_policies:Unified": 2}
 
 
-def test_a_policy_decides_the_rows_and_is_in_the_command() -> None:
-    """Rows of one policy are not resumed with another one, whose module may be another version."""
+def test_a_policy_decides_the_rows_and_is_in_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rows of one policy are not resumed with another version of its module, nor without that."""
     settings = settings_of("ctc", controllers=("ctc",), cases=9)
     assert command_of(settings) == (
         "fivebar benchmark --rig ideal --controllers ctc --policy law_policies:ctc --observation all --cases 9"
     )
     without = settings.model_copy(update={"policy": ""})
     assert BENCHMARK.program(settings) != BENCHMARK.program(without)
+    module = tmp_path / "changing_policy.py"
+    monkeypatch.syspath_prepend(tmp_path)
+    changing, digests = settings.model_copy(update={"policy": "changing_policy:policy"}), []
+    for torque in ("0.0", "0.1"):
+        module.write_text(f"def policy(seen):\n    return {torque}, 0.0\n", encoding="utf-8")
+        digests.append(BENCHMARK.program(changing))
+    assert digests[0] != digests[1]
+    missing = settings.model_copy(update={"policy": "missing_policy:policy"})
+    with pytest.raises(InputError, match="missing_policy: cannot be loaded: No module named 'missing_policy'"):
+        BENCHMARK.program(missing)
