@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from engine_speed import EngineSpeed, engine_speed
+from environment_speed import ENVIRONMENTS, environment_speed
 from estimator_speed import estimator_us
 from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -26,6 +27,9 @@ ESTIMATED = {"from encoders": "middle_encoders", "with a gyroscope": "gyro_middl
 STEPPED = {"all joints": "unified_middle", "from encoders": "middle_encoders", "with a gyroscope": "gyro_middle"}
 """Scenarios whose controller is stepped, by what it knows."""
 
+RIGS = ("ideal", "calibrated")
+"""Rigs on whose robots the environment of gymnasium is measured."""
+
 REHEARSED = "middle_moteus"
 """Scenario that is rehearsed on emulated drives, whose bridge is in a process of its own, and in that of the chain."""
 
@@ -44,6 +48,7 @@ def main() -> None:
         plain_steps, fast_steps = (
             {words: step_speed(name, compiled) for words, name in STEPPED.items()} for compiled in (False, True)
         )
+        environments = {rig: environment_speed(rig) for rig in RIGS}
         beside_mujoco = mujoco_us("dextar", 1.0 / scenario.rate_hz, 1000)
         ring_before = bare_chain_p50_ms()
         longer = scenario.model_copy(update={"segment_duration": 5.0})
@@ -67,6 +72,10 @@ def main() -> None:
         table.add_row(f"step of the controller, {words}", both, "")
         table.add_row(f"step of its plant, {words}", f"{step.plant:.0f} us", "")
     table.add_row("steps of MuJoCo in a period", f"{beside_mujoco:.0f} us", "")
+    for rig, made in environments.items():
+        target = "at least 100000" if rig == "ideal" else ""
+        table.add_row(f"{ENVIRONMENTS} environments, {rig}", f"{made.steps:.0f} steps per second", target)
+        table.add_row("the same / samples of the compiled closed loop", f"{made.steps / made.loop:.2f}", "")
     table.add_row("node graph in lockstep", f"{graph.realtime_factor:.2f} x real time", "at least 0.5")
     table.add_row("cycle of the graph", f"{graph.cycle_p50_ms:.2f} ms median, {graph.cycle_p99_ms:.2f} ms p99", "")
     table.add_row(f"bare ring of {HOPS} nodes", f"{ring_before:.2f} and {ring_after:.2f} ms median", "")

@@ -28,7 +28,7 @@ setup(
         "cluster": ["distributed>=2026.8", "dask-jobqueue>=0.9", "cryptography>=42"],
         **{
             extra: [one for one in section("tests") if name_of(one) in names]
-            for extra, names in {"data": ("pandas", "pyarrow"), "moteus": ("moteus",)}.items()
+            for extra, names in {"data": ("pandas", "pyarrow"), "gym": ("gymnasium",), "moteus": ("moteus",)}.items()
         },
     },
     install_requires=[

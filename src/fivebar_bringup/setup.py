@@ -45,6 +45,7 @@ ROS and apt install is not always one. The distribution `fivebar` asks for all o
 OPTIONAL = (
     "fivebar_camera_runs",
     "fivebar_commission",
+    "fivebar_gym",
     "fivebar_live",
     "fivebar_play",
     "fivebar_studies",

@@ -65,6 +65,7 @@ SIMULATED = {
 OPTIONAL = {
     "fivebar_studies": set[str](),
     "fivebar_camera_runs": {"fivebar_camera", "fivebar_vision", "fivebar_optics"},
+    "fivebar_gym": {"fivebar_studies"},
     "fivebar_live": set[str](),
     "fivebar_play": set[str](),
     "fivebar_commission": {"fivebar_studies", "fivebar_odrive_emulation"},

@@ -11,7 +11,7 @@ SCRIPTS = {"studies": TESTS.parent / "docs" / "studies", "bench": TESTS.parent /
 """Folders of scripts, by the name that stands before those of their modules here."""
 
 OPTIONAL = (
-    *("fivebar_live", "fivebar_play", "fivebar_commission", "fivebar_studies", "fivebar_mujoco"),
+    *("fivebar_gym", "fivebar_live", "fivebar_play", "fivebar_commission", "fivebar_studies", "fivebar_mujoco"),
     *("fivebar_camera", "fivebar_camera_runs", "fivebar_optics", "fivebar_vision"),
     *("fivebar_moteus", "fivebar_odrive", "fivebar_motkin", "fivebar_motkin_emulation"),
 )
@@ -119,6 +119,7 @@ ELSEWHERE = {
         "fivebar_bringup.simulation.run_metrics",
         "fivebar_bringup.simulation.table_rows",
     ),
+    "unit/bringup/simulation/test_stepped_run.py": ("fivebar_bringup.simulation.observation",),
     "unit/bringup/simulation/test_engine_with_camera.py": ("fivebar_camera_runs.simulation",),
     "unit/bringup/commission/test_practice.py": (
         "fivebar_commission.cli",

@@ -197,7 +197,16 @@ INSTALLED_BY = {path.parent.name: path.parents[1].name for path in ROOT.glob("sr
 
 
 def test_packages_of_ros_are_declared() -> None:
-    known = {*sys.stdlib_module_names, *DISTRIBUTIONS, "pydantic_core", "pandas", "pyarrow", "moteus", "fivebar"}
+    known = {
+        *sys.stdlib_module_names,
+        *DISTRIBUTIONS,
+        "pydantic_core",
+        "pandas",
+        "pyarrow",
+        "gymnasium",
+        "moteus",
+        "fivebar",
+    }
     known |= {requirements.name_of(one) for one in requirements.section("runtime")}
     home = {
         package.parent.name: manifest.parent.name

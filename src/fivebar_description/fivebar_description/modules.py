@@ -64,11 +64,11 @@ def load_part(place: str) -> Any:
     except (ImportError, AttributeError) as error:
         raise InputError(f"{place}: cannot be loaded: {error}") from error
     except Exception as error:
-        raise InputError(f"{place}: cannot be loaded: {_with_place(error)}") from error
+        raise InputError(f"{place}: cannot be loaded: {error_with_place(error)}") from error
 
 
-def _with_place(error: Exception) -> str:
-    """Return what an error of a module is, and in which line, which a SyntaxError says by itself."""
+def error_with_place(error: Exception) -> str:
+    """Return what an error of somebody else's module is, and in which line, which a SyntaxError says by itself."""
     words = f"{type(error).__name__}: {unwrapped(error)}"
     if isinstance(error, SyntaxError):
         return words

@@ -54,9 +54,9 @@ class BenchmarkCrossing(NamedTuple):
     duration: float
     mode_changes: int
 
-    def on(self, rig: str, robot: str = "") -> Draw:
+    def on(self, rig: str, robot: str = "", seed: int = SEED) -> Draw:
         """Return the crossing with the robot that a rig has for it, or with one of another make on such a rig."""
-        case = on_robot(Draw(*self[:8], 1.0, 1.0, 1.0, None, 0, seed=SEED, robot=robot), rig)
+        case = on_robot(Draw(*self[:8], 1.0, 1.0, 1.0, None, 0, seed=seed, robot=robot), rig)
         return case._replace(rig=VARIED) if robot else case
 
 
@@ -72,12 +72,17 @@ def benchmark() -> list[BenchmarkCrossing]:
 
 def crossing_of(robot: str, number: int) -> BenchmarkCrossing:
     """Return a crossing by its number: of the file that is shipped, or drawn alike for a robot of another make."""
-    return benchmark()[number] if robot == ROBOT else _drawn(robot, number)
+    return benchmark()[number] if robot == ROBOT else drawn_crossing(SEED, robot, number)
 
 
 @lru_cache(maxsize=2 * CROSSINGS)
-def _drawn(robot: str, number: int) -> BenchmarkCrossing:
-    attempts = (draw(SEED, number * ATTEMPTS + attempt, VARIED, robot) for attempt in range(ATTEMPTS))
+def drawn_crossing(seed: int, robot: str, number: int) -> BenchmarkCrossing:
+    """Return a crossing that is drawn for a robot, by its number.
+
+    Raises:
+        InputError: the drives are too weak for any.
+    """
+    attempts = (draw(seed, number * ATTEMPTS + attempt, VARIED, robot) for attempt in range(ATTEMPTS))
     found = next(filter(None, (_accepted(case, number, robot) for case in attempts)), None)
     if found is None:
         raise InputError(

@@ -58,6 +58,7 @@ def command_of(settings: BenchmarkSettings) -> str:
     words = [f"fivebar benchmark --rig {quote(','.join(settings.rigs))}"]
     words += settings.options("controllers")
     words += [f"--robot {quote(settings.robot)}"] if settings.robot else []
+    words += [f"--policy {quote(settings.policy)} --observation {settings.observation}"] if settings.policy else []
     return " ".join([*words, f"--cases {settings.cases}"])
 
 
@@ -71,7 +72,11 @@ BENCHMARK = Study(
     chunk=lambda settings: 2,
     report=benchmark_report,
     program=lambda settings: program_digest(
-        (*DECIDING, "fivebar_studies/benchmark/*.py"), (settings.make,), settings.rigs, settings.controllers
+        (*DECIDING, "fivebar_studies/benchmark/*.py"),
+        (settings.make,),
+        settings.rigs,
+        settings.controllers,
+        modules=[settings.policy.partition(":")[0]] if settings.policy else (),
     ),
     command=command_of,
 )

@@ -11,6 +11,7 @@ import typer
 
 from fivebar_bringup.cli.app import Group, JobsOption, JsonOption, command, input_errors
 from fivebar_bringup.cli.printing import Printer, complain
+from fivebar_bringup.simulation.observation import Observation
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_studies.cli.study_options import (
     Machines,
@@ -28,7 +29,7 @@ from fivebar_studies.cli.study_options import (
 @command(
     Group.STUDY,
     former={"--controller": "--controllers", "--rigs": "--rig", "--crossings": "--cases"},
-    idle={"--score": ("--out", "--jobs", "--scheduler", "--scheduler-file")},
+    idle={"--score": ("--policy", "--observation", "--out", "--jobs", "--scheduler", "--scheduler-file")},
 )
 def benchmark(
     cases: Annotated[
@@ -45,6 +46,20 @@ def benchmark(
         ),
     ] = None,
     robot: StudyRobotOption = None,
+    policy: Annotated[
+        str | None,
+        typer.Option(
+            "--policy",
+            metavar="MODULE:NAME",
+            help="Besides, a function of the observation that returns both torques in Nm, or a class whose objects do.",
+        ),
+    ] = None,
+    observation: Annotated[
+        Observation | None,
+        typer.Option(
+            "--observation", help="The encoders that it reads: on all joints, or on the motors alone. [default: all]"
+        ),
+    ] = None,
     out: StudyOutOption = None,
     score: Annotated[
         Path | None,
@@ -57,13 +72,17 @@ def benchmark(
 ) -> None:
     """Score controllers on 1000 fixed crossings; also your own.
 
-    The crossings and the rules of success are the same for everybody; --score takes results from elsewhere.
+    The crossings and the rules of success are the same for everybody; --policy takes any function of the observation,
+    --score results from elsewhere.
 
     Example: `fivebar benchmark --rig calibrated --controllers unified --cases 100`
+
+    Example: `fivebar benchmark --policy my_module:policy --controllers unified --cases 100`
 
     Example: `fivebar benchmark --score mine.csv`
     """
     from fivebar_description.files import LARGEST_TABLE, read_text
+    from fivebar_studies.benchmark.running import check_policy_of
     from fivebar_studies.benchmark.scoring import read_results
     from fivebar_studies.benchmark.study import BENCHMARK
     from fivebar_studies.rigs.declared import robot_name
@@ -75,6 +94,8 @@ def benchmark(
             "controllers": chosen_controllers(controllers),
             "cases": cases,
             "robot": None if robot is None else robot_name(robot),
+            "policy": policy,
+            "observation": observation,
         }
         if score is not None:
             results = read_results(read_text(score, LARGEST_TABLE), str(score))
@@ -84,6 +105,7 @@ def benchmark(
             if out is not None and out.suffix == ".csv":
                 out = out.with_suffix("")
                 complain(f"--out FILE.csv is deprecated: the results are in {out / 'benchmark.csv'}")
+            check_policy_of(BENCHMARK.settings_with(given))
             machines = Machines(jobs, scheduler, scheduler_file)
             made = run_command(BENCHMARK.place, given, out, machines, as_json)
             content, shown, page = made.content, made.shown, made.page

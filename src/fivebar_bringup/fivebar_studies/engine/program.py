@@ -18,6 +18,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.compiling import digest
 from fivebar_control.laws.law import Law
 from fivebar_control.laws.registry import CONTROLLERS, find_controller
+from fivebar_description.modules import load_part
 from fivebar_description.optional import SENSORS, registered
 from fivebar_description.robot_file import read_robot
 from fivebar_studies.rigs.named import find_rig
@@ -64,6 +65,7 @@ def program_digest(
     rigs: Iterable[str] = (),
     controllers: Iterable[str] = (),
     scenarios: Iterable[Scenario] = (),
+    modules: Iterable[str] = (),
 ) -> str:
     """Return a digest of the source files, robots, rigs, laws from elsewhere and scenarios that decide rows.
 
@@ -73,6 +75,10 @@ def program_digest(
         deciding: patterns of files besides those of `DECIDING`, as PACKAGE/PATTERN.
         robots, rigs, controllers: by name.
         scenarios: as they were read.
+        modules: names of those from elsewhere whose file decides rows.
+
+    Raises:
+        InputError: a law or a module from elsewhere cannot be loaded.
     """
     total = hashlib.sha256()
     for robot in sorted({*robots, *(find_rig(rig).robot for rig in rigs)}):
@@ -83,6 +89,9 @@ def program_digest(
         total.update(repr(scenario.model_dump()).encode())
     for name in sorted(set(controllers) - set(CONTROLLERS)):
         total.update(f"{name} {_law_digest(find_controller(name).nominal)}\n".encode())
+    for name in modules:
+        file = getattr(load_part(name), "__file__", None)
+        total.update(name.encode() + (b"" if file is None else Path(file).read_bytes()))
     for name, path in deciding_files(deciding).items():
         total.update(f"{name}\n".encode())
         total.update(path.read_bytes())

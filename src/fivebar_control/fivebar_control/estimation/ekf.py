@@ -130,10 +130,32 @@ def as_vector(estimate: Estimate) -> Vector:
 
 
 def from_vector(vector: Vector) -> Estimate:
-    """Return the estimate with the entries of a vector, [SIZE]."""
+    """Return the estimate with the entries of a vector, [SIZE], as numbers of Python: those of numpy are slow."""
     v = vector
-    errors = ConstantErrors(v[ZERO1], v[ZERO2], v[L11], v[L12], v[L21], v[L22], v[BASE1], v[BASE2], v[SCALE])
-    return Estimate(v[X], v[Y], v[VX], v[VY], v[D1], v[D2], v[BIAS], v[CLOCK_ERROR], v[PASSIVE], v[FX], v[FY], errors)
+    return Estimate(
+        x=float(v[X]),
+        y=float(v[Y]),
+        vx=float(v[VX]),
+        vy=float(v[VY]),
+        d1=float(v[D1]),
+        d2=float(v[D2]),
+        bias=float(v[BIAS]),
+        clock=float(v[CLOCK_ERROR]),
+        passive=float(v[PASSIVE]),
+        fx=float(v[FX]),
+        fy=float(v[FY]),
+        errors=ConstantErrors(
+            zero1=float(v[ZERO1]),
+            zero2=float(v[ZERO2]),
+            l_11=float(v[L11]),
+            l_12=float(v[L12]),
+            l_21=float(v[L21]),
+            l_22=float(v[L22]),
+            base1=float(v[BASE1]),
+            base2=float(v[BASE2]),
+            scale=float(v[SCALE]),
+        ),
+    )
 
 
 class Belief(NamedTuple):

@@ -94,21 +94,6 @@ def leg_at_rest(leg: LegParameters, mode: int, x: float, y: float) -> LegMotion:
     return leg_motion(leg, mode, x, y, 0.0, 0.0)
 
 
-def loaded(model: PlatformModel, fx: float, fy: float) -> PlatformModel:
-    """Return the model with a force (N) on the platform: M xddot + h - F = N^T (tau - f)."""
-    return PlatformModel(
-        model.m_xx,
-        model.m_xy,
-        model.m_yy,
-        model.h_x - fx,
-        model.h_y - fy,
-        model.n1_x,
-        model.n1_y,
-        model.n2_x,
-        model.n2_y,
-    )
-
-
 def platform_acceleration(
     robot: FiveBar,
     mode1: int,
@@ -129,8 +114,8 @@ def platform_acceleration(
     one, two = robot.leg1, robot.leg2
     leg1 = leg_motion(one, mode1, x, y, vx, vy)
     leg2 = leg_motion(two, mode2, x, y, vx, vy)
-    pushed = loaded(_model(robot, leg1, leg2), fx, fy)
-    return platform_motion(pushed, tau1 - _lost(robot, one, leg1), tau2 - _lost(robot, two, leg2))
+    model = _model(robot, leg1, leg2)
+    return platform_motion(model, tau1 - _lost(robot, one, leg1), tau2 - _lost(robot, two, leg2), fx, fy)
 
 
 def _lost(robot: FiveBar, leg: LegParameters, moving: LegMotion) -> float:
@@ -204,7 +189,7 @@ def acceleration_derivatives(
     leg2 = leg_motion(robot.leg2, mode2, x, y, vx, vy)
     model = _model(robot, leg1, leg2)
     f1, f2 = _lost(robot, robot.leg1, leg1), _lost(robot, robot.leg2, leg2)
-    ax, ay = platform_motion(loaded(model, fx, fy), tau1 - f1, tau2 - f2)
+    ax, ay = platform_motion(model, tau1 - f1, tau2 - f2, fx, fy)
     px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
     for leg, moving, net in ((robot.leg1, leg1, tau1 - f1), (robot.leg2, leg2, tau2 - f2)):
         n_x, n_y, zz = moving.n_x, moving.n_y, leg.inertia

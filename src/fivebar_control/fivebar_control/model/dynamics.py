@@ -188,10 +188,12 @@ def direct_dynamics_of_platform(
     return platform_motion(platform_model(robot, state), tau1 - f1, tau2 - f2)
 
 
-def platform_motion(model: PlatformModel, drive1: float, drive2: float) -> tuple[float, float]:
-    """Return xddot (m/s^2) under motor torques without friction (Nm): M^-1 (N^T (tau - f) - h)."""
-    right_x = model.n1_x * drive1 + model.n2_x * drive2 - model.h_x
-    right_y = model.n1_y * drive1 + model.n2_y * drive2 - model.h_y
+def platform_motion(
+    model: PlatformModel, drive1: float, drive2: float, fx: float = 0.0, fy: float = 0.0
+) -> tuple[float, float]:
+    """Return xddot (m/s^2) under motor torques without friction (Nm) and a force (N): M^-1 (N^T (tau - f) + F - h)."""
+    right_x = model.n1_x * drive1 + model.n2_x * drive2 - (model.h_x - fx)
+    right_y = model.n1_y * drive1 + model.n2_y * drive2 - (model.h_y - fy)
     determinant = model.m_xx * model.m_yy - model.m_xy * model.m_xy
     return (
         (model.m_yy * right_x - model.m_xy * right_y) / determinant,

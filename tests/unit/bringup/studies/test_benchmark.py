@@ -213,7 +213,7 @@ def test_a_benchmark_on_a_full_disk_names_the_file_and_resumes(tmp_path: Path, m
     monkeypatch.setattr(chunks, "load_part", lambda place: study)
     given, file = {"controllers": ("mine:LAW",), "cases": 4}, tmp_path / "benchmark.csv"
     whole = HEAD + RESULTS.lines(GOOD._replace(crossing=number, controller="mine:LAW") for number in range(4))
-    monkeypatch.setattr("fivebar_studies.benchmark.study.program_digest", lambda *_: "")
+    monkeypatch.setattr("fivebar_studies.benchmark.study.program_digest", lambda *_, modules: "")
     with full_disk(len(whole) - 5), pytest.raises(InputError) as error:
         run_study(study, given, tmp_path)
     assert str(error.value) == f"{file}: cannot be used for the results: File too large"
