@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random rests on the Type 2 locus, and what becomes of the robots that are released from there by their motors.
 
-`python docs/studies/release_study.py [--rests 500] [--rig calibrated --rig good --rig middling]`
+`python docs/studies/release_study.py [--rests 500] [--rig calibrated --rig good --rig middling]
+[--without-gyroscope]`
 draws robots of each rig, puts each on a place of its own locus or up to 5 mm beside, lets it come to rest at zero
 torque, and releases it by what its encoders and gyroscope read. Half of them rest stretched, half folded; of these the
 platform's place is known within 5 mm. A push of the rig comes while it is released. It prints the counts of
@@ -243,9 +244,11 @@ def _posture(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> Post
     return q.q11, q.q12, q.q21, q.q22
 
 
-def released(rest: DrawnRest) -> ReleaseRun | str | None:
+def released(rest: DrawnRest, gyroscope: bool = True) -> ReleaseRun | str | None:
     """Return what became of a rest, or why it is refused; None where the robot comes to no rest near the locus."""
     scenario, rate_hz = rest.scenario, rest.scenario.rate_hz
+    if not gyroscope:
+        scenario = scenario.model_copy(update={"ekf": scenario.ekf._replace(gyro=False)})
     bench = bench_of(scenario)
     state = _settled()(bench, resting(*rest.joints), round(SETTLING * rate_hz))
     exact, seen = joints_of(state), joints_seen(state)
@@ -262,7 +265,7 @@ def released(rest: DrawnRest) -> ReleaseRun | str | None:
     samples = round(LONGEST * rate_hz)
     errors = gyro_errors(scenario.imu, stream, samples)
     every = scenario.imu.schedule(rate_hz).every
-    errors[np.arange(samples) % every != 0] = math.nan
+    errors[(np.arange(samples) % every != 0) | (not gyroscope)] = math.nan
     one = _run()(bench, plan.release, state, errors, np.zeros(samples), round(AFTERWARDS * rate_hz))
     exact = joints_of(one.state)
     there = state_from_joints(bench.actual, exact.q11, exact.q12, exact.q21, exact.q22, 0.0, 0.0, 0.0, 0.0)
@@ -307,13 +310,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rests", type=int, default=500)
     parser.add_argument("--seed", type=int, default=404040)
     parser.add_argument("--rig", action="append")
+    parser.add_argument("--without-gyroscope", action="store_true", help="rests with stretched links only")
     options = parser.parse_args(arguments)
     for rig in options.rig or ("calibrated", "good", "middling"):
-        for first, branch in enumerate(BRANCHES):
+        for first, branch in enumerate(BRANCHES[:1] if options.without_gyroscope else BRANCHES):
             runs: list[ReleaseRun | str] = []
             numbers = itertools.count(first, len(BRANCHES))
             while len(runs) < options.rests // len(BRANCHES):
-                run = released(drawn_rest(rig, options.seed, next(numbers)))
+                run = released(drawn_rest(rig, options.seed, next(numbers)), not options.without_gyroscope)
                 if run is not None:
                     runs.append(run)
             print(line(rig, branch, runs), flush=True)

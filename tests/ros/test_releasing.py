@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 from graph_probe import Bench, Probe
@@ -35,16 +36,26 @@ from fivebar_sim.effects.settings import PlantSettings
 RATE = 100
 LOCUS_Y = math.sqrt(0.09**2 - 0.031**2)
 SCENARIO = "gyro_middle"
+ENCODERS = """
+name: encoders
+controller: unified
+waypoints: [[0.0, 0.15], [0.0, 0.02]]
+segment_duration: 1.0
+plant: {encoder_counts: 200000}
+estimator: ekf
+force: true
+"""
+"""The same without a gyroscope."""
 
 
 class Stopped:
     """A blender whose robot a fault has stopped, and that robot, in MuJoCo."""
 
-    def __init__(self, bench: Bench) -> None:
-        scenario = load_scenario(SCENARIO)
+    def __init__(self, bench: Bench, name: str = SCENARIO) -> None:
+        scenario = load_scenario(name)
         self.robot = scenario.five_bar()
-        self._imu = scenario.imu
-        bench.start("blender", scenario=SCENARIO, rate_hz=RATE)
+        self._imu, self._gyro = scenario.imu, scenario.gyro
+        bench.start("blender", scenario=name, rate_hz=RATE)
         self.probe: Probe = bench.probe()
         torques = [law.topic for law in scenario.scheme().laws]
         self.probe.join(
@@ -88,7 +99,8 @@ class Stopped:
         axis = self._imu.rotation()[2]
         turning = reading.angular_velocity
         turning.x, turning.y, turning.z = (one * (dq21 + dq22) for one in axis)
-        self.probe.publish(IMU_DATA, reading)
+        if self._gyro:
+            self.probe.publish(IMU_DATA, reading)
         self.probe.publish(MOTOR_STATES, joint_state(stamp, ACTIVE_JOINTS, (q11, q21), (0.0, 0.0), (0.0, 0.0)))
 
         def answered() -> bool:
@@ -129,6 +141,31 @@ def test_it_moves_a_stopped_robot_off_the_locus_and_says_where_it_is(bench: Benc
     # the fault stays latched, and the robot without torque
     assert stopped.probe.got(SAFETY_STATE)[-1].data.startswith("estimate_ambiguous")
     assert tuple(stopped.probe.got(TORQUE_COMMAND)[-1].effort) == (0.0, 0.0)
+
+
+@pytest.mark.extra
+def test_without_a_gyroscope_it_drives_the_platform_to_a_side_first(bench: Bench, tmp_path: Path) -> None:
+    file = tmp_path / "encoders.yaml"
+    file.write_text(ENCODERS, encoding="utf-8")
+    stopped = Stopped(bench, str(file))
+    stopped.fault()
+    assert stopped.release().success
+    stopped.heard()
+    torques = []
+    for _ in range(5 * RATE):
+        torques.append(stopped.measure())
+        if stopped.over:
+            break
+        assert math.isfinite(stopped.motion.advance(torques[-1]))
+    # no torque while it is planned, which takes samples, then the rest, in which only friction is held
+    assert torques[0] == (0.0, 0.0)
+    assert max(max(map(abs, one)) for one in torques[:30]) < 0.2
+    assert max(max(map(abs, one)) for one in torques) > 0.8
+    position, velocity = stopped.motion.joints
+    state = state_from_joints(stopped.robot, *position.tolist(), *velocity.tolist())
+    assert stopped.status().startswith("released: in assembly mode +, the platform at (")
+    assert assembly_mode(state) == 1
+    assert inverse_condition(state) > 0.15
 
 
 @pytest.mark.parametrize("by", ["emergency stop", "drives", "another fault"])

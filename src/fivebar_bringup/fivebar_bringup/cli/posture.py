@@ -47,6 +47,10 @@ def posture(
         tuple[float, float] | None,
         typer.Option(metavar="X Y", help="With --release: where the platform is, m, within 10 mm."),
     ] = None,
+    without_gyroscope: Annotated[
+        bool,
+        typer.Option("--without-gyroscope", help="With --release: the robot has none [default: as in the run]."),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Tell where a robot at rest stands, from its motor angles.
@@ -85,22 +89,26 @@ def posture(
             standing = standing_after(after)
             known, tolerances = standing.scenario.five_bar(), standing.scenario.known_within()
             angles, file, rate_hz = (standing.q11, standing.q21), standing.scenario.robot, standing.scenario.rate_hz
-            safety = standing.scenario.safety_settings()
+            safety, loads = standing.scenario.safety_settings(), standing.scenario.to_bear()
+            seen = standing.scenario.gyro or not standing.scenario.estimated
         elif after is None and q11 is not None and q21 is not None:
             file = DEFAULT_ROBOT if robot is None else robot
             rate_hz = ControlScenario.model_fields["rate_hz"].default
             known, tolerances, angles = load_robot(file), read_robot(file).tolerances, (q11, q21)
-            safety = _safety_of(file)
+            safety, loads, seen = _safety_of(file), read_robot(file).loads, True
         else:
             raise InputError("Q11 Q21 and --after: expected one of them")
         stand = standstill_at(known, tolerances, *angles)
         planned = None
         if platform is not None and not (release and all(map(math.isfinite, platform))):
             raise InputError(f"--platform: {platform[0]} {platform[1]}: expected two finite numbers with --release")
+        if without_gyroscope and not release:
+            raise InputError("--without-gyroscope: expected with --release")
         if release:
+            seen = seen and not without_gyroscope
             passes = read_robot(file).elbows_pass
             limits = guard_limits_of(safety, rate_hz)
-            planned = plan_release(known, tolerances, limits, passes, rate_hz, *angles, platform)
+            planned = plan_release(known, tolerances, limits, passes, rate_hz, *angles, platform, seen, loads)
             stand = planned.stand
         if stand is None:
             raise InputError(f"Q11 Q21: at {angles[0]:g}, {angles[1]:g} rad both elbows are in one place")
@@ -136,6 +144,9 @@ def _values(planned: ReleasePlan) -> dict[str, object]:
         "seconds": one.way / one.pace,
         "falls_to": list(planned.modes),
         "ends_m": [list(end) for end in planned.ends],
+        "odds": None if math.isnan(planned.odds) else planned.odds,
+        "drive_m": one.drive.length,
+        "drive_seconds": one.drive.duration if one.drive.side else 0.0,
         "motor_speed_rad_s": one.motor_speed,
         "link_rate_rad_s": one.link_rate,
         "travel_rad": one.travel,
@@ -155,11 +166,29 @@ def _of_release(planned: ReleasePlan) -> list[str]:
     return [
         f"release: the motors turn by {one.per_way1 * one.way:+.4f} and {one.per_way2 * one.way:+.4f} rad, which moves"
         f" the elbows by {1e3 * one.way:.2f} mm, with {one.cap1:.3f} and {one.cap2:.3f} Nm at most",
-        f"  it ends in {falls}" + ("" if planned.pivot else "; which of them the gyroscope tells"),
+        *_of_drive(planned),
+        f"  it ends in {falls}" + ("" if planned.pivot else _which(planned)),
         f"  it stops with zero torque at {one.motor_speed:g} rad/s of a motor, {one.link_rate:g} rad/s of a distal"
         f" link, {one.travel:.3f} rad of travel, and after {STALL_TIME:g} s at the largest torque",
         "  in a running graph: ros2 service call /blender/release std_srvs/srv/Trigger",
     ]
+
+
+def _of_drive(planned: ReleasePlan) -> list[str]:
+    """Return what goes before the press where there is no gyroscope."""
+    drive = planned.release.drive
+    if drive.side == 0:
+        return []
+    return [
+        f"  before that they drive the platform by {1e3 * drive.length:.0f} mm in {drive.duration:.2f} s along"
+        f" ({drive.d_x:+.2f}, {drive.d_y:+.2f}), from which the locus goes away"
+    ]
+
+
+def _which(planned: ReleasePlan) -> str:
+    if math.isnan(planned.odds):
+        return "; which of them the gyroscope tells"
+    return f"; the first with a probability of {planned.odds:.4f}"
 
 
 def _lines(stand: Standstill, fallen: int | None) -> list[str]:

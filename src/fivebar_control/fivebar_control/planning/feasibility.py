@@ -34,13 +34,17 @@ from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_scan import ReferenceScan
 from fivebar_control.safety.settings import EVERYWHERE
+from fivebar_control.trajectory.criterion import fall_problem
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Crossing, Plan
 from fivebar_description.loads import Loads
-from fivebar_description.parameters import FiveBar
+from fivebar_description.parameters import FiveBar, has_external_force
 
 ERROR_NAMES = {TIMED: (ERROR, WITH_RESERVE), PATH: (PATH_ERROR, PATH_WITH_RESERVE)}
 """Names of the figures of the distance by which a motion is judged: with all torque, and with the reserve left."""
+
+OF_FALL = {TORQUE, REQUEST, MODE_CHANGES, ERROR, WITH_RESERVE, PATH_ERROR, PATH_WITH_RESERVE}
+"""Names of the figures that a reference misses which does not fall with the platform."""
 
 REQUEST_TOLERANCE = 1e-9
 """Share by which a law that keeps the torque limit itself may exceed it, from rounding."""
@@ -95,13 +99,24 @@ def screen(
     if limits.approach > 0.0 and plan.crossings:
         figures.append(quickest_approach(plan, limits.approach / math.sqrt(follower.nominal.feedback.kp)))
     if not (limits.loads.declared and plan.crossings):
-        return Feasibility(tuple(figures))
+        return explained(Feasibility(tuple(figures)), robot, plan)
     judged = declared = displaced(robot, plan, rate_hz, follower, limits, limits.certain_loads)
     if limits.risk.load > 0.0:
         declared = displaced(robot, plan, rate_hz, follower, limits, limits.loads)
     if math.isfinite(judged.limit):
         figures.append(judged)
-    return Feasibility(tuple(figures), declared.value)
+    return explained(Feasibility(tuple(figures), declared.value), robot, plan)
+
+
+def explained(verdict: Feasibility, robot: FiveBar, plan: Plan) -> Feasibility:
+    """Return a verdict with its causes: crossings whose reference does not fall with the platform, if it has to."""
+    missed = {figure.name for figure in verdict.figures if not figure.kept}
+    causes: list[str] = []
+    if has_external_force(robot) and missed & OF_FALL:
+        for crossing in plan.crossings:
+            motion = plan.path.at(crossing.time)
+            causes.append(fall_problem(robot, *plan.modes_at(crossing.time), motion))
+    return verdict._replace(causes=tuple(filter(None, causes)))
 
 
 def elbow_passes(plan: Plan) -> list[Figure]:
@@ -153,13 +168,13 @@ def screen_run(
     if only_torque(verdict, follower) and is_predictable(plan):
         less = limits.torque_share * limits.torque
         spare = predict(robot, plan, rate_hz, follower.limited_to(less), less, limits.judge)
-        verdict = with_reserve(verdict, spare, limits)
+        verdict = explained(with_reserve(verdict, spare, limits), robot, plan)
     if not verdict.feasible:
         return verdict
     if not stretches_of(plan, rate_hz):
         return verdict
     predicted = predict(robot, plan, rate_hz, follower, limits.torque, limits.judge)
-    verdict = with_prediction(verdict, predicted, plan, limits)
+    verdict = explained(with_prediction(verdict, predicted, plan, limits), robot, plan)
     return with_sensing(verdict, predicted, robot, plan, rate_hz, limits, sensing)
 
 

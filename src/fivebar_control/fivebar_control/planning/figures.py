@@ -106,10 +106,12 @@ class Feasibility(NamedTuple):
         figures: one per limit, the worst of the motion each.
         displacement: of the platform (m) by the declared loads, 0 without any. Motions are compared by it, since how
             much of them is risked must not decide which motion is the better one.
+        causes: why a motion is refused, where the figures do not say it.
     """
 
     figures: tuple[Figure, ...]
     displacement: float = 0.0
+    causes: tuple[str, ...] = ()
 
     @property
     def feasible(self) -> bool:
@@ -118,8 +120,8 @@ class Feasibility(NamedTuple):
 
     @property
     def reasons(self) -> list[str]:
-        """The limits that are not kept, in words."""
-        return [str(figure) for figure in self.figures if not figure.kept]
+        """The limits that are not kept, in words, and why they are not where that is known."""
+        return [*(str(figure) for figure in self.figures if not figure.kept), *self.causes]
 
     @property
     def expected_distance(self) -> float:

@@ -49,8 +49,8 @@ def refuse_infeasible(request: TrajectoryRequest, verdict: Feasibility) -> None:
     """
     if not verdict.feasible:
         missed = (figure for figure in verdict.figures if not figure.kept)
-        reasons = "; ".join(f"{figure}, after {request.label_at(figure.time)}" for figure in missed)
-        raise PlanRefused(f"the trajectory is not feasible: {reasons}")
+        reasons = [f"{figure}, after {request.label_at(figure.time)}" for figure in missed]
+        raise PlanRefused(f"the trajectory is not feasible: {'; '.join([*reasons, *verdict.causes])}")
 
 
 def plan_knots(robot: FiveBar, request: TrajectoryRequest, rate_hz: int, least_kappa: float) -> Plan:

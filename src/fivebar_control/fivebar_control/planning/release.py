@@ -17,17 +17,30 @@ order decides the assembly mode.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import NamedTuple
 
 from fivebar_control.laws.torque import ZERO
-from fivebar_control.model.geometry import elbow_position
-from fivebar_control.model.kinematics import state_from_motors, working_mode
+from fivebar_control.model.geometry import elbow_position, wrap
+from fivebar_control.model.kinematics import det_a, elbow_side, state_from_motors, state_from_platform, working_mode
 from fivebar_control.model.state import State
+from fivebar_control.planning.release_drive import (
+    COUNTED,
+    INSTANTS,
+    NO_DRIVE,
+    SLICE,
+    ReleaseDrive,
+    drive_torque,
+    height_of,
+    reach_of,
+    state_at,
+    wrong_side,
+)
 from fivebar_control.planning.release_step import Release
 from fivebar_control.planning.standstill import DEVIATIONS, Standstill, standstill_at
 from fivebar_control.safety.stages import NO_FAULT, Limits, fault_of, first_fault
-from fivebar_description.parameters import FiveBar, LegParameters, has_external_force, with_floats
+from fivebar_description.loads import NO_LOADS, Loads
+from fivebar_description.parameters import FiveBar, LegParameters, has_external_force, largest_friction, with_floats
 from fivebar_description.robot_file import ElbowsPass
 from fivebar_description.strict_yaml import InputError
 from fivebar_description.tolerances import Tolerances
@@ -56,6 +69,18 @@ TYPE_1_MARGIN = 0.1
 TOGETHER = 5e-4
 """Distance (m) of the elbows, beside its uncertainty, up to which they are in one place."""
 
+DRIVES = tuple(1e-3 * length for length in (4, 7, 10, 14, 18, 22, 26, 30))
+"""Lengths (m) of drives along v_1 that are tried."""
+
+QUICKEST, SLOWEST, SAMPLES = 0.1, 1.0, 20
+"""Least and largest duration of a drive (s), and its least number of samples."""
+
+DRIVE_SHARE = 0.8
+"""Part of the largest torque and speed of a release that a drive may need."""
+
+WRONG_SIDE = 1e-3
+"""Largest probability with which a drive may end on the other side of the elbows' line."""
+
 SEEN_WITHIN = 0.01
 """How exactly (m) the platform has to be known where the elbows are in one place."""
 
@@ -73,6 +98,7 @@ class ReleasePlan(NamedTuple):
         pivot: whether the elbows are in one place, so that their order decides the assembly mode.
         modes: the assembly modes to which it may fall.
         ends: where the platform comes to in each of the modes (m), within the tolerances.
+        odds: probability that it is the first of the modes, NaN where the gyroscope tells.
     """
 
     release: Release
@@ -80,6 +106,62 @@ class ReleasePlan(NamedTuple):
     pivot: bool
     modes: tuple[int, ...]
     ends: tuple[tuple[float, float], ...]
+    odds: float = math.nan
+
+
+PlannedInSlices = Generator[None, None, ReleasePlan]
+"""A plan of a release in slices, between which a node may answer samples."""
+
+
+def plan_in_slices(
+    robot: FiveBar,
+    tolerances: Tolerances,
+    limits: Limits,
+    elbows_pass: ElbowsPass,
+    rate_hz: int,
+    q11: float,
+    q21: float,
+    platform: tuple[float, float] | None = None,
+    gyroscope: bool = True,
+    loads: Loads = NO_LOADS,
+) -> PlannedInSlices:
+    """Return how a robot at rest near the locus is released from there, after some slices of a millisecond or so.
+
+    Args:
+        robot: as modelled.
+        tolerances: how exactly it is known.
+        limits: of the guard, which every posture keeps to which it may come.
+        elbows_pass: whether its elbows may pass each other.
+        rate_hz: sampling rate (Hz).
+        q11, q21: motor angles (rad).
+        platform: where the platform is (m), if known; needed where the elbows of equal distal links are in one place.
+        gyroscope: whether one tells to which side it falls; else it is driven to a side first.
+        loads: that may act while it is driven.
+
+    Raises:
+        ReleaseRefused: it is not near the locus, or it is not known that all goes well.
+    """
+    if has_external_force(robot):
+        raise ReleaseRefused(
+            "gravity or a constant force (forces of the robot file) acts on the platform: which way it goes where no"
+            " motor holds it is not planned: expected a hand"
+        )
+    stand = standstill_at(robot, tolerances, q11, q21)
+    if not gyroscope and (stand is None or not stand.stretched):
+        raise ReleaseRefused(
+            "there is no gyroscope, and without one nobody knows to which side the platform goes where the distal links"
+            " are folded: expected a hand, or a gyroscope"
+        )
+    if stand is None or _together(robot, stand):
+        return _opened(robot, limits, elbows_pass, rate_hz, q11, q21, stand, platform)
+    if not stand.near:
+        raise ReleaseRefused(
+            f"not near the Type 2 locus: the platform is {1e3 * stand.side:.1f} mm beside the elbows' line, and"
+            " the motors hold it there: expected a robot whose assembly mode its encoders do not tell"
+        )
+    if not gyroscope:
+        return (yield from _driven(robot, tolerances, limits, loads, rate_hz, q11, q21, stand))
+    return _pressed(robot, limits, rate_hz, q11, q21, stand)
 
 
 def plan_release(
@@ -91,35 +173,27 @@ def plan_release(
     q11: float,
     q21: float,
     platform: tuple[float, float] | None = None,
+    gyroscope: bool = True,
+    loads: Loads = NO_LOADS,
 ) -> ReleasePlan:
-    """Return how a robot at rest near the locus is released from there.
-
-    Args:
-        robot: as modelled.
-        tolerances: how exactly it is known.
-        limits: of the guard, which every posture keeps to which it may come.
-        elbows_pass: whether its elbows may pass each other.
-        rate_hz: sampling rate (Hz).
-        q11, q21: motor angles (rad).
-        platform: where the platform is (m), if known; needed where the elbows of equal distal links are in one place.
+    """Return how a robot at rest near the locus is released from there; arguments as for `plan_in_slices`.
 
     Raises:
-        ReleaseRefused: it is not near the locus, or it is not known that all goes well.
+        ReleaseRefused: as `plan_in_slices`.
     """
-    if has_external_force(robot):
-        raise ReleaseRefused(
-            "gravity or a constant force (forces of the robot file) acts on the platform: which way it goes where no"
-            " motor holds it is not planned: expected a hand"
-        )
-    stand = standstill_at(robot, tolerances, q11, q21)
-    if stand is None or _together(robot, stand):
-        return _opened(robot, limits, elbows_pass, rate_hz, q11, q21, stand, platform)
-    if not stand.near:
-        raise ReleaseRefused(
-            f"not near the Type 2 locus: the platform is {1e3 * stand.side:.1f} mm beside the elbows' line, and"
-            " the motors hold it there: expected a robot whose assembly mode its encoders do not tell"
-        )
-    return _pressed(robot, limits, rate_hz, q11, q21, stand)
+    return finished(
+        plan_in_slices(robot, tolerances, limits, elbows_pass, rate_hz, q11, q21, platform, gyroscope, loads)
+    )
+
+
+def finished(planned: PlannedInSlices) -> ReleasePlan:
+    """Return a plan once all its slices are done."""
+    while True:
+        try:
+            next(planned)
+        except StopIteration as end:
+            plan: ReleasePlan = end.value
+            return plan
 
 
 def _together(robot: FiveBar, stand: Standstill) -> bool:
@@ -162,6 +236,142 @@ def _pressed(robot: FiveBar, limits: Limits, rate_hz: int, q11: float, q21: floa
     )
     ends = tuple(_end_within(robot, limits, release, mode, (way - spread, way, way + spread)) for mode in (1, -1))
     return ReleasePlan(release, stand, False, (1, -1), ends)
+
+
+def _driven(
+    robot: FiveBar,
+    tolerances: Tolerances,
+    limits: Limits,
+    loads: Loads,
+    rate_hz: int,
+    q11: float,
+    q21: float,
+    stand: Standstill,
+) -> PlannedInSlices:
+    """Return the release of a robot without a gyroscope: driven along v_1 to one side of the line, then pressed.
+
+    Of all drives that are sure enough the shortest is taken, of two of one length the surer one.
+    """
+    least, reason = 1.0, "no drive along the distal links stays within reach and keeps the limits"
+    for length in DRIVES:
+        tried = []
+        for sign in (1.0, -1.0):
+            drive = _along(robot, q11, q21, stand, sign * length)
+            wrong = wrong_side(robot, stand, COUNTED * abs(height_of(robot, state_at(robot, drive, drive.duration))))
+            if wrong <= WRONG_SIDE or (least == 1.0 and length == DRIVES[-1]):
+                timed = yield from _timed(robot, limits, rate_hz, drive)
+                if timed is not None:
+                    reach = yield from reach_of(robot, timed, loads)
+                    timed = timed._replace(side=1 if reach > 0.0 else -1)
+                    tried.append((wrong_side(robot, stand, abs(reach)), abs(reach), timed))
+        for wrong, reach, drive in sorted(tried):
+            if wrong < least:
+                least = wrong
+                reason = (
+                    f"driven by {1e3 * drive.length:.0f} mm in {drive.duration:.2f} s the platform leaves the elbows'"
+                    f" line by {1e3 * reach:.1f} mm at least, which is the right side with a probability of"
+                    f" {1.0 - wrong:.3f}: expected at least {1.0 - WRONG_SIDE:g}"
+                )
+            if wrong <= WRONG_SIDE:
+                try:
+                    return _driven_by(robot, tolerances, limits, rate_hz, (q11, q21), stand, drive, wrong)
+                except ReleaseRefused as error:
+                    least, reason = -1.0, str(error)
+    raise ReleaseRefused(
+        f"there is no gyroscope, and without one it is not known to which side the platform falls: {reason}; a"
+        " gyroscope, a level robot or lengths that are known better may do, or a hand"
+    )
+
+
+def _along(robot: FiveBar, q11: float, q21: float, stand: Standstill, length: float) -> ReleaseDrive:
+    """Return a drive of a length (m), negative against the direction from elbow 1 to elbow 2, in a second."""
+    (x1, y1), (x2, y2) = elbow_position(robot.leg1, q11), elbow_position(robot.leg2, q21)
+    share = robot.leg1.distal / (robot.leg1.distal + robot.leg2.distal)
+    e_x, e_y = stand.normal_y, -stand.normal_x
+    mode1 = elbow_side(e_y * math.cos(q11) - e_x * math.sin(q11))
+    mode2 = elbow_side(e_x * math.sin(q21) - e_y * math.cos(q21))
+    return NO_DRIVE._replace(
+        mode1=mode1,
+        mode2=mode2,
+        x=x1 + share * (x2 - x1),
+        y=y1 + share * (y2 - y1),
+        d_x=math.copysign(1.0, length) * e_x,
+        d_y=math.copysign(1.0, length) * e_y,
+        length=abs(length),
+        bandwidth=STIFFNESS,
+    )
+
+
+def _timed(
+    robot: FiveBar, limits: Limits, rate_hz: int, drive: ReleaseDrive
+) -> Generator[None, None, ReleaseDrive | None]:
+    """Return a drive as quick as torque and speeds allow, after some slices; None where it breaks a limit.
+
+    Speeds go with the inverse of the duration, torques beyond friction with its square.
+    """
+    strict = limits._replace(type1_margin=max(limits.type1_margin, TYPE_1_MARGIN))
+    smooth = (leg._replace(coulomb=0.0, offset=0.0) for leg in (robot.leg1, robot.leg2))
+    free = robot._replace(leg1=next(smooth), leg2=next(smooth))
+    unlimited = drive._replace(cap1=math.inf, cap2=math.inf)
+    torque = speed = rate = 0.0
+    for number in range(INSTANTS + 1):
+        if number % SLICE == 0:
+            yield
+        time = number / INSTANTS * drive.duration
+        state = state_at(robot, drive, time)
+        one, two = state.leg1, state.leg2
+        rest = state_from_platform(robot, drive.mode1, drive.mode2, state.x, state.y, 0.0, 0.0)
+        if not math.isfinite(det_a(state)):
+            return None
+        if first_fault(strict, robot, drive.mode1, drive.mode2, rest, rest.x, rest.y, ZERO) != NO_FAULT:
+            return None
+        needed = drive_torque(free, unlimited, time, one.q1, two.q1, one.dq1, two.dq1)
+        torque = max(torque, abs(needed.tau1), abs(needed.tau2))
+        speed, rate = max(speed, abs(one.dq1), abs(two.dq1)), max(rate, abs(one.dtheta), abs(two.dtheta))
+    cap = DRIVE_SHARE * limits.torque_limit
+    left = cap - largest_friction(robot)
+    if not left > 0.0:
+        return None
+    duration = max(
+        QUICKEST,
+        SAMPLES / rate_hz,
+        speed / (DRIVE_SHARE * min(MOTOR_SPEED, limits.joint_speed)),
+        rate / (DRIVE_SHARE * LINK_RATE),
+        math.sqrt(torque / left),
+    )
+    return drive._replace(duration=duration, cap1=cap, cap2=cap) if duration < SLOWEST else None
+
+
+def _driven_by(
+    robot: FiveBar,
+    tolerances: Tolerances,
+    limits: Limits,
+    rate_hz: int,
+    begin: tuple[float, float],
+    stand: Standstill,
+    drive: ReleaseDrive,
+    wrong: float,
+) -> ReleasePlan:
+    """Return the release that begins with a drive, whose side is wrong with a probability.
+
+    Raises:
+        ReleaseRefused: what follows would contradict a limit.
+    """
+    end = state_at(robot, drive, drive.duration)
+    there = standstill_at(robot, tolerances, end.leg1.q1, end.leg2.q1)
+    assert there is not None
+    pressed = _pressed(robot, limits, rate_hz, end.leg1.q1, end.leg2.q1, there)
+    turned = max(abs(wrap(end.leg1.q1 - begin[0])), abs(wrap(end.leg2.q1 - begin[1])))
+    start = state_at(robot, drive, 0.0).leg2
+    release = pressed.release._replace(
+        q11=begin[0],
+        q21=begin[1],
+        travel=pressed.release.travel + 2.0 * turned,
+        start=start.q1 + start.q2,
+        drive=drive,
+    )
+    order = slice(None, None, drive.side)
+    return ReleasePlan(release, stand, False, pressed.modes[order], pressed.ends[order], 1.0 - wrong)
 
 
 def _slope(leg: LegParameters, q1: float, stand: Standstill, sign: float) -> float:

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A release from the Type 2 locus, sample by sample: rest, press, hold, decide, let go.
+"""A release from the Type 2 locus, sample by sample: rest, drive, press, hold, decide, let go.
 
 The motors follow angles that move the elbows off the locus at a steady pace, with the torque that friction and the
 press need at most. Meanwhile both assembly modes are kept as hypotheses: from the encoders each says by how much the
 distal link of leg 2 has turned, and the gyroscope says by how much it has. When the elbows are where the two are far
-apart, the one that the gyroscope contradicts is dropped. Every limit that is met ends it with zero torque.
+apart, the one that the gyroscope contradicts is dropped. Without a gyroscope the platform is driven to a known side
+before. Every limit that is met ends it with zero torque.
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ from typing import NamedTuple
 
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.geometry import direct_geometry, elbow_position, wrap
+from fivebar_control.planning.release_drive import NO_DRIVE, ReleaseDrive, behind, drive_torque, state_at
 from fivebar_description.parameters import FiveBar
 
-RESTING, PRESSING, HOLDING, EASING, RELEASED = 0, 1, 2, 3, 4
+RESTING, DRIVING, PRESSING, HOLDING, EASING, RELEASED = 0, 1, 2, 3, 4, 5
 """Phases of a release that goes on as planned."""
 
-TOO_FAST, TOO_FAR, STUCK, UNDECIDED, NO_GYROSCOPE, NOT_AT_REST = 5, 6, 7, 8, 9, 10
+TOO_FAST, TOO_FAR, STUCK, UNDECIDED, NO_GYROSCOPE, NOT_AT_REST = 6, 7, 8, 9, 10, 11
 """How it ends otherwise."""
 
 ENDINGS = {
@@ -46,6 +48,9 @@ SPEED_TIME = 0.004
 REST_ANGLE, REST_RATE = 0.01, 0.5
 """Largest turn of a motor (rad) and largest difference of the gyroscope's readings (rad/s) while the robot rests."""
 
+LATE = 0.1
+"""Share of a drive by which the motors may be late at its end."""
+
 UNSURE, UNFIT = 0.03, 0.25
 """Least lead (rad) of one hypothesis over the other in fitting the gyroscope, and its largest own error: at rest
 the platform may have been beside the line, or not quite where it was said to be."""
@@ -68,6 +73,7 @@ class Release(NamedTuple):
         travel: of a motor (rad) at which it is given up.
         motor_speed, link_rate: of a motor and of the distal link of leg 2 (rad/s), likewise.
         start: angle of the distal link of leg 2 at rest (rad).
+        drive: of the platform along v_1 before the elbows are moved, without a gyroscope.
     """
 
     robot: FiveBar
@@ -92,6 +98,7 @@ class Release(NamedTuple):
     motor_speed: float
     link_rate: float
     start: float
+    drive: ReleaseDrive = NO_DRIVE
 
 
 class ReleaseMemory(NamedTuple):
@@ -101,6 +108,7 @@ class ReleaseMemory(NamedTuple):
         phase: one of the phases or ends.
         left: time (s) that the phase may still last.
         asked: how far (m) the elbows have been asked to move.
+        base1, base2: motor angles from which the elbows are moved (rad).
         last1, last2: motor angles of the sample before (rad).
         speed1, speed2: low-passed speeds of the motors (rad/s).
         readings, total: of the gyroscope while it rested: how many, and their sum (rad/s).
@@ -114,6 +122,8 @@ class ReleaseMemory(NamedTuple):
     phase: int
     left: float
     asked: float
+    base1: float
+    base2: float
     last1: float
     last2: float
     speed1: float
@@ -135,6 +145,8 @@ def first_memory(release: Release) -> ReleaseMemory:
         phase=RESTING,
         left=REST_TIME,
         asked=0.0,
+        base1=release.q11,
+        base2=release.q21,
         last1=release.q11,
         last2=release.q21,
         speed1=0.0,
@@ -184,6 +196,7 @@ def release_step(
     readings, total = memory.readings, memory.total
     last_rate = memory.rate if math.isnan(rate) else rate
     turned, asked, assembly = memory.turned, memory.asked, memory.assembly
+    base1, base2 = memory.base1, memory.base2
     link, restless = 0.0, False
     if phase == RESTING:
         restless = abs(q11 - release.q11) > REST_ANGLE or abs(q21 - release.q21) > REST_ANGLE
@@ -204,18 +217,28 @@ def release_step(
     elif abs(q11 - release.q11) > release.travel or abs(q21 - release.q21) > release.travel:
         phase = TOO_FAR
     else:
-        done = moved(release, q11, q21)
+        done = moved(release, q11 - base1, q21 - base2)
         # friction is fed forward as the way begins, not at once; what it has without motion holds the motors at rest
         begun = min(1.0, asked / (release.pace * BEGIN_TIME))
-        behind1 = release.q11 + release.per_way1 * asked - q11
-        behind2 = release.q21 + release.per_way2 * asked - q21
+        behind1 = base1 + release.per_way1 * asked - q11
+        behind2 = base2 + release.per_way2 * asked - q21
         push1 = release.offset1 + begun * release.friction1 + release.kp1 * behind1 - release.kd1 * speed1
         push2 = release.offset2 + begun * release.friction2 + release.kp2 * behind2 - release.kd2 * speed2
         capped = abs(push1) > release.cap1 or abs(push2) > release.cap2
         torque = Torque(max(-release.cap1, min(release.cap1, push1)), max(-release.cap2, min(release.cap2, push2)))
         if phase == RESTING:
             if left <= 0.0:
-                phase, left = (PRESSING, STALL_TIME) if readings > 0 else (NO_GYROSCOPE, 0.0)
+                if release.drive.side != 0:
+                    phase, left = DRIVING, release.drive.duration
+                else:
+                    phase, left = (PRESSING, STALL_TIME) if readings > 0 else (NO_GYROSCOPE, 0.0)
+        elif phase == DRIVING:
+            drive = release.drive
+            torque = drive_torque(release.robot, drive, drive.duration - left, q11, q21, speed1, speed2)
+            if left <= 0.0:
+                late = behind(drive, state_at(release.robot, drive, drive.duration), q11, q21)
+                phase, left = (PRESSING, STALL_TIME) if late < LATE * drive.length else (STUCK, 0.0)
+                base1, base2 = q11, q21
         elif phase == PRESSING:
             if done >= release.way:
                 # what friction had wound up would carry them on
@@ -229,7 +252,9 @@ def release_step(
             plus = abs(wrap(distal_angle(release.robot, 1, q11, q21) - release.start - turned))
             minus = abs(wrap(distal_angle(release.robot, -1, q11, q21) - release.start - turned))
             if left <= 0.0:
-                if abs(plus - minus) > UNSURE and min(plus, minus) < UNFIT:
+                if readings == 0:
+                    phase, left, assembly = EASING, EASE_TIME, release.drive.side
+                elif abs(plus - minus) > UNSURE and min(plus, minus) < UNFIT:
                     phase, left, assembly = EASING, EASE_TIME, 1 if plus < minus else -1
                 else:
                     phase = UNDECIDED
@@ -244,6 +269,8 @@ def release_step(
         phase=phase,
         left=left,
         asked=asked,
+        base1=base1,
+        base2=base2,
         last1=q11,
         last2=q21,
         speed1=speed1,
@@ -261,8 +288,7 @@ def release_step(
     return torque, kept
 
 
-def moved(release: Release, q11: float, q21: float) -> float:
-    """Return how far (m) the elbows have come on their way."""
+def moved(release: Release, turned1: float, turned2: float) -> float:
+    """Return how far (m) the elbows have come on their way, by how far the motors have turned (rad)."""
     squared = release.per_way1 * release.per_way1 + release.per_way2 * release.per_way2
-    along = release.per_way1 * (q11 - release.q11) + release.per_way2 * (q21 - release.q21)
-    return along / squared
+    return (release.per_way1 * turned1 + release.per_way2 * turned2) / squared

@@ -22,7 +22,7 @@ from fivebar_control.planning.orders import IN_FILE, TimedPoint
 from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.plan_along import plan_along
 from fivebar_control.planning.timed_points import MOST_POINTS, TimedPoints
-from fivebar_control.trajectory.criterion import criterion_push, criterion_ratio
+from fivebar_control.trajectory.criterion import criterion_terms
 from fivebar_control.trajectory.optimal import CrossedWay, OptimalLaw, bent_about, goes_forwards, passage_on
 from fivebar_control.trajectory.path import Path, crossings_on
 from fivebar_control.trajectory.refusal import PlanRefused, place
@@ -81,8 +81,8 @@ def retimed_points(task: Task, points: TimedPoints, start: Point) -> TimedPoints
     grid = _grid_of(way)
     mode1, mode2 = task.working_mode
     crossed = crossings_on(task.robot, mode1, mode2, way, grid.tolist())
-    ratios = tuple(criterion_ratio(task.robot, mode1, mode2, way, share) for share in crossed)
-    pushes = [criterion_push(task.robot, mode1, mode2, way, share) for share in crossed]
+    terms = [criterion_terms(task.robot, mode1, mode2, way, share) for share in crossed]
+    ratios, pushes = tuple(one.ratio for one in terms), [one.push for one in terms]
     path = CrossedWay(way, crossed, ratios)  # type: ignore[arg-type]
     rows = _limited(task, path, pushes, grid)
     # in a unit of time in which torques along the path are about 1, since the solver's tolerances are absolute

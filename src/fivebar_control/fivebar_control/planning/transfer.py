@@ -3,7 +3,8 @@
 
 The straight line is tried first. Where it cannot be made, or crosses the Type 2 locus more often than needed, the way
 comes from the map of the working mode: the shortest one, its gates chosen along the whole locus, its corners cut where
-that is feasible. Every segment is timed between two bounds, the motors' and the locus'; the whole is judged again.
+that is feasible. Where forces act all the time the straight line may be bent instead, if that is quicker.
+Every segment is timed between two bounds, the motors' and the locus'; the whole is judged again.
 Where via points are given the motion goes straight from one to the next, at rest in them or round the corner.
 """
 
@@ -17,6 +18,7 @@ from typing import NamedTuple
 from fivebar_control.estimation.settings import Sensing
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.planning.alternative_courses import TimedCourse, chart_for
+from fivebar_control.planning.bent_courses import bent_courses
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import MotionLimits
@@ -186,13 +188,14 @@ class _Search:
             if not isinstance(self._duration, Speed):
                 # it is the duration that is not possible
                 raise TransferRefused(straight)
-        by_map = self._by_map()
-        for candidate in (by_map, straight):
+        bent = bent_courses(self._task, self._start, self._goal)
+        otherwise = quickest([self._by_map(), *(along(self._task, course, self._duration) for course in bent)])
+        for candidate in (otherwise, straight):
             if isinstance(candidate, Timed):
                 return candidate
         raise TransferRefused(
             f"no feasible motion from {place(*self._start)} to {place(*self._goal)} in working mode"
-            f" {mode_name(self._task.working_mode)}; in a straight line: {straight}; by other ways: {by_map}"
+            f" {mode_name(self._task.working_mode)}; in a straight line: {straight}; by other ways: {otherwise}"
         )
 
     def _by_map(self) -> Timed | str:

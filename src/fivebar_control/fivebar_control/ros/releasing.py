@@ -11,7 +11,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from fivebar_control.laws.torque import Torque
+from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
@@ -28,6 +28,7 @@ from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.ros.node import GraphNode
 
 if TYPE_CHECKING:
+    from fivebar_control.planning.release import PlannedInSlices
     from fivebar_control.scenario.release import RobotRelease
 
 LONGEST_GAP = 5
@@ -40,7 +41,8 @@ class Releasing:
     """The release of a run's robot, at most one at a time.
 
     With an estimator it goes by `motor_states`, which come whether the estimator knows the robot or not, and by the
-    gyroscope; these topics are subscribed to with the first request. Else `joint_states` have all that it needs.
+    gyroscope, if there is one; these topics are subscribed to with the first request. Else `joint_states` have all that
+    it needs.
     """
 
     def __init__(
@@ -69,6 +71,7 @@ class Releasing:
         self._status: Any = None
         self._listens = self._wanted = False
         self._rate = math.nan
+        self._plan: PlannedInSlices | None = None
         self._release: RobotRelease | None = None
         self._last = 0
         node.create_service(Trigger, "~/release", self._on_release)
@@ -91,16 +94,11 @@ class Releasing:
             self._take(sample, q11, q21, velocity[2] + velocity[3], (state.x, state.y))
 
     def _on_release(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._wanted:
-            reason: str | None = "a release is under way"
-        elif self._scenario.estimated and not self._scenario.gyro:
-            reason = "there is no gyroscope, and without one nobody knows to which side the platform falls"
-        else:
-            reason = self._obstacle()
+        reason = "a release is under way" if self._wanted else self._obstacle()
         response.success = reason is None
         if reason is None:
             self._listen()
-            self._wanted, self._release, self._rate = True, None, math.nan
+            self._wanted, self._plan, self._release, self._rate = True, None, None, math.nan
             self._say(RELEASE_BEGINS)
             response.message = f"begins with the next sample: {RELEASE_STATUS.name} tells what becomes of it"
         else:
@@ -141,10 +139,9 @@ class Releasing:
         if reason is not None:
             self._finish(f"ended: {reason}")
             return
-        if self._release is None:
-            self._begin(sample, q11, q21, platform)
-        if self._release is None:
+        if self._release is None and not self._planned(sample, q11, q21, platform):
             return
+        assert self._release is not None
         if sample <= self._last:
             return
         if sample - self._last > LONGEST_GAP:
@@ -157,20 +154,31 @@ class Releasing:
         elif self._release.presses and not pressed:
             self._say(RELEASE_PRESSES)
 
-    def _begin(self, sample: int, q11: float, q21: float, platform: tuple[float, float] | None) -> None:
-        # here, because hardly any run has a release, and it needs the planner
-        from fivebar_control.scenario.release import RobotRelease
+    def _planned(self, sample: int, q11: float, q21: float, platform: tuple[float, float] | None) -> bool:
+        """Go on by a slice with the plan that this or an earlier sample has begun; return whether it is there.
 
+        Until then samples are answered with zero torque: by the clock nobody waits for a plan.
+        """
+        # here, because hardly any run has a release, and it needs the planner
+        from fivebar_control.scenario.release import RobotRelease, release_in_slices
+
+        if self._plan is None:
+            self._plan = release_in_slices(self._scenario, q11, q21, platform)
         try:
-            self._release = RobotRelease(self._scenario, q11, q21, platform)
+            next(self._plan)
+        except StopIteration as planned:
+            self._release = RobotRelease(self._scenario.five_bar(), planned.value)
+            self._last = sample - 1
+            self._say(RELEASE_RESTS)
+            return True
         except InputError as error:
             self._finish(f"refused: {error}")
-            return
-        self._last = sample - 1
-        self._say(RELEASE_RESTS)
+            return False
+        self._reply(sample, ZERO)
+        return False
 
     def _finish(self, text: str) -> None:
-        self._wanted, self._release = False, None
+        self._wanted, self._plan, self._release = False, None, None
         self._say(text)
 
     def _say(self, text: str) -> None:

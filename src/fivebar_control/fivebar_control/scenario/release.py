@@ -5,10 +5,19 @@ from __future__ import annotations
 
 from fivebar_control.laws.torque import Torque
 from fivebar_control.model.geometry import direct_geometry
-from fivebar_control.planning.release import ReleasePlan, plan_release
-from fivebar_control.planning.release_step import ENDINGS, PRESSING, RELEASED, first_memory, has_ended, release_step
+from fivebar_control.planning.release import PlannedInSlices, ReleasePlan, finished, plan_in_slices
+from fivebar_control.planning.release_step import (
+    DRIVING,
+    ENDINGS,
+    PRESSING,
+    RELEASED,
+    first_memory,
+    has_ended,
+    release_step,
+)
 from fivebar_control.safety.stages import guard_limits_of
 from fivebar_control.scenario.scenario import ControlScenario
+from fivebar_description.parameters import FiveBar
 
 
 def scenario_release(
@@ -19,7 +28,18 @@ def scenario_release(
     Raises:
         ReleaseRefused: as `plan_release`.
     """
-    return plan_release(
+    return finished(release_in_slices(scenario, q11, q21, platform))
+
+
+def release_in_slices(
+    scenario: ControlScenario, q11: float, q21: float, platform: tuple[float, float] | None
+) -> PlannedInSlices:
+    """Return the same in slices.
+
+    Raises:
+        ReleaseRefused: a slice, as `plan_release`.
+    """
+    return plan_in_slices(
         scenario.five_bar(),
         scenario.known_within(),
         guard_limits_of(scenario.safety_settings(), scenario.rate_hz),
@@ -28,26 +48,24 @@ def scenario_release(
         q11,
         q21,
         platform,
+        scenario.gyro or not scenario.estimated,
+        scenario.to_bear(),
     )
 
 
 class RobotRelease:
     """A release that is under way."""
 
-    def __init__(self, scenario: ControlScenario, q11: float, q21: float, platform: tuple[float, float] | None) -> None:
-        """Plan it; arguments as for `scenario_release`.
-
-        Raises:
-            ReleaseRefused: as `plan_release`.
-        """
-        self._robot = scenario.five_bar()
-        self._release = scenario_release(scenario, q11, q21, platform).release
+    def __init__(self, robot: FiveBar, plan: ReleasePlan) -> None:
+        """Begin a planned release of a robot."""
+        self._robot = robot
+        self._release = plan.release
         self._memory = first_memory(self._release)
 
     @property
     def presses(self) -> bool:
-        """Whether the motors press the platform away from the locus."""
-        return self._memory.phase == PRESSING
+        """Whether the motors drive or press the platform away from the locus."""
+        return self._memory.phase in (DRIVING, PRESSING)
 
     @property
     def has_ended(self) -> bool:

@@ -11,7 +11,8 @@ posture determines. The fifth-order polynomial has it near half of its way only.
 x' s'' + x'' s'^2, so that its curvature counts the same way: rho = - (t_s . x'') / (t_s . x') without such moments.
 
 With gravity in the plane or a constant force w_e the platform falls along t_s while it crosses, and
-t_s^T (m xddot - w_e) = 0: s'' = rho s'^2 + t_s . w_e / (m t_s . x'). `pushed_law` has the time laws for that.
+t_s^T (m xddot - w_e) = 0: s'' = rho s'^2 + t_s . w_e / (m t_s . x'). Across t_s the path has to bend with the fall, and
+the speed is that of the fall: s'^2 = t_s . w_e / (m t_s . x''). `pushed_law` has the time laws for both.
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Platform
 from fivebar_control.root_search import minimum_between, zero_between
 from fivebar_control.trajectory.path import Segment, way_of
-from fivebar_control.trajectory.pushed_law import Demand, pushed_law
+from fivebar_control.trajectory.pushed_law import CriterionTerms, Demand, pushed_law
 from fivebar_control.trajectory.refusal import PlanRefused, place
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.time_law import rest_to_rest
-from fivebar_control.trajectory.time_laws import OPTIMAL, Untimed
+from fivebar_control.trajectory.time_laws import CRITERION, OPTIMAL, Untimed
 from fivebar_description.parameters import (
     FiveBar,
     external_force,
@@ -55,7 +56,23 @@ LEAST_OFFSET = 1e-6
 polynomial become singular, and what is left of the acceleration is 1e-5 of its peak."""
 
 MOST_BENT = 2.0
-"""Largest s'' / s'^2 at a crossing, by shares of the way, that a polynomial is sought for: in a corner it grows."""
+"""Largest s'' / s'^2 at a crossing, by shares of the way, that a polynomial is sought for: in a corner it grows. Beyond
+that a platform that falls passes the corner at a pace of its own."""
+
+ACROSS = 0.5
+"""|t_s . d| of a path's direction d at a crossing below which it goes across the platform's fall."""
+
+LITTLE = 0.1
+"""Share of all forces along t_s below which the platform hardly falls."""
+
+MET = 0.1
+"""Remainder of the criterion, as a share of the fall, with which a reference meets it."""
+
+SLOWEST_BEND = 10.0
+"""Pace (m/s) of a bend beyond which it is none."""
+
+USUAL_RADIUS = 0.025
+"""Radius (m) for which a refusal names the pace of a bend."""
 
 
 class CriterionLaw(NamedTuple):
@@ -153,18 +170,14 @@ class Passed(Protocol):
         """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""
 
 
-def criterion_ratio(robot: FiveBar, mode1: int, mode2: int, segment: Passed, s: float) -> float:
-    """Return rho, the s'' / s'^2 that a path needs at a share of its way on the locus, for its own curvature too."""
+def criterion_terms(robot: FiveBar, mode1: int, mode2: int, segment: Passed, s: float) -> CriterionTerms:
+    """Return what the criterion asks for at a share of a way on the locus."""
     free = without_external_force(robot)
-    unpushed = criterion_residual(free, mode1, mode2, segment.moved(s, 1.0, 0.0))
-    return -unpushed / criterion_residual(free, mode1, mode2, segment.moved(s, 0.0, 1.0))
-
-
-def criterion_push(robot: FiveBar, mode1: int, mode2: int, segment: Passed, s: float) -> float:
-    """Return the s'' (1/s^2) that gravity and a constant force need at a share of a way on the locus, without speed."""
-    needed = criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 0.0))
-    per_push = criterion_residual(without_external_force(robot), mode1, mode2, segment.moved(s, 0.0, 1.0))
-    return -needed / per_push
+    return CriterionTerms(
+        criterion_residual(free, mode1, mode2, segment.moved(s, 0.0, 1.0)),
+        criterion_residual(free, mode1, mode2, segment.moved(s, 1.0, 0.0)),
+        -criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 0.0)),
+    )
 
 
 def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> float:
@@ -196,17 +209,18 @@ def through_criterion(untimed: Untimed) -> Segment | RoundedSegment:
             f"segment {number}: crosses the Type 2 locus {len(crossed)} times: expected at most one crossing per"
             " segment to meet the dynamic criterion"
         )
-    rho = criterion_ratio(robot, mode1, mode2, segment, crossed[0])
-    if isinstance(segment, RoundedSegment) and abs(rho) > MOST_BENT:
+    terms = criterion_terms(robot, mode1, mode2, segment, crossed[0])
+    bent = isinstance(segment, RoundedSegment) and abs(terms.bend) > MOST_BENT * abs(terms.along)
+    if has_external_force(robot):
+        return _falling(untimed, Demand(crossed[0], terms, segment.duration, bent))
+    if bent:
         at = segment.moved(crossed[0], 0.0, 0.0)
         raise PlanRefused(
             f"segment {number}: crosses the Type 2 locus in a corner, at {place(at.x, at.y)}: no polynomial that"
-            f" only goes forwards meets the dynamic criterion there: s'' / s'^2 = {rho:.3g}, expected at most"
+            f" only goes forwards meets the dynamic criterion there: s'' / s'^2 = {terms.ratio:.3g}, expected at most"
             f" {MOST_BENT:g}; the time law {OPTIMAL} may"
         )
-    if has_external_force(robot):
-        return _falling(untimed, rho)
-    law = criterion_law(crossed[0], rho)
+    law = criterion_law(crossed[0], terms.ratio)
     if law is None:
         raise PlanRefused(
             f"segment {number}: crosses the Type 2 locus after {crossed[0]:.0%} of its way: no polynomial that only"
@@ -215,16 +229,61 @@ def through_criterion(untimed: Untimed) -> Segment | RoundedSegment:
     return segment._replace(time_law=law.__call__)
 
 
-def _falling(untimed: Untimed, rho: float) -> Segment | RoundedSegment:
+def _falling(untimed: Untimed, demand: Demand) -> Segment | RoundedSegment:
     """Return a segment with the time law that gravity or a constant force needs where it crosses."""
-    robot, mode1, mode2, segment, number, (crossed,) = untimed
-    push = criterion_push(robot, mode1, mode2, segment, crossed)
-    law = pushed_law(robot, mode1, mode2, way_of(segment), Demand(crossed, rho, push, segment.duration))
+    robot, mode1, mode2, segment, number, _ = untimed
+    law = pushed_law(robot, mode1, mode2, way_of(segment), demand)
     if law is None:
-        at = segment.moved(crossed, 0.0, 0.0)
-        raise PlanRefused(
-            f"segment {number}: crosses the Type 2 locus at {place(at.x, at.y)}, where gravity or the constant force"
-            f" accelerates the platform by {push:.3g} of its way per s^2: no motion that only goes forwards meets the"
-            " dynamic criterion there: expected a longer way on either side of the locus, or another place"
-        )
+        raise PlanRefused(f"segment {number}: {_why_not_falling(untimed, demand)}")
     return segment._replace(time_law=law.__call__)
+
+
+def _why_not_falling(untimed: Untimed, demand: Demand) -> str:
+    robot, mode1, mode2, segment, _, (crossed,) = untimed
+    pace = demand.terms.pace
+    at = segment.moved(crossed, pace if math.isfinite(pace) else 1.0, 0.0)
+    return fall_problem(robot, mode1, mode2, at) or (
+        f"crosses the Type 2 locus at {place(at.x, at.y)}, where gravity or the constant force accelerates the platform"
+        f" by {demand.terms.push:.3g} of its way per s^2: no motion that only goes forwards meets the dynamic criterion"
+        " there: expected a longer way on either side of the locus, or another place"
+    )
+
+
+def fall_problem(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> str:
+    """Return why a path that goes across t_s does not follow the platform's fall, and what would; "" where it does.
+
+    Args:
+        robot: on which forces act all the time.
+        mode1, mode2: working mode.
+        motion: of the reference on the Type 2 locus, not at rest.
+    """
+    x, y, vx, vy, ax, ay = motion
+    speed = math.hypot(vx, vy)
+    d_x, d_y = vx / speed, vy / speed
+    along = d_x * ax + d_y * ay
+    bend_x, bend_y = (ax - along * d_x) / speed**2, (ay - along * d_y) / speed**2
+    free = without_external_force(robot)
+    terms = CriterionTerms(
+        criterion_residual(free, mode1, mode2, Platform(x, y, 0.0, 0.0, d_x, d_y)),
+        criterion_residual(free, mode1, mode2, Platform(x, y, d_x, d_y, bend_x, bend_y)),
+        -criterion_residual(robot, mode1, mode2, Platform(x, y, 0.0, 0.0, 0.0, 0.0)),
+    )
+    svd = parallel_svd(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0))
+    if abs(svd.t_x * d_x + svd.t_y * d_y) >= ACROSS or abs(terms.fall) < LITTLE * math.hypot(*external_force(robot)):
+        return ""
+    if terms.pace < SLOWEST_BEND:
+        if abs(terms.along * along + terms.bend * speed**2 - terms.fall) < MET * abs(terms.fall):
+            return ""
+        return (
+            f"at {place(x, y)} on the Type 2 locus the platform falls across the path, and follows its bend at"
+            f" {terms.pace:.3g} m/s only: the reference has {speed:.3g} m/s there; the time law {CRITERION} has that"
+            " pace in rounded corners"
+        )
+    falls = abs(terms.fall) / robot.mass
+    side = math.copysign(1.0, terms.fall)
+    return (
+        f"at {place(x, y)} on the Type 2 locus no motor holds the platform, which falls across the path by"
+        f" {falls:.3g} m/s^2: expected a corner there that bends towards ({side * svd.t_x:.2f}, {side * svd.t_y:.2f}),"
+        f" which falls at {math.sqrt(falls * USUAL_RADIUS):.3g} m/s where its radius is {1e3 * USUAL_RADIUS:.0f} mm,"
+        " or a path along that direction"
+    )

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.root_search import zero_between
-from fivebar_control.trajectory.criterion import criterion_ratio
+from fivebar_control.trajectory.criterion import criterion_terms
 from fivebar_control.trajectory.path import Segment, Way, way_of
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.trajectory.rounded import RoundedSegment
@@ -348,7 +348,7 @@ def crossed_way(untimed: Untimed, name: str) -> CrossedWay:
             f"segment {number}: the time law {name} knows nothing of gravity or a constant force (forces of the"
             f" robot file): expected {CRITERION}, or {QUINTIC}"
         )
-    ratios = tuple(criterion_ratio(robot, mode1, mode2, segment, s) for s in crossed)
+    ratios = tuple(criterion_terms(robot, mode1, mode2, segment, s).ratio for s in crossed)
     return CrossedWay(way_of(segment), crossed, ratios)
 
 

@@ -36,10 +36,13 @@ nearly the same."""
 
 ENDS = (1.0, 0.85, 0.7, 0.55, 0.45)
 FALLS = (6.5, 5.5, 4.7, 4.0, 3.4, 2.9, 2.4, 2.0)
+PASSAGES = (1.2, 1.5, 1.9, 2.4, 3.0, 4.0)
 CROSSED = (0.12, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.88)
 SPEEDS = (0.3, 0.5, 0.75, 1.1, 1.6, 2.2, 3.0, 4.2)
+ACCELERATIONS = (0.0, -3.0, 3.0, -8.0, 8.0)
 """Where the search begins: when the platform rests, as shares of the duration and as multiples of the time in which it
-falls the length of its way; the share of that at which it crosses; its speed there over its mean speed."""
+falls the length of its way, or goes it at the pace of the crossing; the share of that at which it crosses; its speed
+there over its mean speed, or its acceleration in the same unit of time."""
 
 LOW, HIGH = np.array((math.log(1e-3), 0.03, 0.05, -1e4)), np.array((0.0, 0.97, 50.0, 1e4))
 """Bounds of the search: of the logarithm of the share of the duration after which the platform rests, the share of that
@@ -48,6 +51,10 @@ at which it crosses, its speed there over its mean speed, and the jerk in the sa
 MOVES = np.array([(0.3, 0.0, 0.0, 0.0), (0.0, 0.3, 0.0, 0.0), (0.0, 0.0, 0.5, 0.0), (0.0, 0.0, 0.0, 40.0)])
 MOVES = np.concatenate((MOVES, -MOVES))
 """Its moves, each multiplied by its step."""
+
+ACCELERATION, ACCELERATION_MOVE = 1e3, 8.0
+"""Bound of the acceleration at the crossing in the same unit of time, either way, and the factor on its moves, where it
+is sought in place of the speed."""
 
 REFINED, FIRST_STEP, FINEST, WORTH = 6, 0.4, 2e-3, 1e-4
 """So many of the best starts are refined, with steps from the first to the finest; a step is halved where no move is
@@ -157,20 +164,51 @@ def torque_rows(robot: FiveBar, mode1: int, mode2: int, way: Way) -> TorqueRows:
     )
 
 
+class CriterionTerms(NamedTuple):
+    """The criterion of a way on the locus, along s'' + bend s'^2 = fall (N, with s in shares of the way).
+
+    Attributes:
+        along: t_s^T m x', with residual inertias also what their moments have of it.
+        bend: the same for x'', the curvature of the way.
+        fall: t_s^T w_e, of gravity and a constant force.
+    """
+
+    along: float
+    bend: float
+    fall: float
+
+    @property
+    def ratio(self) -> float:
+        """Return rho, s'' / s'^2 without forces that act all the time."""
+        return -self.bend / self.along
+
+    @property
+    def push(self) -> float:
+        """Return the s'' (1/s^2) of a platform without speed."""
+        return self.fall / self.along
+
+    @property
+    def pace(self) -> float:
+        """Return the s' (1/s) that needs no s'', which is the only one across t_s; NaN where there is none."""
+        square = self.fall / self.bend if self.bend != 0.0 else math.nan
+        return math.sqrt(square) if square > 0.0 else math.nan
+
+
 class Demand(NamedTuple):
     """The conditions of a time law.
 
     Attributes:
         place: where it crosses, a share of the way.
-        rho: s'' / s'^2 there without forces that act all the time.
-        push: s'' (1/s^2) there of a platform without speed.
+        terms: of the criterion there.
         duration: of the whole motion (s).
+        at_pace: whether the crossing is sought by its s'' in place of its s', which is then nearly fixed: in a corner
+            that lies across t_s.
     """
 
     place: float
-    rho: float
-    push: float
+    terms: CriterionTerms
     duration: float
+    at_pace: bool = False
 
 
 @lru_cache(maxsize=64)
@@ -183,9 +221,14 @@ def pushed_law(robot: FiveBar, mode1: int, mode2: int, way: Way, demand: Demand)
     if not np.isfinite(costs[best[0]]):
         return None
     points, costs = points[best], costs[best]
+    low, high, moves = LOW, HIGH, MOVES
+    if demand.at_pace:
+        third = np.arange(4) == 2
+        low, high = np.where(third, -ACCELERATION, LOW), np.where(third, ACCELERATION, HIGH)
+        moves = np.where(third, ACCELERATION_MOVE, 1.0) * MOVES
     step = np.full((len(points), 1), FIRST_STEP)
     while np.max(step) > FINEST:
-        moved = np.clip(points[:, None] + step[:, None] * MOVES, LOW, HIGH)
+        moved = np.clip(points[:, None] + step[:, None] * moves, low, high)
         tried = largest_torques(moved.reshape(-1, 4), demand, rows).reshape(len(points), -1)
         chosen = np.argmin(tried, axis=1)
         least = tried[np.arange(len(points)), chosen]
@@ -200,17 +243,29 @@ def pushed_law(robot: FiveBar, mode1: int, mode2: int, way: Way, demand: Demand)
 
 def starts_for(demand: Demand) -> FloatArray:
     """Return where the search begins, float64[N, 4]: points as `LOW` has them."""
-    fall = 1.0 / (math.sqrt(abs(demand.push)) * demand.duration) if demand.push != 0.0 else 1.0
-    ends = {*ENDS, *(min(1.0, number * fall) for number in FALLS)}
-    points = [(math.log(end), crossed, speed, 0.0) for end in sorted(ends) for crossed in CROSSED for speed in SPEEDS]
+    if demand.at_pace:
+        passage = 1.0 / (demand.terms.pace * demand.duration)
+        ends = {*ENDS, *(min(1.0, number * passage) for number in PASSAGES if math.isfinite(passage))}
+        thirds: tuple[float, ...] = ACCELERATIONS
+    else:
+        fall = 1.0 / (math.sqrt(abs(demand.terms.push)) * demand.duration) if demand.terms.push != 0.0 else 1.0
+        ends = {*ENDS, *(min(1.0, number * fall) for number in FALLS)}
+        thirds = SPEEDS
+    points = [(math.log(end), crossed, one, 0.0) for end in sorted(ends) for crossed in CROSSED for one in thirds]
     return np.array(points)
 
 
 def coefficients_of(points: FloatArray, demand: Demand) -> tuple[FloatArray, FloatArray]:
     """Return the coefficients of both polynomials, float64[N, 4], of points float64[N, 4] of the search."""
-    end, crossed, speed, jerk = np.exp(points[:, 0]), *points[:, 1:].T
-    rate, change = speed / end, jerk / end**3
-    acceleration = demand.rho * rate * rate + demand.push * demand.duration**2
+    end, crossed, third, jerk = np.exp(points[:, 0]), *points[:, 1:].T
+    change = jerk / end**3
+    if demand.at_pace:
+        acceleration = third / end**2
+        square = (demand.terms.fall * demand.duration**2 - demand.terms.along * acceleration) / demand.terms.bend
+        rate = np.sqrt(np.where(square > 0.0, square, np.nan))
+    else:
+        rate = third / end
+        acceleration = demand.terms.ratio * rate * rate + demand.terms.push * demand.duration**2
     first, second = crossed * end, (1.0 - crossed) * end
     before = np.stack((np.full_like(end, demand.place), rate * first, acceleration * first**2, change * first**3))
     after = np.stack(
@@ -228,7 +283,7 @@ def largest_torques(points: FloatArray, demand: Demand, rows: TorqueRows) -> Flo
         rows: torques along the way.
     """
     end, crossed = np.exp(points[:, 0]), points[:, 1]
-    found = np.zeros(len(points))
+    found, possible = np.zeros(len(points)), np.ones(len(points), bool)
     before, after = coefficients_of(points, demand)
     for coefficients, part, back in ((before, crossed * end, False), (after, (1.0 - crossed) * end, True)):
         seconds = (part * demand.duration)[:, None]
@@ -236,9 +291,9 @@ def largest_torques(points: FloatArray, demand: Demand, rows: TorqueRows) -> Flo
         change /= seconds**2
         if back:
             place, change = 1.0 - place, -change
-        # at rest the first coefficient alone has the direction
-        found[(coefficients[:, 0] < 0.0) | (np.min(rate, axis=1) < 0.0)] = np.inf
-        index = np.clip(place * WAYS, 0.0, WAYS - 1e-9)
+        # at rest the first coefficient alone has the direction; what has no speed at the crossing is NaN
+        possible &= (coefficients[:, 0] >= 0.0) & (np.min(rate, axis=1) >= 0.0)
+        index = np.clip(np.where(possible[:, None], place, 0.0) * WAYS, 0.0, WAYS - 1e-9)
         lower = index.astype(np.int64)
         share = index - lower
         at = [(1.0 - share) * column[lower] + share * column[lower + 1] for column in rows.columns()]
@@ -248,4 +303,4 @@ def largest_torques(points: FloatArray, demand: Demand, rows: TorqueRows) -> Flo
         for still, per_acceleration, per_speed, legs in (of_motors[:4], of_motors[4:]):
             whole = (still + per_acceleration * change + per_speed * rate**2) / divisor + legs
             found = np.maximum(found, np.max(np.where(off, np.abs(whole), 0.0), axis=1))
-    return found
+    return np.where(possible, found, np.inf)

@@ -66,3 +66,21 @@ def test_a_release_is_planned_for_both_modes_or_refused_with_the_reason(dextar: 
     away = CliRunner().invoke(app, ["posture", "1.2", "1.9", "--release"])
     assert away.exit_code == 2
     assert away.stderr.startswith("fivebar: not near the Type 2 locus: the platform is ")
+
+
+def test_a_release_without_a_gyroscope_says_its_way_its_side_and_its_odds(dextar: FiveBar) -> None:
+    angles = inverse_geometry(dextar, 1, -1, 0.0, 0.0844926)
+    asked = ["posture", f"{angles.q11:.6f}", f"{angles.q21:.6f}", "--release", "--without-gyroscope"]
+    planned = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)["release"]
+    assert planned["falls_to"] == [1, -1]
+    assert 0.999 < planned["odds"] < 1.0
+    assert planned["drive_m"] == 0.022
+    assert 0.1 < planned["drive_seconds"] < 0.3
+    text = CliRunner().invoke(app, asked).stdout
+    assert "before that they drive the platform by 22 mm in 0.21 s along" in text
+    assert f"; the first with a probability of {planned['odds']:.4f}" in text
+    # by default a gyroscope tells
+    plain = json.loads(CliRunner().invoke(app, [*asked[:-1], "--json"]).stdout)["release"]
+    assert (plain["odds"], plain["drive_m"], plain["drive_seconds"]) == (None, 0.0, 0.0)
+    refused = CliRunner().invoke(app, [*asked[:3], "--without-gyroscope"])
+    assert (refused.exit_code, refused.stderr) == (2, "fivebar: --without-gyroscope: expected with --release\n")

@@ -42,13 +42,15 @@ from fivebar_control.model.kinematics import (
 )
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import MotorMotion, Platform, State
+from fivebar_control.planning.feasibility import screen_run
+from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import motion_limits_of
 from fivebar_control.planning.release import ReleaseRefused, plan_release
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
 from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.trajectory.criterion import criterion_residual
-from fivebar_control.trajectory.planner import PlanRefused, plan_motion
+from fivebar_control.trajectory.planner import Plan, PlanRefused, plan_motion
 from fivebar_control.trajectory.zones import ZoneSettings
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
@@ -374,16 +376,8 @@ def vertical_file(folder: Path) -> str:
 
 def crossed(way: Way, **changes: Any) -> tuple[float, str]:
     """Return the largest distance (m) from the reference of a crossing on Pinocchio's plant, and how it ends."""
-    scenario = Scenario(
-        name="crossing",
-        working_mode=(1, -1),
-        waypoints=way,
-        segment_duration=0.5,
-        time_law="criterion",
-        zone=ZoneSettings(duration_ms=20.0),
-        force=True,
-        **changes,
-    )
+    usual = {"working_mode": (1, -1), "segment_duration": 0.5, "zone": ZoneSettings(duration_ms=20.0)}
+    scenario = Scenario(name="crossing", waypoints=way, time_law="criterion", force=True, **(usual | changes))
     summary, _ = summary_of(scenario)
     assert summary.tracking_error_peak_m is not None
     return summary.tracking_error_peak_m, summary.outcome
@@ -416,3 +410,107 @@ def test_a_requested_motion_is_timed_anew_for_each_duration_and_crosses_as_the_f
     moving = found.plan.path.at(crossing.time)
     assert abs(criterion_residual(robot, 1, -1, moving)) < 1e-6 * robot.mass * 9.81
     assert math.hypot(moving.ax, moving.ay) > 5.0
+
+
+ACROSS_MODE: tuple[int, int] = (1, 1)
+ACROSS_START, ACROSS_GOAL = (0.052, 0.038), (0.1039, 0.008)
+CORNER: Way = (ACROSS_START, (0.0929, 0.0489), ACROSS_GOAL)
+"""Across the folded branch of the locus along v_1, straight and round a corner that falls."""
+
+
+def planned(time_law: str, duration: float, way: Way = CORNER, payload: float = 0.0) -> tuple[FiveBar, Plan]:
+    robot = under("dextar", VERTICAL._replace(payload=payload))
+    durations, radii = (duration / (len(way) - 1),) * (len(way) - 1), (0.038,) if len(way) == 3 else (0.0,)
+    rule = ZoneSettings().as_rule()
+    return robot, plan_motion(robot, ACROSS_MODE, way, durations, 500, rule, time_law, 0.0, radii)
+
+
+@pytest.mark.parametrize("payload", [0.0, 0.15])
+@pytest.mark.parametrize("duration", [0.6, 0.66, 2.0])
+def test_a_corner_that_bends_with_the_fall_is_passed_at_the_one_pace_of_the_fall(
+    duration: float, payload: float
+) -> None:
+    """Its speed by the bend of the path alone, and the torque from 1 mm down to 10 um beside the locus."""
+    robot, plan = planned("criterion", duration, payload=payload)
+    (crossing,) = plan.crossings
+    at = plan.path.at(crossing.time)
+    svd = parallel_svd(state_from_platform(robot, *ACROSS_MODE, *at[:4]))
+    speed = math.hypot(at.vx, at.vy)
+    assert abs(svd.t_x * at.vx + svd.t_y * at.vy) / speed < 0.1
+    # the curvature by three places on the path, some 0.1 mm apart
+    around = [np.array(plan.path.at(crossing.time + step)[:2]) for step in (-3e-4, 0.0, 3e-4)]
+    bend = (around[2] - 2.0 * around[1] + around[0]) / np.sum((around[2] - around[1]) ** 2)
+    fall = np.array((svd.t_x, svd.t_y)) @ external_acceleration(robot)
+    along = np.array((svd.t_x, svd.t_y)) @ np.array((at.ax, at.ay))
+    assert along == pytest.approx(fall, rel=1e-6)
+    assert abs(fall) > 9.0
+    assert speed == pytest.approx(math.sqrt(fall / float(np.array((svd.t_x, svd.t_y)) @ bend)), rel=0.1)
+    gone = np.array([plan.path.at(t)[:2] for t in np.linspace(0.0, duration, 500)])
+    assert np.all(np.linalg.norm(np.diff(gone, axis=0), axis=1) >= 0.0)
+    torques = []
+    for way in (1e-3, 1e-4, 1e-5, -1e-5, -1e-4, -1e-3):
+        moved = plan.path.at(crossing.time + way / speed)
+        here = state_from_platform(robot, *ACROSS_MODE, *moved[:4])
+        torques.append(inverse_dynamics_of_platform(robot, here, moved.ax, moved.ay, *legs_weight(robot, here)))
+    assert np.abs(torques).max() < 2.0
+    # with another pace, by a quarter, the torque has a pole there
+    _, other = planned("quintic", 1.4)
+    (crossing,) = other.crossings
+    moved = other.path.at(crossing.time + 1e-5 / 0.2)
+    here = state_from_platform(robot, *ACROSS_MODE, *moved[:4])
+    assert np.abs(inverse_dynamics_of_platform(robot, here, moved.ax, moved.ay, 0.0, 0.0)).max() > 100.0
+
+
+def screened_run(robot: FiveBar, plan: Plan) -> Feasibility:
+    follower = default_tuning(find_controller("unified"))
+    return screen_run(robot, plan, 500, follower.limited_to(2.5), motion_limits_of(follower, torque=2.5))
+
+
+def test_the_screen_names_the_pace_at_which_a_bend_falls_and_takes_that_one() -> None:
+    robot, plan = planned("criterion", 0.66)
+    (crossing,) = plan.crossings
+    at = plan.path.at(crossing.time)
+    pace = f"{math.hypot(at.vx, at.vy):.2f}"
+    assert screened_run(robot, plan).reasons == []
+    for duration in (0.5, 2.0):
+        cause = screened_run(*planned("quintic", duration)).reasons[-1]
+        assert f"falls across the path, and follows its bend at {pace}" in cause, cause
+
+
+def test_a_straight_line_across_the_fall_is_refused_with_the_corner_that_would_do() -> None:
+    robot, plan = planned("criterion", 0.6, (ACROSS_START, ACROSS_GOAL))
+    verdict = screened_run(robot, plan)
+    assert not verdict.feasible
+    (cause,) = verdict.causes
+    assert "no motor holds the platform, which falls across the path by 8.49 m/s^2" in cause
+    assert "a corner there that bends towards (-0.50, -0.87), which falls at 0.461 m/s" in cause
+    # a corner to the other side bends against the fall
+    up = ACROSS_START, (0.064, -0.003), ACROSS_GOAL
+    with pytest.raises(PlanRefused, match=r"which falls across the path .* bends towards \(-0\."):
+        planned("criterion", 0.6, up)
+
+
+def test_a_request_across_the_fall_is_bent_where_that_is_quicker_than_another_way() -> None:
+    robot, follower = under("dextar", VERTICAL), default_tuning(find_controller("unified"))
+    limits = motion_limits_of(follower, torque=2.5)
+    found = plan_transfer(robot, ACROSS_MODE, ACROSS_START, ACROSS_GOAL, None, 500, follower, limits)
+    assert len(found.waypoints) == 3
+    assert found.course.blend_radius[0] > 0.03
+    assert found.plan.path.duration < 1.0
+    (crossing,) = found.crossings
+    assert crossing.authority < 0.1
+    assert crossing.distal_links == "folded"
+
+
+def test_a_corner_that_falls_is_crossed_on_pinocchios_plant(tmp_path: Path) -> None:
+    error, outcome = crossed(
+        CORNER,
+        working_mode=ACROSS_MODE,
+        segment_duration=0.33,
+        blend_radius=0.038,
+        robot=vertical_file(tmp_path),
+        controller="unified",
+        plant={"torque_limit": 2.5},
+    )
+    assert outcome == "succeeded"
+    assert error < 1e-4

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
 import numpy as np
 import pytest
@@ -14,7 +14,16 @@ from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, parallel_svd
 from fivebar_control.model.state import State
-from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, plan_release
+from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, plan_in_slices, plan_release
+from fivebar_control.planning.release_drive import (
+    NO_DRIVE,
+    ReleaseDrive,
+    drive_torque,
+    height_of,
+    reach_of,
+    state_at,
+    wrong_side,
+)
 from fivebar_control.planning.release_step import (
     NO_GYROSCOPE,
     NOT_AT_REST,
@@ -28,8 +37,10 @@ from fivebar_control.planning.release_step import (
     has_ended,
     release_step,
 )
+from fivebar_control.planning.standstill import standstill_at
 from fivebar_control.safety.settings import Area, SafetySettings
 from fivebar_control.safety.stages import Limits, guard_limits_of
+from fivebar_description.loads import NO_LOADS, Loads
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import UNKNOWN
 from fivebar_description.tolerances import Tolerances
@@ -40,7 +51,7 @@ from fivebar_sim.effects.settings import PlantSettings
 
 RATE = 500
 LIMITS = guard_limits_of(SafetySettings(torque_limit=2.0), RATE)
-KNOWN = Tolerances(length=1e-4)
+KNOWN, CALIBRATED = Tolerances(length=1e-4), Tolerances(length=2e-5)
 COMMON = 0.0, math.sqrt(0.09**2 - 0.059**2)
 """Where both elbows of DexTAR are in one place (m)."""
 
@@ -70,6 +81,15 @@ def folded(robot: FiveBar, heading: float) -> State:
 def in_mujoco(robot: FiveBar, state: State, **effects: object) -> MujocoMotion:
     q = [state.leg1.q1, state.leg1.q2, state.leg2.q1, state.leg2.q2]
     return MujocoMotion(robot, PlantSettings(**effects), RATE, q)  # type: ignore[arg-type]
+
+
+def finished(in_slices: Generator[None, None, float]) -> float:
+    """Return what comes of slices."""
+    while True:
+        try:
+            next(in_slices)
+        except StopIteration as end:
+            return float(end.value)
 
 
 def state_in(robot: FiveBar, motion: MujocoMotion) -> State:
@@ -153,6 +173,201 @@ def test_folded_links_do_not_buckle_and_differ_with_the_lengths(dextar: FiveBar)
     assert rest_motion(dextar, folded(dextar, 0.4), 0.5, -0.2).growth == pytest.approx(0.0, abs=1e-9)
     longer = dextar._replace(leg2=dextar.leg2._replace(distal=0.1))
     assert rest_motion(longer, folded(longer, 0.4), 0.5, -0.2).growth != 0.0
+
+
+def driven_plan(
+    robot: FiveBar, state: State, tolerances: Tolerances = CALIBRATED, loads: Loads = NO_LOADS, limits: Limits = LIMITS
+) -> ReleasePlan:
+    """A release without a gyroscope."""
+    q11, q21 = state.leg1.q1, state.leg2.q1
+    return plan_release(robot, tolerances, limits, UNKNOWN, RATE, q11, q21, None, False, loads)
+
+
+def driven_along(robot: FiveBar, state: State, length: float, duration: float) -> ReleaseDrive:
+    """A drive from the locus along v1, against it for a negative length."""
+    svd, sign = parallel_svd(state), math.copysign(1.0, length)
+    return NO_DRIVE._replace(
+        mode1=1,
+        mode2=-1,
+        x=state.x,
+        y=state.y,
+        d_x=sign * svd.v_x,
+        d_y=sign * svd.v_y,
+        length=abs(length),
+        duration=duration,
+        bandwidth=40.0,
+        cap1=3.0,
+        cap2=3.0,
+    )
+
+
+def height_driven(robot: FiveBar, state: State, drive: ReleaseDrive, **effects: object) -> float:
+    """Return how far (m) MuJoCo's platform is off the elbows' line after a drive, positive towards mode +."""
+    motion, speeds = in_mujoco(robot, state, **effects), [0.0, 0.0]
+    last = motion.joints[0][[0, 2]]
+    for number in range(round(drive.duration * RATE)):
+        angles = motion.joints[0][[0, 2]]
+        speeds = 0.6 * np.array(speeds) + 0.4 * RATE * (angles - last)
+        last = angles
+        motion.advance(drive_torque(robot, drive, number / RATE, *angles.tolist(), *speeds.tolist()))
+    end = state_in(robot, motion)
+    elbows = [np.array((end.x - 0.09 * leg.u_x, end.y - 0.09 * leg.u_y)) for leg in (end.leg1, end.leg2)]
+    line, to = elbows[1] - elbows[0], np.array((end.x, end.y)) - elbows[0]
+    return float((line[0] * to[1] - line[1] * to[0]) / np.hypot(*line))
+
+
+@pytest.mark.parametrize(
+    ("at", "length", "height"),
+    [("centre", 0.03, 6.4), ("centre", -0.03, 6.4), ("aside", 0.02, 7.45), ("aside", -0.02, -1.5)],
+)
+def test_a_drive_along_v1_leaves_the_locus_by_geometry_to_a_side_that_is_known(
+    dextar: FiveBar, at: str, length: float, height: float
+) -> None:
+    """At the centre to the same side either way, with the square of the way; whatever its pace and the friction."""
+    state = on_the_locus(dextar, *STRETCHED[at], beside=1e-8)
+    for duration in (0.15, 0.3):
+        drive = driven_along(dextar, state, length, duration)
+        plain = height_driven(dextar, state, drive)
+        assert 1e3 * plain == pytest.approx(height, abs=0.1)
+        assert height_of(dextar, state_at(dextar, drive, duration)) == pytest.approx(plain, rel=0.12, abs=5e-4)
+        for scale in (0.8, 1.2):
+            assert height_driven(dextar, state, drive, friction_scale=scale) == pytest.approx(plain, abs=4e-4)
+    if at == "centre":
+        half = height_driven(dextar, state, driven_along(dextar, state, 0.5 * length, 0.3))
+        assert plain / half == pytest.approx(4.0, rel=0.05)
+
+
+@pytest.mark.parametrize("beside", [1e-3, -2e-3])
+def test_what_a_rest_beside_the_line_and_a_tilt_add_to_a_drive_is_that_of_a_free_mass(
+    dextar: FiveBar, beside: float
+) -> None:
+    state, duration = on_the_locus(dextar, *STRETCHED["centre"], beside=1e-8), 0.25
+    drive = driven_along(dextar, state, 0.03, duration)
+    plain = height_driven(dextar, state, drive)
+    off = height_driven(dextar, on_the_locus(dextar, *STRETCHED["centre"], beside=beside), drive)
+    assert off - plain == pytest.approx(beside, rel=0.05)
+    one, other = (height_driven(dextar, state, drive, tilt=Tilt(0.005, sign * math.pi / 2.0)) for sign in (1.0, -1.0))
+    # the line turns meanwhile, so that a way along t_s is a little less above it
+    assert abs(one - other) == pytest.approx(0.96 * 9.81 * 0.005 * duration**2, rel=0.01)
+    assert 0.5 * (one + other) == pytest.approx(plain, abs=3e-5)
+
+
+@pytest.mark.parametrize(("at", "length"), [("centre", 0.03), ("aside", 0.02), ("aside", -0.02)])
+@pytest.mark.parametrize("duration", [0.15, 0.25])
+def test_passive_friction_takes_from_a_drive_what_is_counted(
+    dextar: FiveBar, at: str, length: float, duration: float
+) -> None:
+    state = on_the_locus(dextar, *STRETCHED[at], beside=1e-8)
+    drive = driven_along(dextar, state, length, duration)
+    lost = height_driven(dextar, state, drive) - height_driven(
+        dextar, state, drive, friction=FrictionEffects(passive=0.002)
+    )
+    free, dragged = (finished(reach_of(dextar, drive, Loads(passive=moment))) for moment in (0.0, 0.002))
+    assert abs(lost) > 3e-4
+    assert free - dragged == pytest.approx(lost, rel=0.15) or dragged == 0.0
+    tilted = finished(reach_of(dextar, drive, Loads(tilt=0.002)))
+    taken = 0.5 * 9.81 * 0.002 * duration**2
+    assert abs(free) - abs(tilted) == pytest.approx(min(taken, abs(free)), rel=1e-3)
+
+
+def test_the_odds_of_the_side_are_those_of_rests_that_the_encoders_take_for_the_line(dextar: FiveBar) -> None:
+    """Rests whose elbows' distance is measured with a known deviation, either side alike."""
+    state = on_the_locus(dextar, *STRETCHED["centre"])
+    stand = standstill_at(dextar, KNOWN, state.leg1.q1, state.leg2.q1)
+    assert stand is not None
+    random = np.random.default_rng(2)
+    gaps = stand.gap + random.normal(0.0, stand.gap_deviation, 400_000)
+    # the height of two links of 90 mm whose ends are nearer by the gap than when they are stretched
+    heights = np.sqrt(np.clip(0.09**2 - (0.09 - 0.5 * gaps) ** 2, 0.0, None)) * random.choice((1.0, -1.0), len(gaps))
+    for reach in (1e-3, 3e-3, 4e-3):
+        assert wrong_side(dextar, stand, reach) == pytest.approx(np.mean(heights < -reach), rel=0.05)
+    assert wrong_side(dextar, stand, 0.0) == 0.5
+
+
+@pytest.mark.parametrize("at", ["centre", "aside"])
+@pytest.mark.parametrize("beside", [1e-6, 1.2e-3, -1.2e-3])
+def test_without_a_gyroscope_the_platform_is_driven_to_the_side_that_is_likely(
+    dextar: FiveBar, at: str, beside: float
+) -> None:
+    state = on_the_locus(dextar, *STRETCHED[at], beside=beside)
+    loads = Loads(tilt=0.002, passive=0.001)
+    plan = driven_plan(dextar, on_the_locus(dextar, *STRETCHED[at]), loads=loads)
+    drive = plan.release.drive
+    assert plan.odds > 0.999
+    assert plan.modes == (drive.side, -drive.side)
+    assert 0.01 < drive.length <= 0.03
+    downhill = -math.pi / 2.0 * drive.side
+    effects = {"friction": FrictionEffects(passive=loads.passive), "tilt": Tilt(loads.tilt, downhill)}
+    motion, memory, largest = in_mujoco(dextar, state, **effects), first_memory(plan.release), 0.0
+    for _ in range(2000):
+        q11, _, q21, _ = motion.joints[0].tolist()
+        torque, memory = release_step(plan.release, memory, q11, q21, math.nan)
+        if has_ended(memory):
+            break
+        largest = max(largest, *map(abs, torque))
+        motion.advance(torque)
+    end = state_in(dextar, motion)
+    assert (memory.phase, memory.assembly) == (RELEASED, drive.side)
+    assert assembly_mode(end) == drive.side
+    assert inverse_condition(end) > CLEAR
+    assert math.dist((end.x, end.y), plan.ends[0]) < 0.01
+    assert memory.fastest_motor < 2.8
+    assert largest <= max(drive.cap1, plan.release.cap1, plan.release.cap2)
+
+
+def test_a_drive_whose_side_is_not_sure_is_refused(dextar: FiveBar) -> None:
+    centre = on_the_locus(dextar, *STRETCHED["centre"])
+
+    def refusal(state: State = centre, **more: object) -> str:
+        with pytest.raises(ReleaseRefused) as caught:
+            driven_plan(dextar, state, **more)  # type: ignore[arg-type]
+        return str(caught.value)
+
+    assert "leaves the elbows' line by 4.6 mm at least, which is the right side with a probability of 0.998" in refusal(
+        tolerances=KNOWN
+    )
+    assert "by 0.0 mm at least, which is the right side with a probability of 0.500" in refusal(loads=Loads(tilt=0.02))
+    assert "where the distal links are folded: expected a hand, or a gyroscope" in refusal(folded(dextar, 0.4))
+    weak = LIMITS._replace(torque_limit=0.5)
+    assert "no drive along the distal links stays within reach and keeps the limits" in refusal(limits=weak)
+    above = LIMITS._replace(workspace=Area(-0.1, 0.1, 0.08, 0.2))
+    assert "in assembly mode - the robot would come to where a limit is: out_of_workspace" in refusal(limits=above)
+    # with a gyroscope nothing is driven
+    assert plan_of(dextar, centre).release.drive == NO_DRIVE
+
+
+def test_a_drive_that_the_motors_do_not_follow_is_given_up(dextar: FiveBar) -> None:
+    plan = driven_plan(dextar, on_the_locus(dextar, *STRETCHED["centre"]))
+    one = plan.release
+
+    def nothing(number: int) -> float:
+        return math.nan
+
+    memory, largest = steps(plan, lambda number: (one.q11, one.q21), nothing)
+    assert memory.phase == STUCK
+    assert largest == pytest.approx(one.drive.cap1)
+    # followed, it goes on to press, from where the motors are then
+    end = state_at(dextar, one.drive, one.drive.duration)
+
+    def followed(number: int) -> tuple[float, float]:
+        time = min(max(0.0, (number - 150) / RATE), one.drive.duration)
+        state = state_at(dextar, one.drive, time)
+        way = min(2e-5 * max(0, number - 290), 1.01 * one.way)
+        return state.leg1.q1 + one.per_way1 * way, state.leg2.q1 + one.per_way2 * way
+
+    memory, _ = steps(plan, followed, nothing)
+    assert (memory.phase, memory.assembly) == (RELEASED, one.drive.side)
+    assert (memory.base1, memory.base2) == pytest.approx((end.leg1.q1, end.leg2.q1), abs=1e-3)
+
+
+def test_a_plan_of_a_drive_leaves_time_between_its_slices(dextar: FiveBar) -> None:
+    state = on_the_locus(dextar, *STRETCHED["centre"])
+    q11, q21 = state.leg1.q1, state.leg2.q1
+    loads = Loads(passive=0.001)
+    planned = plan_in_slices(dextar, CALIBRATED, LIMITS, UNKNOWN, RATE, q11, q21, None, False, loads)
+    assert sum(1 for _ in planned) > 20
+    pressed = plan_in_slices(dextar, CALIBRATED, LIMITS, UNKNOWN, RATE, q11, q21)
+    assert sum(1 for _ in pressed) == 0
 
 
 def plan_of(
