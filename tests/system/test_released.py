@@ -40,6 +40,7 @@ plant: {{encoder_counts: 20000, delay_samples: 1, friction: {{passive: {friction
 imu: {{gyro_noise: 0.01, gyro_bias: 0.01, rate_hz: 250, latency: 0.004}}
 estimator: ekf
 ekf: {{gyro: {gyro}}}
+loads: {{tilt: {tilt}}}
 """
 """It comes to rest near the locus, where the estimator gives up."""
 
@@ -96,13 +97,14 @@ def release_of(
         (STUCK, False, "ended: stuck"),
         (STIFF, True, "ended: requested by blender/emergency_stop"),
         (LOOSE, False, "refused: not near the Type 2 locus"),
-        (STIFF, False, "not released: there is no gyroscope"),
+        (STIFF, False, "refused: there is no gyroscope, and without one it is not known"),
     ],
 )
 def test_a_release_leaves_no_torque_behind_however_it_ends(
     friction: float, stop: bool, end: str, fivebar: Callable[..., FivebarCommand], tmp_path: Path
 ) -> None:
-    content = NEAR_THE_LOCUS.format(friction=friction, end=ON_THE_LOCUS, gyro="no gyroscope" not in end)
+    seen = "no gyroscope" not in end
+    content = NEAR_THE_LOCUS.format(friction=friction, end=ON_THE_LOCUS, gyro=seen, tilt=0.0 if seen else 0.05)
     status, recording = release_of(content, fivebar, tmp_path, stop)
     torque = recording.field(TORQUE_COMMAND, "effort")
     assert status.startswith(end)
@@ -116,11 +118,11 @@ def test_a_release_leaves_no_torque_behind_however_it_ends(
 
 
 @pytest.mark.extra
-@pytest.mark.parametrize("end", [BEFORE_IT, BEYOND_IT])
+@pytest.mark.parametrize(("end", "gyro"), [(BEFORE_IT, True), (BEYOND_IT, True), (ON_THE_LOCUS, False)])
 def test_a_release_from_a_rest_on_the_locus_ends_off_it_where_it_says(
-    end: float, fivebar: Callable[..., FivebarCommand], tmp_path: Path
+    end: float, gyro: bool, fivebar: Callable[..., FivebarCommand], tmp_path: Path
 ) -> None:
-    content = NEAR_THE_LOCUS.format(friction=STIFF, end=end, gyro=True)
+    content = NEAR_THE_LOCUS.format(friction=STIFF, end=end, gyro=gyro, tilt=0.0)
     status, recording = release_of(content, fivebar, tmp_path)
     found = re.fullmatch(r"released: in assembly mode ([+-]), the platform at \((-?[\d.]+), (-?[\d.]+)\) m.*", status)
     assert found is not None, status
