@@ -255,10 +255,12 @@ def fall_problem(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> st
     Args:
         robot: on which forces act all the time.
         mode1, mode2: working mode.
-        motion: of the reference on the Type 2 locus, not at rest.
+        motion: of the reference on the Type 2 locus; at rest there is no path to judge.
     """
     x, y, vx, vy, ax, ay = motion
     speed = math.hypot(vx, vy)
+    if speed == 0.0:
+        return ""
     d_x, d_y = vx / speed, vy / speed
     along = d_x * ax + d_y * ay
     bend_x, bend_y = (ax - along * d_x) / speed**2, (ay - along * d_y) / speed**2

@@ -42,12 +42,15 @@ from fivebar_control.model.kinematics import (
 )
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import MotorMotion, Platform, State
+from fivebar_control.planning.bent_courses import bent_courses
 from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import motion_limits_of
+from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.release import ReleaseRefused, plan_release
-from fivebar_control.planning.timing import Speed
+from fivebar_control.planning.timing import Speed, Timed
 from fivebar_control.planning.transfer import plan_transfer
+from fivebar_control.planning.via_points import along
 from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.planner import Plan, PlanRefused, plan_motion
@@ -500,6 +503,21 @@ def test_a_request_across_the_fall_is_bent_where_that_is_quicker_than_another_wa
     (crossing,) = found.crossings
     assert crossing.authority < 0.1
     assert crossing.distal_links == "folded"
+
+
+def test_a_quicker_way_with_a_rest_is_preferred_to_a_bend() -> None:
+    """On the bench the straight line goes along the links, and a slanted one crosses hardly slower than a corner."""
+    robot, follower = load_robot("motkin_vertical"), default_tuning(find_controller("unified"))
+    start, goal, limits = (0.0, -0.022), (0.0, -0.112), motion_limits_of(follower, torque=0.186)
+    task = Task(robot, (1, -1), 500, follower.limited_to(0.186), limits)
+    tried = [along(task, course, Speed.COMFORTABLE) for course in bent_courses(task, start, goal)]
+    bent = [one.plan.path.duration for one in tried if isinstance(one, Timed)]
+    assert bent
+    found = plan_transfer(robot, (1, -1), start, goal, None, 500, follower, limits)
+    assert not found.course.rounded
+    assert found.plan.path.duration < min(bent)
+    # a level robot is not bent
+    assert list(bent_courses(task._replace(robot=load_robot("motkin")), start, goal)) == []
 
 
 def test_a_corner_that_falls_is_crossed_on_pinocchios_plant(tmp_path: Path) -> None:
