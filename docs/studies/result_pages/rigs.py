@@ -148,6 +148,7 @@ LINES: tuple[tuple[str, Callable[[RigRow], str]], ...] = (
     ("success", lambda row: share_text(row.successes, row.accepted)),
     ("within 2 mm, no fault, planned mode", lambda row: share_text(row.within_2_mm, row.accepted)),
     ("stopped by a fault", lambda row: row.faults or "0"),
+    ("beyond 2 mm without a fault", lambda row: f"{_unnoticed(row)}"),
     ("lost silently", lambda row: f"{row.silent} ({interval_of(row.silent, row.accepted).text})"),
     ("largest error, median, 95 and 99 %", lambda row: _errors(row, "error")),
     ("largest error of the estimate, the same", lambda row: _errors(row, "estimate")),
@@ -179,8 +180,15 @@ def _answer(rows: Sequence[RigRow]) -> str:
     return (
         f"{share_of(least.within_2_mm, least.accepted).text} of the accepted crossings on `{least.rig}` to"
         f" {share_of(most.within_2_mm, most.accepted).text} on `{most.rig}` stay within 2 mm with `unified`."
-        f" {lost or 'None'} of {sum(row.accepted for row in rows)} {'is' if lost == 1 else 'are'} lost silently."
+        f" {lost or 'None'} of {sum(row.accepted for row in rows)} {'is' if lost == 1 else 'are'} lost silently:"
+        " 5 mm off, or in the wrong mode, without a fault within 50 ms."
+        f" {sum(map(_unnoticed, rows))} are more than 2 mm off without a fault."
     )
+
+
+def _unnoticed(row: RigRow) -> int:
+    """Return how many accepted crossings are more than 2 mm off, or end in the wrong mode, without a fault."""
+    return row.accepted - row.within_2_mm - row.stopped
 
 
 def _figure(rows: Sequence[RigRow]) -> Figure:

@@ -46,7 +46,8 @@ class Outcome(NamedTuple):
         misfit_offset: largest recent mean of the innovations of one sensor, with their signs, in standard deviations.
         misfit_jump: largest innovation of a motor encoder in a single sample, in standard deviations.
         misfit_error: largest constant error as it was estimated, in units of its declared tolerance.
-        misfit_strain: largest of the signed mean and the constant error together, in units of their limits.
+        misfit_strain: largest of the signed mean, the constant error and the gyroscope's bias together, in units of
+            their limits.
         loop_gap: largest gap (m) that a step opened, before it was closed.
     """
 

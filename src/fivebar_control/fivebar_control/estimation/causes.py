@@ -65,7 +65,8 @@ def causes_of(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> list[C
         Cause(f"the encoder of q{max(1, pattern.jumped)}1, which slips or lost counts", sudden * part),
     ]
     if model.gyro:
-        found.append(Cause("the gyroscope's bias, sensitivity or mounting, or its clock", one_sided_gyro * part_gyro))
+        weight = one_sided_gyro * part_gyro + UNDECLARED * min(1.0, pattern.bias / model.bias_limit)
+        found.append(Cause("the gyroscope's bias, sensitivity or mounting, or its clock", weight))
     if model.elbow:
         found.append(Cause("the passive joint's encoder or its zero", elbow / total))
     if model.extra is not None:
@@ -104,6 +105,11 @@ def _beyond(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
             parts.append(
                 "a length, a zero or the gyroscope's sensitivity comes out at"
                 f" {pattern.error:.1f} times its tolerance, limit {model.error_limit:.1f}"
+            )
+        if pattern.bias > NAMED * model.bias_limit:
+            parts.append(
+                f"the gyroscope's bias comes out at {pattern.bias:.1f} standard deviations of `gyro_bias`, as far as it"
+                f" has been learned, limit {model.bias_limit:.1f}"
             )
         return " and ".join(parts)
     also = _also(others, model.misfit_limit)

@@ -19,6 +19,9 @@ from fivebar_description.tolerances import EXACT, Tolerances
 OFFSET, JUMP, MISFIT = 9.0, 10.0, 50.0
 """Least limits, the first two in standard deviations."""
 
+BIAS = 6.0
+"""The limit of the gyroscope's bias, in standard deviations of what has been learned of it: sound robots reach 4."""
+
 JUMP_WITH_PLAY = 6.0
 """The same with `play`: what is declared of it leaves more room than counts do."""
 
@@ -68,6 +71,7 @@ class EstimatorModel(NamedTuple):
         offset_limit: of the mean of one sensor's innovations with their signs, in standard deviations.
         jump_limit: of a motor encoder's innovation in a single sample, in standard deviations.
         error_limit: of a constant error as it is estimated, in units of its tolerance.
+        bias_limit: of the gyroscope's bias as it is estimated, in standard deviations of what has been learned of it.
         history: samples that are kept for late readings.
     """
 
@@ -94,6 +98,7 @@ class EstimatorModel(NamedTuple):
     offset_limit: float
     jump_limit: float
     error_limit: float
+    bias_limit: float
     history: int
 
 
@@ -145,6 +150,7 @@ def estimator_model(
         offset_limit=limits.offset_limit,
         jump_limit=limits.jump_limit,
         error_limit=numbers.error_limit or math.inf,
+        bias_limit=BIAS if settings.gyro and bending <= numbers.play else math.inf,
         history=history_samples(rate_hz, latency) if others else 2,
     )
 

@@ -7,7 +7,8 @@ import math
 from typing import NamedTuple
 
 from fivebar_control.estimation.constants import EstimatorModel
-from fivebar_control.estimation.ekf import Belief, Estimate
+from fivebar_control.estimation.covariance import BIAS
+from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.encoder import repetitions
 from fivebar_control.estimation.gyro_watch import GyroHeard, waited
 from fivebar_control.estimation.history import (
@@ -21,6 +22,10 @@ LONGEST_GAP = 10
 LONGEST_GAP_TIME = 0.02
 """Samples, and time (s), without a reading over which the filter predicts: the longer of both, as long as drives hold
 their torque by default. After a longer gap the estimate is lost."""
+
+
+LEAST_LEARNED = 0.01
+"""Least share of a constant's variance that counts as learned."""
 
 
 class Misfit(NamedTuple):
@@ -70,6 +75,7 @@ class Pattern(NamedTuple):
             forget.
         jumped: which motor's, 0 for none.
         error: largest constant error of robot and sensors as it is estimated, in units of its declared tolerance.
+        bias: the gyroscope's as it is estimated, see `learned`.
     """
 
     encoder1: Trend
@@ -78,12 +84,13 @@ class Pattern(NamedTuple):
     jump: float
     jumped: int
     error: float
+    bias: float
 
 
 def no_pattern() -> Pattern:
     """Return the pattern before the first innovation."""
     none = Trend(0.0, 0.0)
-    return Pattern(none, none, none, 0.0, 0, 0.0)
+    return Pattern(none, none, none, 0.0, 0, 0.0, 0.0)
 
 
 def gone_on(trend: Trend, share: float, ahead: float) -> Trend:
@@ -103,23 +110,36 @@ def after_encoders(model: EstimatorModel, pattern: Pattern, ahead1: float, ahead
     if abs(ahead2) > jump:
         jump, jumped = abs(ahead2), 2
     one, two = gone_on(pattern.encoder1, share, ahead1), gone_on(pattern.encoder2, share, ahead2)
-    return Pattern(one, two, pattern.gyro, jump, jumped, pattern.error)
+    return Pattern(one, two, pattern.gyro, jump, jumped, pattern.error, pattern.bias)
 
 
 def after_gyro(model: EstimatorModel, pattern: Pattern, ahead: float) -> Pattern:
     """Return the pattern after the gyroscope's innovation."""
     gyro = gone_on(pattern.gyro, model.offset_share, ahead)
-    return Pattern(pattern.encoder1, pattern.encoder2, gyro, pattern.jump, pattern.jumped, pattern.error)
+    return Pattern(pattern.encoder1, pattern.encoder2, gyro, pattern.jump, pattern.jumped, pattern.error, pattern.bias)
 
 
-def after_estimate(model: EstimatorModel, pattern: Pattern, estimate: Estimate) -> Pattern:
-    """Return the pattern after an estimate; errors that are taken for exactly known are left out."""
+def learned(estimate: float, before: float, now: float) -> float:
+    """Return an estimated constant in standard deviations of what has been learned of it.
+
+    An estimate that began at 0 with the variance `before`, and has the variance `now`, has itself that of their
+    difference where all is as declared.
+    """
+    gone = max(before - now, LEAST_LEARNED * before)
+    return abs(estimate) / math.sqrt(gone) if gone > 0.0 else 0.0
+
+
+def after_estimate(model: EstimatorModel, pattern: Pattern, belief: Belief, samples: int) -> Pattern:
+    """Return the pattern after an estimate of so many samples; errors taken for exactly known are left out."""
+    known, estimate = model.filter, belief.estimate
     largest = 0.0
     for index in range(len(estimate.errors)):
-        deviation = model.filter.errors[index]
+        deviation = known.errors[index]
         if deviation > 0.0:
             largest = max(largest, abs(estimate.errors[index]) / (UNIFORM * deviation))
-    return Pattern(pattern.encoder1, pattern.encoder2, pattern.gyro, pattern.jump, pattern.jumped, largest)
+    walked = known.gyro_bias * known.gyro_bias + samples * known.noise.bias
+    bias = learned(estimate.bias, walked, belief.covariance[BIAS, BIAS])
+    return Pattern(pattern.encoder1, pattern.encoder2, pattern.gyro, pattern.jump, pattern.jumped, largest, bias)
 
 
 def largest_offset(pattern: Pattern) -> float:
@@ -128,12 +148,13 @@ def largest_offset(pattern: Pattern) -> float:
 
 
 def strain(model: EstimatorModel, pattern: Pattern) -> float:
-    """Return the largest offset and the largest constant error together, 1 where either alone is at its limit.
+    """Return offset, constant error and the gyroscope's bias together, 1 where one alone is at its limit.
 
-    Neither alone tells a fault that the filter explains in part by an error of the robot from what a sound robot
-    makes of its vibrations, or of what the model lacks; these seldom have both at once.
+    None alone tells a fault that the filter explains in part by errors of the robot and its sensors from what a sound
+    robot makes of its vibrations, or of what the model lacks; these seldom have several at once.
     """
-    return math.hypot(largest_offset(pattern) / model.offset_limit, pattern.error / model.error_limit)
+    errors = math.hypot(pattern.error / model.error_limit, pattern.bias / model.bias_limit)
+    return math.hypot(largest_offset(pattern) / model.offset_limit, errors)
 
 
 class EstimatorMemory(NamedTuple):

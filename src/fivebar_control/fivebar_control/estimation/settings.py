@@ -150,7 +150,7 @@ class EkfSettings(NamedTuple):
     gyro_bias_rate: Annotated[
         float,
         Setting("Density of the random walk of the gyroscope's bias.", "rad/s per root s", at_least=0.0, at_most=10.0),
-    ] = 1e-4
+    ] = 0.02
     gyro_clock: Annotated[
         float,
         Setting(
@@ -160,7 +160,7 @@ class EkfSettings(NamedTuple):
             at_least=0.0,
             at_most=0.02,
         ),
-    ] = 0.0
+    ] = 0.0005
     gyro_clock_rate: Annotated[
         float,
         Setting(

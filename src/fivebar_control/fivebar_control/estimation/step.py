@@ -243,7 +243,7 @@ def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> U
                     pattern = after_gyro(model, pattern, effect.ahead)
                 late[sensor, IS_NEW] = 0.0
         keep_belief(history, entry, belief)
-    pattern = after_estimate(model, pattern, belief.estimate)
+    pattern = after_estimate(model, pattern, belief, newest)
     changed = changed_memory(memory, belief, memory.near, misfit, pattern, memory.gyro)
     by_gyro, by_elbow = mean_square(squares, GYROSCOPE), mean_square(squares, PASSIVE)
     return Update(changed, expected, Misfit(by_encoders, by_gyro, by_elbow, mean_square(squares, EXTRA)))

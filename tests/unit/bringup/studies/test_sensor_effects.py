@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
+from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
-from fivebar_studies.robustness.effects import condition_of, with_keys
+from fivebar_studies.robustness.effects import Condition, condition_of, with_keys
 from fivebar_studies.robustness.robustness import robustness_report
 from fivebar_studies.robustness.running import (
     FAR,
@@ -19,10 +22,13 @@ from fivebar_studies.robustness.running import (
     WRONG_MODE,
     RobustnessRow,
     RobustnessSettings,
+    judged,
     run_numbered,
 )
 from fivebar_studies.robustness.sensor_effects import FAULTS, drawn_faults, is_wrong_name
 from fivebar_studies.robustness.tables import confusion_table, totals
+from fivebar_studies.sweep.drawing import draw
+from fivebar_studies.sweep.planning import planned, sampled_case
 from fivebar_studies.sweep.rows import FAULT_DELAY
 
 
@@ -112,3 +118,39 @@ def test_a_crossing_is_made_soundly_and_with_each_fault_once() -> None:
     (silent,) = (row for row in faulty if row.effect == "silent")
     assert silent.named == "gyroscope_missing"
     assert not [row for row in faulty if is_wrong_name(row.effect, row.named)]
+
+
+@pytest.mark.parametrize(
+    ("number", "duration", "fault", "size", "time", "verdict", "named"),
+    [
+        (20, 0.768, "bias", 0.5, 0.28, NOTICED, "estimate_inconsistent"),
+        (18, 0.678, "clock", -0.005, 0.0, SURVIVED, ""),
+        (0, 1.036, "drift", -0.007, 0.0, SURVIVED, ""),
+    ],
+    ids=["bias", "clock", "drift"],
+)
+def test_a_fault_of_the_gyroscope_is_silent_only_where_bias_and_clock_are_not_watched(
+    number: int, duration: float, fault: str, size: float, time: float, verdict: str, named: str
+) -> None:
+    """Crossings of the rig middling, with a jump of 0.5 rad/s, an offset of 5 ms and a drift of 7 ms/s."""
+    case = draw(101, number, "middling")._replace(duration=duration)
+    crossings, samples, scenario = len(planned(case).crossings), sampled_case(case), case.scenario("unified")
+    at = Condition(0, time, 1, 1 if size > 0.0 else -1)
+    run = RobustnessRow(number, fault, size, "unified", duration, 0, time=time)
+
+    def crossed(scenario: Scenario, limit: float | None) -> RobustnessRow:
+        faulty = case_of(with_keys(scenario, FAULTS[fault].change(abs(size), at)), stop_at_fault=True)
+        estimation = faulty.numbers.estimation
+        assert estimation is not None
+        if limit is not None:
+            model = estimation.model._replace(bias_limit=limit)
+            faulty = faulty._replace(numbers=faulty.numbers._replace(estimation=estimation._replace(model=model)))
+        return judged(run, faulty, samples, crossings)
+
+    ekf = scenario.ekf._replace(gyro_clock=0.0, gyro_bias_rate=1e-4)
+    assert crossed(scenario.model_copy(update={"ekf": ekf}), math.inf).verdict == SILENT
+    watched = crossed(scenario, None)
+    assert (watched.verdict, watched.named) == (verdict, named)
+    # before it is lost, or without
+    assert watched.left_time is None
+    assert watched.error < 5e-3

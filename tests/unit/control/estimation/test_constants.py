@@ -5,17 +5,20 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from estimator_at_rest import RATE_HZ, ROBOT, TIGHT, model_of
 
 from fivebar_control.estimation.constants import history_samples, largest_bending, watch_limits
-from fivebar_control.estimation.covariance import ERRORS, L12, ZERO2
-from fivebar_control.estimation.ekf import NO_ERRORS, Estimate, error_deviations
+from fivebar_control.estimation.covariance import BIAS, ERRORS, L12, SIZE, ZERO2
+from fivebar_control.estimation.ekf import NO_ERRORS, Belief, Estimate, error_deviations
 from fivebar_control.estimation.readings import (
+    Trend,
     after_encoders,
     after_estimate,
     after_gyro,
     largest_offset,
+    learned,
     no_pattern,
     strain,
 )
@@ -152,7 +155,8 @@ def test_an_estimated_error_counts_in_units_of_its_tolerance_if_it_has_one() -> 
     errors = [0.0] * len(NO_ERRORS)
     errors[L12 - ERRORS], errors[ZERO2 - ERRORS] = -3.6e-4, 1.0
     estimate = Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0, errors=NO_ERRORS._make(errors))
-    found = after_estimate(known, after_encoders(known, no_pattern(), 2.0, 0.0), estimate)
+    belief = Belief(estimate, np.zeros((SIZE, SIZE)))
+    found = after_estimate(known, after_encoders(known, no_pattern(), 2.0, 0.0), belief, 1)
     assert found.error == pytest.approx(1.8, rel=1e-9)
     assert found.jump == 2.0
     # innovations leave it as it is
@@ -166,3 +170,40 @@ def test_offset_and_error_count_together_where_an_error_has_a_limit() -> None:
         biased = after_gyro(model, biased, 0.8 * model.offset_limit)
     assert strain(without, biased) == pytest.approx(0.8, rel=1e-3)
     assert strain(model, biased) == pytest.approx(1.0, rel=1e-3)
+
+
+def test_a_bias_is_measured_by_what_readings_have_told_of_it() -> None:
+    """The posterior of a bias and a slope by the normal equations, of readings drawn with the declared variances."""
+    random = np.random.default_rng(5)
+    prior, noise, draws = np.array([0.02, 0.5]), 0.1, 4000
+    rows = np.column_stack([np.ones(30), np.linspace(-1.0, 2.0, 30)])
+    posterior = np.linalg.inv(np.diag(prior**-2.0) + rows.T @ rows / noise**2)
+    constants = prior * random.standard_normal((draws, 2))
+    readings = constants @ rows.T + noise * random.standard_normal((draws, 30))
+    estimates = (readings @ rows @ posterior / noise**2)[:, 0]
+    found = np.array([learned(one, prior[0] ** 2, posterior[0, 0]) for one in estimates])
+    # of chi-squared: its mean, and the share beyond two standard deviations
+    assert np.mean(found**2) == pytest.approx(1.0, abs=0.08)
+    assert np.mean(found > 2.0) == pytest.approx(0.0455, abs=0.01)
+    # little has been learned where the variance has hardly changed
+    assert learned(-0.004, 4e-4, 4e-4) == pytest.approx(2.0, rel=1e-12)
+    assert learned(0.0, 0.0, 0.0) == 0.0
+
+
+def test_a_bias_that_walks_may_be_larger_later() -> None:
+    model = model_of(RIGID._replace(gyro_bias=0.02, gyro_bias_rate=0.03))
+    estimate = Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0, bias=-0.1)
+    covariance = np.zeros((SIZE, SIZE))
+    covariance[BIAS, BIAS] = 1e-4
+    found = after_estimate(model, no_pattern(), Belief(estimate, covariance), 3 * RATE_HZ)
+    assert found.bias == pytest.approx(0.1 / math.sqrt(4e-4 + 3.0 * 9e-4 - 1e-4), rel=1e-9)
+    # together with an offset of half its limit
+    half = Trend(-0.5 * model.offset_limit, 1.0)
+    assert strain(model, found._replace(gyro=half)) == pytest.approx(math.hypot(0.5, found.bias / 6.0), rel=1e-9)
+
+
+def test_a_bias_has_no_limit_where_drives_bend_the_transmissions_by_more_than_their_play() -> None:
+    soft = RIGID._replace(play=1e-3, play_frequency=30.0)
+    assert model_of(soft, Drives(2000, 0, 2.0)).bias_limit == math.inf
+    assert model_of(soft._replace(play=0.5), Drives(2000, 0, 2.0)).bias_limit == 6.0
+    assert model_of(EkfSettings()).bias_limit == math.inf

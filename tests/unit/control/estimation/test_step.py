@@ -193,10 +193,15 @@ def trend(sign: float, size: float) -> Trend:
 
 
 def pattern_of(
-    encoders: float = 0.0, gyro: float = 0.0, size: float = 6.0, jump: float = 0.0, error: float = 0.0
+    encoders: float = 0.0,
+    gyro: float = 0.0,
+    size: float = 6.0,
+    jump: float = 0.0,
+    error: float = 0.0,
+    bias: float = 0.0,
 ) -> Pattern:
     """Return a pattern whose innovations have one sign so far (-1 to 1)."""
-    return Pattern(trend(encoders, size), trend(encoders, 0.5 * size), trend(gyro, size), jump, 2, error)
+    return Pattern(trend(encoders, size), trend(encoders, 0.5 * size), trend(gyro, size), jump, 2, error, bias)
 
 
 def test_the_reason_names_every_sensor_that_is_far_off_the_furthest_first() -> None:
@@ -257,7 +262,7 @@ def test_what_the_innovations_show_is_shared_out_among_the_causes(play: float) -
     model = model_of()._replace(play=play)
     jump = math.sqrt(0.25 * 40.0 / (0.5 * model.misfit_share))
     half = Trend(math.sqrt(0.5), 1.0)
-    pattern = Pattern(Trend(1.0, 4.0), Trend(2.0, 2.5), half, jump, 2, 0.0)
+    pattern = Pattern(Trend(1.0, 4.0), Trend(2.0, 2.5), half, jump, 2, 0.0, 0.0)
     causes = causes_of(model, Misfit(40.0, 8.0, 4.0, 1.0), pattern)
     weights = {" ".join(cause.words.split()[:2]): cause.weight for cause in causes}
     encoders, gyro, elbow = 40.0 / 52.0, 8.0 / 52.0, 4.0 / 52.0
@@ -278,6 +283,17 @@ def test_an_error_beyond_its_limit_is_explained_by_lengths_or_zeros_first() -> N
     assert causes_of(model, Misfit(0.5, 0.5, 0.5, 1.0), pattern)[0].words.startswith("lengths or zeros beyond")
     swinging = causes_of(model, Misfit(0.5, 0.5, 0.5, 1.0), pattern._replace(error=0.0))
     assert swinging[0].words.startswith("elasticity or play")
+
+
+def test_a_bias_beyond_its_limit_is_a_fault_that_names_the_gyroscope() -> None:
+    model = model_of(TIGHT)
+    memory = started(model)._replace(pattern=pattern_of(0.1, 0.0, 0.1, 0.0, 0.0, 5.9))
+    assert prediction(model, memory, [], 0).trip == NO_FAULT
+    memory = memory._replace(pattern=memory.pattern._replace(bias=6.5))
+    assert prediction(model, memory, [], 0).trip == ESTIMATE_INCONSISTENT
+    reason = inconsistency_reason(model, memory.misfit, memory.pattern)
+    assert reason.startswith("the gyroscope's bias comes out at 6.5 standard deviations of `gyro_bias`")
+    assert "limit 6.0; most likely first: the gyroscope's bias" in reason
 
 
 def test_what_is_further_off_than_its_limit_is_named_before_an_offset() -> None:
