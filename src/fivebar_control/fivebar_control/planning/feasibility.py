@@ -34,7 +34,6 @@ from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.predicted_run import Peak, PredictedRun, predict_run, stretches_of
 from fivebar_control.planning.reference_scan import ReferenceScan
 from fivebar_control.safety.settings import EVERYWHERE
-from fivebar_control.trajectory.criterion import fall_problem
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Crossing, Plan
 from fivebar_description.loads import Loads
@@ -113,6 +112,9 @@ def explained(verdict: Feasibility, robot: FiveBar, plan: Plan) -> Feasibility:
     missed = {figure.name for figure in verdict.figures if not figure.kept}
     causes: list[str] = []
     if has_external_force(robot) and missed & OF_FALL:
+        # the criterion is loaded where forces act all the time
+        from fivebar_control.trajectory.criterion import fall_problem
+
         for crossing in plan.crossings:
             motion = plan.path.at(crossing.time)
             causes.append(fall_problem(robot, *plan.modes_at(crossing.time), motion))
