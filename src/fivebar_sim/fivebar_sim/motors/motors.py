@@ -265,6 +265,8 @@ class EmulatedMotors(MovedRobot):
         except PlantDiverged:
             first.faulty = second.faulty = True
             return
+        if self._held:
+            return
         if self._part == 0:
             (q11, _, q21, _), _ = self.plant.seen()
             for motor, angle in zip(self.motors, (q11, q21), strict=True):

@@ -55,8 +55,10 @@ class HandAtTheEmulation:
         if "Turn the left" in request or "Turn the right" in request:
             motor = motors.motors[0 if "left" in request else 1]
             motor.place(motor.joint_angle + TURN)
-        elif "Put the platform" in request:
-            motors.go_home()
+            return "yes\n"
+        # the simulated links have not followed the encoders
+        motors.go_home()
+        if "Put the platform" in request:
             x, y = (1e-3 * float(request.partition(f"{axis} = ")[2].split()[0]) for axis in "xy")
             joints = inverse_geometry(robot.five_bar(), 1, -1, x, y)
             for motor, angle in zip(motors.motors, (joints.q11, joints.q21), strict=True):

@@ -17,7 +17,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.offline import simulate, write_bag
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.outcome import Outcome
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
@@ -92,11 +92,13 @@ def test_the_command_finds_the_transmissions_and_leaves_a_tuned_robot_file(
 
 
 @pytest.mark.extra
-def test_the_tuned_file_crosses_where_the_defaults_fail(chirped: RunDirectory, tmp_path: Path) -> None:
+def test_with_the_tuned_file_the_transmissions_swing_less(chirped: RunDirectory, tmp_path: Path) -> None:
     status, _, _ = identified(chirped, tmp_path / "out")
     assert status == 0
     default, recommended = across("dextar"), across(str(tmp_path / "out" / "tuned.yaml"))
-    assert FAULT_NAMES[default.fault] == "estimate_inconsistent"
+    # both cross, the defaults with readings that hardly fit and torques that shake the links
+    assert default.misfit > 3.0 * recommended.misfit
+    assert default.requested1 > 1.3 * recommended.requested1
     assert recommended.fault == NO_FAULT
     assert recommended.mode_changes == 1
     assert recommended.error_peak < 5e-4
