@@ -10,14 +10,14 @@ from pathlib import Path
 
 import yaml
 from graph_probe import Bench
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 from fivebar_bringup.drives.choice import write_drive_files
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.hardware.motors_file import load_motors
+from fivebar_description.interface import STATE_QOS, Topic
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+DESCRIPTION = Topic("/robot_description", "std_msgs/msg/String", STATE_QOS)
 SHIPPED = "motkin_ros2_control"
 
 REAL = "motkin_dual_motor_testbed_hardware/FiveBarSystem"
@@ -51,8 +51,7 @@ def description(crank: float = 0.06, axis: str = "0 0 -1", plugin: str = REAL) -
 def described(bench: Bench, text: str) -> Iterator[None]:
     """Publish a description as robot_state_publisher does."""
     probe = bench.probe(name="robot_state_publisher")
-    publisher = probe.node.create_publisher(String, "/robot_description", LATCHED)
-    publisher.publish(String(data=text))
+    probe.publish(DESCRIPTION, String(data=text))
     yield
     probe.close()
 

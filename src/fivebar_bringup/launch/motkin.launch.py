@@ -23,7 +23,7 @@ from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.ros.launch_arguments import switch
 from fivebar_bringup.ros.launch_scope import refuse_what_is_set
 from fivebar_bringup.ros.launched_run import launched_run
-from fivebar_bringup.runs.launching import NO, YES, run_command
+from fivebar_bringup.runs.launching import YES, run_command
 from fivebar_description.files import share_file
 
 NAMES = ("controller", "states", "manager")
@@ -77,7 +77,7 @@ def generate_launch_description():
                 "controller", default_value="", description="Name of the controller, where it is not the file's."
             ),
             DeclareLaunchArgument("robot", default_value="", description="Namespace of their nodes, such as bench_2."),
-            switch("simulation", "Their robot is simulated, and its efforts are torques.", NO),
+            switch("simulation", "Their robot is simulated, and its efforts are torques."),
             switch(
                 "activate", "The motors are enabled as soon as all nodes are ready; else whoever activates them.", YES
             ),

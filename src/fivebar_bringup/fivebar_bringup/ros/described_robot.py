@@ -8,19 +8,16 @@ import sys
 from collections.abc import Callable, Iterator
 from xml.etree import ElementTree
 
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import String
-
 from fivebar_bringup.robots.from_urdf import LoopInUrdf, loop_in_urdf
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.controlled_joints import JointsLink, load_joints
 from fivebar_control.hardware.motors_file import MotorsFile
+from fivebar_control.ros.controller_watch import has_controller
 from fivebar_description.errors import InputError
-from fivebar_description.interface import ACTIVE_JOINTS
+from fivebar_description.interface import ACTIVE_JOINTS, STATE_QOS, Topic
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
 from fivebar_description.ros.domain_member import DomainMember
-from fivebar_description.ros.endpoints import node_name
 
 LONGEST = 300.0
 """Time (s) for which each part of the robot's graph is waited for."""
@@ -36,8 +33,6 @@ ZERO_TOLERANCE = 0.05
 
 SIMULATED = ("gz_", "gazebo", "ignition", "mujoco")
 """Words in the names of hardware plugins whose efforts are torques."""
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 def await_robot(scenario: Scenario, configuration: str, domain: int) -> None:
@@ -57,8 +52,8 @@ def await_robot(scenario: Scenario, configuration: str, domain: int) -> None:
     file, link = load_joints(configuration)
     if link.description is None:
         return
-    text = _awaited_description(link, domain)
     source = link.description.topic
+    text = _awaited_description(link, source, domain)
     motors = link.joints[file.motors.q11.id], link.joints[file.motors.q21.id]
     names = {"motors": motors, "passive": link.description.passive, "tips": link.description.tips}
     loop = loop_in_urdf(text, source, names)
@@ -68,16 +63,12 @@ def await_robot(scenario: Scenario, configuration: str, domain: int) -> None:
         raise InputError(f"{source}: {'; '.join(differences)}")
 
 
-def _awaited_description(link: JointsLink, domain: int) -> str:
-    """Return the URDF of the robot, once its controller manager, states and controller are there."""
-    assert link.description is not None
+def _awaited_description(link: JointsLink, topic: str, domain: int) -> str:
+    """Return the URDF that is published on a topic, once controller manager, states and controller are there."""
     texts: list[str] = []
     with DomainMember("fivebar_robot_finder", domain) as member:
-        node, topic = member.node, link.description.topic
-        node.create_subscription(String, topic, lambda message: texts.append(message.data), LATCHED)
-
-        def has_controller() -> bool:
-            return any(node_name(one) == link.controller for one in node.get_subscriptions_info_by_topic(link.commands))
+        node = member.node
+        member.listen(Topic(topic, "std_msgs/msg/String", STATE_QOS), lambda message: texts.append(message.data))
 
         def has_manager() -> bool:
             names = node.get_node_names_and_namespaces()
@@ -86,7 +77,7 @@ def _awaited_description(link: JointsLink, domain: int) -> str:
         for part, is_there in (
             (f"controller manager {link.manager}", has_manager),
             (f"joint states on {link.states}", lambda: node.count_publishers(link.states)),
-            (f"controller {link.controller}", has_controller),
+            (f"controller {link.controller}", lambda: has_controller(node, link)),
             (f"robot description on {topic}", lambda: texts),
         ):
             _await(member, part, is_there)

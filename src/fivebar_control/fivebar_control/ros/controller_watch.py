@@ -43,6 +43,11 @@ ACTIVITY = "Controllers Activity"
 """End of the name of the controller manager's status on /diagnostics, and what controllers are to be there."""
 
 
+def has_controller(node: Node, link: JointsLink) -> bool:
+    """Return whether the controller of a drives file listens to its commands, as far as a node sees."""
+    return any(node_name(one) == link.controller for one in node.get_subscriptions_info_by_topic(link.commands))
+
+
 class ControllerWatch:
     """Watches controller, commands and watchdog, on behalf of a node that publishes the commands."""
 
@@ -148,8 +153,7 @@ class ControllerWatch:
             time.sleep(LOOK_PERIOD)
 
     def _has_controller(self) -> bool:
-        listeners = self._node.get_subscriptions_info_by_topic(self._link.commands)
-        return any(node_name(one) == self._link.controller for one in listeners)
+        return has_controller(self._node, self._link)
 
     def _has_watchdog(self) -> bool:
         return any(one.node == self._watchdog for one in publishers_of(self._node, self._link.commands))
