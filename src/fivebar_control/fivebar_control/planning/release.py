@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterator
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from fivebar_control.laws.torque import ZERO
 from fivebar_control.model.geometry import elbow_position, wrap
@@ -109,6 +109,8 @@ class ReleasePlan(NamedTuple):
     odds: float = math.nan
 
 
+R = TypeVar("R")
+
 PlannedInSlices = Generator[None, None, ReleasePlan]
 """A plan of a release in slices, between which a node may answer samples."""
 
@@ -164,36 +166,14 @@ def plan_in_slices(
     return _pressed(robot, limits, rate_hz, q11, q21, stand)
 
 
-def plan_release(
-    robot: FiveBar,
-    tolerances: Tolerances,
-    limits: Limits,
-    elbows_pass: ElbowsPass,
-    rate_hz: int,
-    q11: float,
-    q21: float,
-    platform: tuple[float, float] | None = None,
-    gyroscope: bool = True,
-    loads: Loads = NO_LOADS,
-) -> ReleasePlan:
-    """Return how a robot at rest near the locus is released from there; arguments as for `plan_in_slices`.
-
-    Raises:
-        ReleaseRefused: as `plan_in_slices`.
-    """
-    return finished(
-        plan_in_slices(robot, tolerances, limits, elbows_pass, rate_hz, q11, q21, platform, gyroscope, loads)
-    )
-
-
-def finished(planned: PlannedInSlices) -> ReleasePlan:
-    """Return a plan once all its slices are done."""
+def finished(slices: Generator[None, None, R]) -> R:
+    """Return what slices come to, once all of them are done; raises what they raise."""
     while True:
         try:
-            next(planned)
+            next(slices)
         except StopIteration as end:
-            plan: ReleasePlan = end.value
-            return plan
+            result: R = end.value
+            return result
 
 
 def _together(robot: FiveBar, stand: Standstill) -> bool:

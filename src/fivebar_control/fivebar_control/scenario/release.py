@@ -23,10 +23,10 @@ from fivebar_description.parameters import FiveBar
 def scenario_release(
     scenario: ControlScenario, q11: float, q21: float, platform: tuple[float, float] | None
 ) -> ReleasePlan:
-    """Return how a scenario's robot is released; motor angles (rad) and `platform` as for `plan_release`.
+    """Return how a scenario's robot is released; motor angles (rad) and `platform` as for `plan_in_slices`.
 
     Raises:
-        ReleaseRefused: as `plan_release`.
+        ReleaseRefused: as `plan_in_slices`.
     """
     return finished(release_in_slices(scenario, q11, q21, platform))
 
@@ -37,7 +37,7 @@ def release_in_slices(
     """Return the same in slices.
 
     Raises:
-        ReleaseRefused: a slice, as `plan_release`.
+        ReleaseRefused: a slice, as `plan_in_slices`.
     """
     return plan_in_slices(
         scenario.five_bar(),

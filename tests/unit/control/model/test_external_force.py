@@ -47,7 +47,7 @@ from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import motion_limits_of
 from fivebar_control.planning.pacing import Task
-from fivebar_control.planning.release import ReleaseRefused, plan_release
+from fivebar_control.planning.release import ReleaseRefused, finished, plan_in_slices
 from fivebar_control.planning.timing import Speed, Timed
 from fivebar_control.planning.transfer import plan_transfer
 from fivebar_control.planning.via_points import along
@@ -310,8 +310,10 @@ def test_a_release_is_not_planned_under_gravity() -> None:
     file = read_robot("dextar")
     state = state_from_platform(file.five_bar(), 1, -1, 0.0, 0.0844926, 0.0, 0.0)
     with pytest.raises(ReleaseRefused, match="gravity or a constant force"):
-        plan_release(
-            under("dextar", VERTICAL), file.tolerances, SafetySettings(), True, 500, state.leg1.q1, state.leg2.q1
+        finished(
+            plan_in_slices(
+                under("dextar", VERTICAL), file.tolerances, SafetySettings(), True, 500, state.leg1.q1, state.leg2.q1
+            )
         )
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, parallel_svd
 from fivebar_control.model.state import State
-from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, plan_in_slices, plan_release
+from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, finished, plan_in_slices
 from fivebar_control.planning.release_drive import (
     NO_DRIVE,
     ReleaseDrive,
@@ -81,15 +81,6 @@ def folded(robot: FiveBar, heading: float) -> State:
 def in_mujoco(robot: FiveBar, state: State, **effects: object) -> MujocoMotion:
     q = [state.leg1.q1, state.leg1.q2, state.leg2.q1, state.leg2.q2]
     return MujocoMotion(robot, PlantSettings(**effects), RATE, q)  # type: ignore[arg-type]
-
-
-def finished(in_slices: Generator[None, None, float]) -> float:
-    """Return what comes of slices."""
-    while True:
-        try:
-            next(in_slices)
-        except StopIteration as end:
-            return float(end.value)
 
 
 def state_in(robot: FiveBar, motion: MujocoMotion) -> State:
@@ -180,7 +171,7 @@ def driven_plan(
 ) -> ReleasePlan:
     """A release without a gyroscope."""
     q11, q21 = state.leg1.q1, state.leg2.q1
-    return plan_release(robot, tolerances, limits, UNKNOWN, RATE, q11, q21, None, False, loads)
+    return finished(plan_in_slices(robot, tolerances, limits, UNKNOWN, RATE, q11, q21, None, False, loads))
 
 
 def driven_along(robot: FiveBar, state: State, length: float, duration: float) -> ReleaseDrive:
@@ -373,7 +364,7 @@ def test_a_plan_of_a_drive_leaves_time_between_its_slices(dextar: FiveBar) -> No
 def plan_of(
     robot: FiveBar, state: State, limits: Limits = LIMITS, platform: tuple[float, float] | None = None
 ) -> ReleasePlan:
-    return plan_release(robot, KNOWN, limits, UNKNOWN, RATE, state.leg1.q1, state.leg2.q1, platform)
+    return finished(plan_in_slices(robot, KNOWN, limits, UNKNOWN, RATE, state.leg1.q1, state.leg2.q1, platform))
 
 
 def release(robot: FiveBar, plan: ReleasePlan, motion: MujocoMotion) -> tuple[ReleaseMemory, State]:
@@ -443,7 +434,7 @@ def test_what_is_not_known_is_refused_with_the_reason(dextar: FiveBar) -> None:
     )
     assert refusal(centre, limits=LIMITS._replace(torque_limit=1.0)).startswith("the motors need 1.3 Nm")
     with pytest.raises(ReleaseRefused, match=r"elbows_pass: false"):
-        plan_release(dextar, KNOWN, LIMITS, False, RATE, together.leg1.q1, together.leg2.q1, place)
+        finished(plan_in_slices(dextar, KNOWN, LIMITS, False, RATE, together.leg1.q1, together.leg2.q1, place))
 
 
 def steps(plan: ReleasePlan, angles: object, rate: object, samples: int = 3000) -> tuple[ReleaseMemory, float]:
