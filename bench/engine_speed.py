@@ -65,8 +65,8 @@ def engine_speed(scenario: Scenario, estimated: str = "middle_encoders") -> Engi
     plain, realistic = _prepared(scenario), _prepared(load_scenario(estimated))
     if abs(plain[0].numbers.step - STEP) > 1e-12:
         raise ValueError(f"{scenario.name} is integrated in steps of {plain[0].numbers.step} s, MuJoCo in {STEP} s")
-    mode1, mode2 = scenario.working_mode
-    other = MujocoFiveBar(robot, state_from_platform(robot, mode1, mode2, *FREE_START))
+    mode = scenario.working_mode
+    other = MujocoFiveBar(robot, state_from_platform(robot, mode, *FREE_START))
     began = time.perf_counter()
     crossing(*plain)
     compile_s = time.perf_counter() - began

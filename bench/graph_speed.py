@@ -27,7 +27,7 @@ from fivebar_bringup.recorded.run_directory import new_run_directory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report
 from fivebar_bringup.runs.domain import private_domain
-from fivebar_bringup.runs.launcher import run_graph
+from fivebar_bringup.runs.launcher import RunOptions, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import CONTROLLERS, processes
 from fivebar_bringup.runs.run import write_outcome
@@ -116,7 +116,7 @@ def graph_speed(
         if itemised:
             specs = tuple(WatchedGroup(*spec) for spec in specs)
         with importable() if itemised else nullcontext():
-            outcome = run_graph(specs, run, domain, look, started, mode)
+            outcome = run_graph(specs, run, domain, RunOptions(mode, progress=look), started=started)
         write_outcome(run, scenario, mode, outcome)
         summary = write_report(run, with_page=False)
         bag = read_bag(run.bag)

@@ -50,7 +50,7 @@ def _all_laws(scenario: Scenario) -> Callable[[Sample], object]:
     def answer(sample: Sample) -> object:
         state = state_from_joints(robot, *sample.measured.position, *sample.measured.velocity)
         desired = plan.path.at(sample.number / scenario.rate_hz)
-        reference = reference_from_platform(robot, plan.mode1, plan.mode2, desired)
+        reference = reference_from_platform(robot, plan.mode, desired)
         sigma = supervise(sample.number, state).sigma
         return blend(sigma, nominal(sample.number, state, reference), constraint(sample.number, state, reference))
 

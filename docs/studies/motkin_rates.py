@@ -50,7 +50,7 @@ def planned(rate_hz: int, start: tuple[float, float], goal: tuple[float, float])
     limits = scenario_limits(scenario, None, follower, scenario.torque_limit or 0.0, 40.0)
     task = Task(scenario.five_bar(), MODE, rate_hz, follower, limits, sensing_of(scenario))
     try:
-        return plan_transfer(task.robot, MODE, start, goal, None, rate_hz, task.follower, task.limits)
+        return plan_transfer(task._replace(sensing=None), start, goal)
     except (PlanRefused, InputError):
         return None
 

@@ -75,7 +75,7 @@ def authority(scenario: Scenario, horizon: int) -> Authority:
     states = []
     for sample in range(count + horizon):
         place = path.at(sample / RATE_HZ)
-        states.append(state_from_platform(robot, *scenario.working_mode, *place[:4]))
+        states.append(state_from_platform(robot, scenario.working_mode, *place[:4]))
     maps = [input_map(robot, state) for state in states]
     inputs = np.array([one[:4] for one in maps if one is not None]).reshape(len(states), 2, 2)
     to_place, to_speed = (one[-1] for one in prediction_matrices(horizon, 1.0 / RATE_HZ))

@@ -88,7 +88,7 @@ def planned_torque(robot: FiveBar, plan: Plan) -> float:
         if any(abs(t - crossing.time) < OFF_LOCUS for crossing in plan.crossings):
             continue
         x, y, vx, vy, ax, ay = plan.path.at(t)
-        state = state_from_platform(robot, plan.mode1, plan.mode2, x, y, vx, vy)
+        state = state_from_platform(robot, plan.mode, x, y, vx, vy)
         f1, f2 = friction_torque(robot.leg1, state.leg1.dq1), friction_torque(robot.leg2, state.leg2.dq1)
         torques = inverse_dynamics_of_platform(robot, state, ax, ay, f1, f2)
         largest = max(largest, *map(abs, torques))

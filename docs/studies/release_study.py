@@ -26,9 +26,11 @@ from fivebar_bringup.odds.robot_errors import drawn_effects
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.robot import later_with_effects
 from fivebar_control.compiling import compiled_and_kept
+from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.geometry import inverse_geometry, workspace_bounds
 from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import STRETCHED, distal_links, inverse_condition, parallel_svd, type1_margin
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.planning.release import TYPE_1_MARGIN, ReleaseRefused
 from fivebar_control.planning.release_step import ENDINGS, RELEASED, Release, first_memory, has_ended, release_step
@@ -116,7 +118,7 @@ class Released(NamedTuple):
 def settled(bench: Bench, state: MechanismState, samples: int) -> MechanismState:
     """Return a robot after so many samples at zero torque."""
     for _ in range(samples):
-        state = later_with_effects(bench.actual, bench.mechanism, 0, 0.0, state, -1, 0.0, 0.0).state
+        state = later_with_effects(bench.actual, bench.mechanism, 0, 0.0, state, -1, ZERO).state
     return state
 
 
@@ -164,8 +166,10 @@ def run_release(
             0.0,
             state,
             number,
-            shaped(commands[waiting, 0], bench.quantum, math.inf),
-            shaped(commands[waiting, 1], bench.quantum, math.inf),
+            Torque(
+                shaped(commands[waiting, 0], bench.quantum, math.inf),
+                shaped(commands[waiting, 1], bench.quantum, math.inf),
+            ),
         )
         if math.isinf(after.gap):
             diverged = True
@@ -202,27 +206,27 @@ Posture = tuple[float, float, float, float]
 
 def _stretched(robot: FiveBar, random: np.random.Generator) -> Posture | None:
     """Return the joints (rad) of a posture beside the stretched locus, None where the draw has none."""
-    mode1, mode2 = WORKING_MODES[random.integers(len(WORKING_MODES))]
+    mode = WORKING_MODES[random.integers(len(WORKING_MODES))]
     bounds = workspace_bounds(robot)
     one, two = random.uniform((bounds.left, bounds.bottom), (bounds.right, bounds.top), (2, 2))
     off = BESIDE * random.uniform(-1.0, 1.0)
-    if not _side(robot, mode1, mode2, *one) * _side(robot, mode1, mode2, *two) < 0.0:
+    if not _side(robot, mode, *one) * _side(robot, mode, *two) < 0.0:
         return None
     for _ in range(50):
         middle = 0.5 * (one + two)
-        if _side(robot, mode1, mode2, *middle) * _side(robot, mode1, mode2, *one) > 0.0:
+        if _side(robot, mode, *middle) * _side(robot, mode, *one) > 0.0:
             one = middle
         else:
             two = middle
-    state = state_from_platform(robot, mode1, mode2, float(one[0]), float(one[1]), 0.0, 0.0)
+    state = state_from_platform(robot, mode, float(one[0]), float(one[1]), 0.0, 0.0)
     if not math.isfinite(state.leg1.dq1) or distal_links(state) != STRETCHED:
         return None
     svd = parallel_svd(state)
-    return _posture(robot, mode1, mode2, state.x + off * svd.t_x, state.y + off * svd.t_y)
+    return _posture(robot, mode, state.x + off * svd.t_x, state.y + off * svd.t_y)
 
 
-def _side(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> float:
-    return det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0))
+def _side(robot: FiveBar, mode: WorkingMode, x: float, y: float) -> float:
+    return det_a(state_from_platform(robot, mode, x, y, 0.0, 0.0))
 
 
 def _folded(robot: FiveBar, random: np.random.Generator) -> Posture | None:
@@ -233,12 +237,12 @@ def _folded(robot: FiveBar, random: np.random.Generator) -> Posture | None:
     # the platform is a little nearer than the shorter link, so that the loop closes
     length = min(robot.leg1.distal, robot.leg2.distal) - 0.02 * shorter
     x, y = length * math.cos(phi), place + length * math.sin(phi)
-    mode1, mode2 = (1 if (x - base) * place + y * base > 0.0 else -1 for base in (-a, a))
-    return _posture(robot, mode1, mode2, x, y)
+    side1, side2 = (1 if (x - base) * place + y * base > 0.0 else -1 for base in (-a, a))
+    return _posture(robot, (side1, side2), x, y)
 
 
-def _posture(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> Posture | None:
-    q = inverse_geometry(robot, mode1, mode2, x, y)
+def _posture(robot: FiveBar, mode: WorkingMode, x: float, y: float) -> Posture | None:
+    q = inverse_geometry(robot, mode, x, y)
     if not math.isfinite(q.q12 + q.q22) or min(abs(math.sin(q.q12)), abs(math.sin(q.q22))) < 2.0 * TYPE_1_MARGIN:
         return None
     return q.q11, q.q12, q.q21, q.q22

@@ -68,7 +68,7 @@ def random_starts(number: int, seed: int = 0) -> list[SeenStart]:
         place = place_at(robot, mode, x, y)
         if place.kappa >= MIN_HOMING_KAPPA and place.serial >= TYPE_1_MARGIN:
             there = scenario.model_copy(update={"stands": (x, y, *map(float, mode))})
-            found.append(SeenStart(Homing(x, y, *mode, place.assembly), looked(there)))
+            found.append(SeenStart(Homing(x, y, mode, place.assembly), looked(there)))
     return found
 
 

@@ -93,12 +93,12 @@ def passed(scenario: Scenario, plan: Plan, start: FloatArray, ends: tuple[float,
     steps = [one.law.step for one in (tuned.nominal, constraint)]
 
     def slope(t: float, at: FloatArray) -> FloatArray:
-        state = state_from_platform(robot, plan.mode1, plan.mode2, *at.tolist())
+        state = state_from_platform(robot, plan.mode, *at.tolist())
         reference = desired_at(robot, plan, t, plan.path.at(t))
         segment = plan.path.line_at(t)
         line = Line(reference.state.x, reference.state.y, segment.direction_x, segment.direction_y)
         sigma = supervise.at(t, state).sigma
-        instant = Instant(state, reference, line, plan.mode1, plan.mode2, sigma, 1.0 / rate_hz, None)
+        instant = Instant(state, reference, line, plan.mode, sigma, 1.0 / rate_hz, None)
         torques = [step(robot, instant, None, numbers)[0] for step, numbers in zip(steps, settings, strict=True)]
         torque = blend(sigma, *torques)
         found = direct_dynamics_of_platform(robot, state, *torque, reference.f1, reference.f2)
@@ -119,7 +119,7 @@ def passed(scenario: Scenario, plan: Plan, start: FloatArray, ends: tuple[float,
 def _errors(scenario: Scenario, plan: Plan, at: FloatArray, t: float, c: float) -> FloatArray:
     """Return c e and e' + c e of both motors (rad/s)."""
     robot = scenario.five_bar()
-    state = state_from_platform(robot, plan.mode1, plan.mode2, *at.tolist())
+    state = state_from_platform(robot, plan.mode, *at.tolist())
     wanted = desired_at(robot, plan, t, plan.path.at(t)).state
     legs = ((state.leg1, wanted.leg1), (state.leg2, wanted.leg2))
     places = [c * wrap(leg.q1 - desired.q1) for leg, desired in legs]

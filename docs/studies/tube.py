@@ -130,7 +130,7 @@ def model_along(robot: FiveBar, plan: Plan, rate_hz: int, ahead: int) -> Along:
     """
 
     def mapped(place: FloatArray) -> FloatArray:
-        found = input_map(robot, state_from_platform(robot, plan.mode1, plan.mode2, *place.tolist()))
+        found = input_map(robot, state_from_platform(robot, plan.mode, *place.tolist()))
         if found is None or math.isnan(found.g_x1):
             raise ValueError("the model is not defined on the reference")
         return np.array(found)
@@ -143,7 +143,7 @@ def model_along(robot: FiveBar, plan: Plan, rate_hz: int, ahead: int) -> Along:
         for column, step in enumerate(STEPS):
             moved = np.eye(4)[column] * step
             slopes[number, :, column] = (mapped(place + moved) - mapped(place - moved))[4:] / (2.0 * step)
-    states = [state_from_platform(robot, plan.mode1, plan.mode2, *place[:4].tolist()) for place in reference]
+    states = [state_from_platform(robot, plan.mode, *place[:4].tolist()) for place in reference]
     held = [held_torque(robot, state, *place[4:].tolist()) for state, place in zip(states, reference, strict=True)]
     return Along(reference, maps[:, :4].reshape(count, 2, 2), maps[:, 4:], slopes, np.array(held))
 
@@ -276,7 +276,7 @@ def _disturbance_bound(robot: FiveBar, plan: Plan, along: Along, torques: FloatA
     bounds = np.zeros((len(torques), 2))
     friction = robot.leg1.coulomb, robot.leg2.coulomb
     for k, (torque1, torque2) in enumerate(torques.tolist()):
-        state = state_from_platform(robot, plan.mode1, plan.mode2, *along.reference[k, :4].tolist())
+        state = state_from_platform(robot, plan.mode, *along.reference[k, :4].tolist())
         motion = direct_dynamics(robot, state, torque1, torque2, 0.0, 0.0)
         own = robot.leg1.inertia * motion.ddq11, robot.leg2.inertia * motion.ddq21
         for motor, torque in enumerate((torque1, torque2)):

@@ -68,14 +68,14 @@ class Arguments:
             return FiveBar(*legs, self._robot.mass * number.uniform(0.5, 2.0))
         if kind is State:
             place = number.uniform(-0.05, 0.05), number.uniform(0.03, 0.15)
-            return state_from_platform(self._robot, 1, -1, *place, number.uniform(-1, 1), number.uniform(-1, 1))
+            return state_from_platform(self._robot, (1, -1), *place, number.uniform(-1, 1), number.uniform(-1, 1))
         if kind is Leg:
             return self.of(State, name).leg1
         if kind in (Mechanism, Delays):
             # the jitter of commands and readings is not translated
             return self._mechanism if kind is Mechanism else self._mechanism.delays
         if kind is PlantState:
-            q = inverse_geometry(self._robot, 1, -1, number.uniform(-0.05, 0.05), number.uniform(0.03, 0.15))
+            q = inverse_geometry(self._robot, (1, -1), number.uniform(-0.05, 0.05), number.uniform(0.03, 0.15))
             legs = (chain_at(*pair, *(number.uniform(-1, 1) for _ in range(2))) for pair in (q[:2], q[2:]))
             return closed(self._robot, PlantState(*legs)).state
         if kind is PlayRun or not hasattr(kind, "_fields"):

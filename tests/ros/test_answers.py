@@ -125,7 +125,7 @@ def test_candidates_are_the_laws_torques(probes: dict[str, Probe], motion: Middl
 def test_imu_listener_compares_magnitudes(probes: dict[str, Probe], motion: MiddleMotion) -> None:
     probe = probes["imu_listener"]
     plan = motion.plan
-    check = ImuCheck(motion.robot, plan.mode1, plan.mode2, RATE_HZ, ImuSettings())
+    check = ImuCheck(motion.robot, plan.mode, RATE_HZ, ImuSettings())
     for sample in (0, 1, 2, 100, 400):
         measured = (3.0 + 0.1 * sample, -1.0 / 3.0)
         wanted = check.error((*measured, STANDARD_GRAVITY), plan.path.at(sample / RATE_HZ))

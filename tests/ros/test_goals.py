@@ -56,7 +56,7 @@ class Driver:
     def __init__(self, probe: Probe) -> None:
         self.probe = probe
         self.sample = 0
-        posture = inverse_geometry(load_robot("dextar"), 1, -1, 0.0, 0.14)
+        posture = inverse_geometry(load_robot("dextar"), (1, -1), 0.0, 0.14)
         self._posture = tuple(posture)
         probe.join("trajectory_generator", [JOINT_STATES, GOAL], [REFERENCE, GOAL_STATUS])
         probe.ask([(JOINT_STATES, self._message())], [REFERENCE], 1)
@@ -323,7 +323,7 @@ def test_a_trajectory_is_followed_at_its_times(bench: Bench) -> None:
     assert references[first + RATE_HZ // 2][:2] == pytest.approx((0.01, 0.13))
     assert references[last] == pytest.approx((0.02, 0.14, 0.0, 0.0))
 
-    angles = inverse_geometry(load_robot("dextar"), 1, -1, 0.0, 0.14)
+    angles = inverse_geometry(load_robot("dextar"), (1, -1), 0.0, 0.14)
     probe.publish(GOAL_TRAJECTORY, trajectory(("q11", "q21"), (0.5, (angles.q11, angles.q21))))
     assert driver.wait_for_status("planning")["goal"] == pytest.approx([0.0, 0.14])
     driver.step_until_status("moving")

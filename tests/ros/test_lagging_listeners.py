@@ -41,7 +41,7 @@ def test_the_imu_listener_compares_all_that_has_arrived(bench: Bench, motion: Mi
     listener.send(signal.SIGINT)
     assert listener.wait() == 0
     probe.wait_for(lambda: len(probe.got(IMU_ERROR)) == COUNT, "an answer to every sample")
-    check = ImuCheck(motion.robot, motion.plan.mode1, motion.plan.mode2, RATE_HZ, ImuSettings())
+    check = ImuCheck(motion.robot, motion.plan.mode, RATE_HZ, ImuSettings())
     wanted = [
         check.error((0.01 * sample, 1.0, STANDARD_GRAVITY), motion.plan.path.at(sample / RATE_HZ))
         for sample in range(COUNT)

@@ -63,7 +63,7 @@ class Stopped:
         )
         self.probe.listen(RELEASE_STATUS)
         self.motion = MujocoMotion(
-            self.robot, PlantSettings(), RATE, list(inverse_geometry(self.robot, 1, -1, 0.0, LOCUS_Y + 1e-4))
+            self.robot, PlantSettings(), RATE, list(inverse_geometry(self.robot, (1, -1), 0.0, LOCUS_Y + 1e-4))
         )
         self.sample = 0
 

@@ -39,7 +39,7 @@ def test_pictures_follow_the_joint_states(bench: Bench) -> None:
     probe.join("scene", (JOINT_STATES, REFERENCE, TORQUE_COMMAND), (SCENE, SCENE_MAP, SCENE_TRAIL))
     still = (0.0,) * 4
     for number in range(12):
-        at = state_from_platform(robot, 1, -1, 0.0, 0.15 - 0.008 * number, 0.0, 0.0)
+        at = state_from_platform(robot, (1, -1), 0.0, 0.15 - 0.008 * number, 0.0, 0.0)
         position = (at.leg1.q1, at.leg1.q2, at.leg2.q1, at.leg2.q2)
         stamp = sample_stamp_ns(EVERY * number, 500)
 
@@ -71,6 +71,6 @@ def test_pictures_follow_the_joint_states(bench: Bench) -> None:
     (locus,), (path,) = by_group(plan, "type2_locus"), by_group(plan, "path")
     clear = [(point.x, point.y) for point in locus.points if abs(point.x) < 0.02]
     assert len(clear) > 10
-    assert max(abs(det_a(state_from_platform(robot, 1, -1, *place, 0.0, 0.0))) for place in clear) < 1e-9
+    assert max(abs(det_a(state_from_platform(robot, (1, -1), *place, 0.0, 0.0))) for place in clear) < 1e-9
     assert (path.points[0].x, path.points[0].y) == (0.0, 0.15)
     assert node.status is None

@@ -20,6 +20,7 @@ from sensor_msgs.msg import Imu
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample, simulate
+from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.nodes.state_estimator import said_if_long
@@ -413,7 +414,9 @@ def test_in_real_time_an_answer_has_the_readings_that_have_come(
 ) -> None:
     probe = start_with_gyro(bench, awaits=False)
     expected = StateEstimator(
-        turning.five_bar(), homing_of(turning), turning.rate_hz, turning.drives(), turning.ekf, turning.tolerances
+        turning.five_bar(),
+        homing_of(turning),
+        Instrumentation(turning.rate_hz, turning.drives(), turning.ekf, turning.tolerances),
     )
     came: list[LateReading] = []
     dropped = 0

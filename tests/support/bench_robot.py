@@ -29,7 +29,7 @@ def robot_file(folder: Path) -> Path:
 def posture(folder: Path, x: float = 0.0, y: float = 0.12) -> tuple[float, float, float, float]:
     """The joints q11, q12, q21, q22 with the elbows outwards."""
     robot = load_robot(str(robot_file(folder)))
-    return tuple(inverse_geometry(robot, 1, -1, x, y))
+    return tuple(inverse_geometry(robot, (1, -1), x, y))
 
 
 def emulation_content(folder: Path, **changes: Any) -> dict[str, Any]:

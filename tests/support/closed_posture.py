@@ -9,5 +9,5 @@ from fivebar_description.robot_file import load_robot
 
 def closed_posture() -> list[float]:
     """Return q11, q12, q21, q22 (rad) above the locus."""
-    state = state_from_platform(load_robot("dextar"), 1, -1, 0.0, 0.15, 0.0, 0.0)
+    state = state_from_platform(load_robot("dextar"), (1, -1), 0.0, 0.15, 0.0, 0.0)
     return [state.leg1.q1, state.leg1.q2, state.leg2.q1, state.leg2.q2]

@@ -15,6 +15,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
+from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
@@ -68,7 +69,9 @@ def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = N
     # read from its file once
     robot = scenario.five_bar()
     estimator = StateEstimator(
-        robot, homing_of(scenario), scenario.rate_hz, scenario.drives(), settings, scenario.known_within()
+        robot,
+        homing_of(scenario),
+        Instrumentation(scenario.rate_hz, scenario.drives(), settings, scenario.known_within()),
     )
     for sample in run.samples:
         assert sample.estimated is not None

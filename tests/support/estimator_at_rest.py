@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from fivebar_control.estimation.constants import EstimatorModel, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, Instrumentation, estimator_model
 from fivebar_control.estimation.readings import EstimatorMemory, with_motors
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import first_update, next_update
@@ -13,7 +13,7 @@ from fivebar_description.sensors import KnownSensors, PassiveEncoder
 
 ROBOT, MODES, RATE_HZ = load_robot(), (1, -1), 500
 HOME = (0.0, 0.15)
-ANGLES = inverse_geometry(ROBOT, *MODES, *HOME)
+ANGLES = inverse_geometry(ROBOT, MODES, *HOME)
 TIGHT = EkfSettings(gyro=True, camera=True)
 
 
@@ -25,12 +25,14 @@ def model_of(
 ) -> EstimatorModel:
     return estimator_model(
         ROBOT,
-        *MODES,
-        RATE_HZ,
-        Drives() if drives is None else drives,
-        settings,
-        passive=PassiveEncoder(2, None) if passive is None else passive,
-        known=KnownSensors() if known is None else known,
+        MODES,
+        Instrumentation(
+            RATE_HZ,
+            Drives() if drives is None else drives,
+            settings,
+            passive=PassiveEncoder(2, None) if passive is None else passive,
+            known=KnownSensors() if known is None else known,
+        ),
     )
 
 

@@ -23,7 +23,7 @@ def understood(observation: FloatArray) -> tuple[State, Reference]:
     """Return state and reference of an observation."""
     values = observation.tolist()
     modes = int(values[17]), int(values[18])
-    return state_from_joints(ROBOT, *values[:8]), reference_from_platform(ROBOT, *modes, Platform(*values[8:14]))
+    return state_from_joints(ROBOT, *values[:8]), reference_from_platform(ROBOT, modes, Platform(*values[8:14]))
 
 
 class Unified:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.calibration.record import CalibrationRecord
 from fivebar_control.model.kinematics import distal_acceleration, joints_of, state_from_platform
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar, LegParameters
 from fivebar_sim.sensors import Imu
@@ -54,7 +55,7 @@ def led(
     counts: int = 0,
     imu: ImuSettings | None = None,
     seed: int = 0,
-    mode: tuple[int, int] = MODE,
+    mode: WorkingMode = MODE,
 ) -> CalibrationRecord:
     """Readings along straight segments between rests, each of so many seconds; the accelerometer's only with `imu`."""
     count = round((len(path) - 1) * seconds * rate_hz)
@@ -63,7 +64,7 @@ def led(
     motors, rates, forces = [], [], []
     for number in range(count + 1):
         place, speed, acceleration = _at(path, seconds, number / rate_hz)
-        state = state_from_platform(robot, *mode, *place, *speed)
+        state = state_from_platform(robot, mode, *place, *speed)
         motors.append((state.leg1.q1, state.leg2.q1))
         u_x, u_y = state.leg2.u_x, state.leg2.u_y
         own = (u_x * acceleration[0] + u_y * acceleration[1], u_x * acceleration[1] - u_y * acceleration[0])
@@ -98,7 +99,7 @@ def passive_angles(
     angles = []
     for number in range(round((len(path) - 1) * seconds * rate_hz) + 1):
         place, speed, _ = _at(path, seconds, number / rate_hz)
-        angles.append(joints_of(state_from_platform(robot, *MODE, *place, *speed))[1 if leg == 1 else 3])
+        angles.append(joints_of(state_from_platform(robot, MODE, *place, *speed))[1 if leg == 1 else 3])
     return np.unwrap(np.array(angles))
 
 

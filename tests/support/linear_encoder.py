@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from typing import Annotated, NamedTuple
 
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.extra_sensor import ExpectedReading, ExtraSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import Latency, LostReadings, ReadingRate
@@ -28,7 +29,7 @@ class LinearEncoderSettings(NamedTuple):
 
 
 def expected_length(
-    settings: LinearEncoderSettings, robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float
+    settings: LinearEncoderSettings, robot: FiveBar, mode: WorkingMode, x: float, y: float, vx: float, vy: float
 ) -> ExpectedReading:
     """Return the length (m) that is expected at a platform, and its derivatives."""
     across_x, across_y = x - settings.x, y - settings.y

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_sim.effects.body_dynamics import chain
+from fivebar_sim.effects.body_dynamics import UNLOADED, LinkAngles, chain
 from fivebar_sim.effects.cable import stretched_energy
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.mechanism_state import MechanismState
@@ -53,7 +53,7 @@ def energy(mechanism: Mechanism, state: MechanismState) -> Energy:
         elastic += 0.5 * leg.stiffness * twist**2
         for curve, deflection in zip((leg.motor_friction, leg.elbow_friction), deflections, strict=True):
             elastic += 0.5 * curve.stiffness * deflection**2
-        ends.append(chain(leg, q1, theta, dq1, dtheta, 0.0, 0.0, 0.0, 0.0, 0.0))
+        ends.append(chain(leg, LinkAngles(q1, theta, dq1, dtheta), UNLOADED))
     elastic += 0.5 * mechanism.platform_friction.stiffness * bristles.platform**2
     stretch = max(0.0, math.hypot(ends[0].x - ends[1].x, ends[0].y - ends[1].y) - mechanism.clearance)
     elastic += 0.5 * mechanism.joint_stiffness * stretch**2

@@ -42,7 +42,7 @@ class MiddleMotion:
         """Return measured positions and velocities."""
         x, y, *_ = self.plan.path.at(sample / RATE_HZ)
         offset = 1e-3 * math.sin(sample)
-        position = inverse_geometry(self.robot, self.plan.mode1, self.plan.mode2, x + offset, y - 0.5 * offset)
+        position = inverse_geometry(self.robot, self.plan.mode, x + offset, y - 0.5 * offset)
         return tuple(position), (0.1 + offset, -0.2, 0.3, -0.4 - offset)
 
     def state(self, sample: int) -> State:
@@ -51,7 +51,7 @@ class MiddleMotion:
 
     def reference(self, sample: int) -> Reference:
         platform = self.plan.path.at(sample / RATE_HZ)
-        return reference_from_platform(self.robot, self.plan.mode1, self.plan.mode2, platform)
+        return reference_from_platform(self.robot, self.plan.mode, platform)
 
     def joint_states_message(self, sample: int) -> Any:
         position, velocity = self.joints(sample)

@@ -16,6 +16,7 @@ from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
@@ -101,14 +102,14 @@ def _reachable(robot: FiveBar, random: np.random.Generator) -> Point:
             return x, y
 
 
-def _near(robot: FiveBar, mode: tuple[int, int], random: np.random.Generator) -> Point:
+def _near(robot: FiveBar, mode: WorkingMode, random: np.random.Generator) -> Point:
     """Return a place near a point of the locus that lies between two random places."""
     while True:
         start, end = np.array(_reachable(robot, random)), np.array(_reachable(robot, random))
 
         def assembly(share: float, start: FloatArray = start, end: FloatArray = end) -> float:
             x, y = (start + share * (end - start)).tolist()
-            return det_a(state_from_platform(robot, *mode, x, y, 0.0, 0.0))
+            return det_a(state_from_platform(robot, mode, x, y, 0.0, 0.0))
 
         shares = np.linspace(0.0, 1.0, _STEPS).tolist()
         values = [assembly(share) for share in shares]

@@ -26,7 +26,7 @@ def renderer(settings: CameraSettings = CAMERA) -> Renderer:
 
 def posture_at(x: float, y: float) -> RenderedPosture:
     robot = load_robot("dextar")
-    joints = inverse_geometry(robot, 1, -1, x, y)
+    joints = inverse_geometry(robot, (1, -1), x, y)
     return posture_of(robot, joints.q11, joints.q21, joints.q22)
 
 

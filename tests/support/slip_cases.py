@@ -51,7 +51,7 @@ class Case(NamedTuple):
 
 def case(x: float, y: float, vx: float, vy: float) -> Case:
     """DexTAR with the platform at (x, y) m, moving at (vx, vy) m/s, elbows outwards."""
-    state = state_from_platform(ROBOT, *MODE, x, y, vx, vy)
+    state = state_from_platform(ROBOT, MODE, x, y, vx, vy)
     legs = (state.leg1, state.leg2)
     thetas = [leg.q1 + leg.q2 for leg in legs]
     return Case(
@@ -83,7 +83,7 @@ def centre() -> Case:
 def beside() -> Case:
     """The posture of 3.45, put exactly onto the locus, crossing it at 0.3 m/s along t_s."""
     x = -0.06745
-    y = float(brentq(lambda y: det_a(state_from_platform(ROBOT, *MODE, x, y, 0.0, 0.0)), 0.035, 0.045, xtol=1e-17))
+    y = float(brentq(lambda y: det_a(state_from_platform(ROBOT, MODE, x, y, 0.0, 0.0)), 0.035, 0.045, xtol=1e-17))
     u_x, u_y = case(x, y, 0.0, 0.0).a[0].tolist()
     return case(x, y, 0.3 * u_y, -0.3 * u_x)
 

@@ -154,5 +154,5 @@ class ToyBench:
             case Turn(motor, angle):
                 self.motors.angles[motor] += angle
             case PutAt(x, y):
-                joints = inverse_geometry(self._robot, 1, -1, x, y)
+                joints = inverse_geometry(self._robot, (1, -1), x, y)
                 self.motors.angles = [joints.q11, joints.q21]

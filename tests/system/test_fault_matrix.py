@@ -100,7 +100,7 @@ def moments() -> dict[str, int]:
 
     def sigma(sample: int) -> float:
         x, y, vx, vy, *_ = plan.path.at(sample / RATE_HZ)
-        return supervise(sample, state_from_platform(robot, plan.mode1, plan.mode2, x, y, vx, vy)).sigma
+        return supervise(sample, state_from_platform(robot, plan.mode, x, y, vx, vy)).sigma
 
     inside = [sample for sample in range(crossing) if 0.0 < sigma(sample) < 1.0]
     assert sigma(crossing) == 1.0
@@ -187,7 +187,7 @@ class LastNode:
         """Return a sample's inputs: the robot `speed` times as fast as it was, robot and reference `dx` m aside."""
         motion, stamp = self.motion, sample_stamp_ns(sample, 500)
         x, y, *_ = motion.plan.path.at(sample / 500)
-        joints = inverse_geometry(motion.robot, motion.plan.mode1, motion.plan.mode2, x + dx, y)
+        joints = inverse_geometry(motion.robot, motion.plan.mode, x + dx, y)
         _, velocity = motion.joints(sample)
         return [
             (REFERENCE, motion.reference_message(sample, dx)),

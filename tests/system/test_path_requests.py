@@ -89,7 +89,7 @@ def torques_again(scenario: Scenario, recording: Recording, moving: Mapping[str,
         if sample == moving["first_sample"]:
             law.follow(whole)
         desired = Platform(*place.tolist(), *speed[2:].tolist())
-        reference = reference_from_platform(robot, *scenario.working_mode, desired)
+        reference = reference_from_platform(robot, scenario.working_mode, desired)
         found.append(law(sample, state_from_joints(robot, *measured.tolist()), reference))
     return np.array(found)
 

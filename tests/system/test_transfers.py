@@ -10,6 +10,7 @@ from engine_agreement import expect_completed, outcome_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.planning.limits import motion_limits_of, speed_step_of
+from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.postures import WORKING_MODES, place_at, rest_problem
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer
@@ -34,7 +35,9 @@ def test_a_transfer_between_assembly_modes_completes(controller: str, seed: int)
         wanted = -1 if rests else 1
         if rest_problem(robot, mode, x, y, limits) is None and place_at(robot, mode, x, y).assembly == wanted:
             rests.append((x, y))
-    transfer = plan_transfer(robot, mode, rests[0], rests[1], -1, RATE_HZ, follower, limits, list(Speed)[seed % 2])
+    transfer = plan_transfer(
+        Task(robot, mode, RATE_HZ, follower, limits), rests[0], rests[1], -1, list(Speed)[seed % 2]
+    )
     mass, inertia, friction = random.uniform(0.85, 1.15, 3).tolist()
     plant = {
         "mass_scale": mass,

@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
@@ -39,9 +39,9 @@ class Postures:
         random = np.random.default_rng(seed)
         states: list[State] = []
         while len(states) < count:
-            mode1, mode2 = WORKING_MODES[len(states) % 4]
+            mode = WORKING_MODES[len(states) % 4]
             x, y = self._place(random)
-            state = state_from_platform(self.robot, mode1, mode2, x, y, *random.uniform(-0.7, 0.7, 2).tolist())
+            state = state_from_platform(self.robot, mode, x, y, *random.uniform(-0.7, 0.7, 2).tolist())
             if self._clear(x, y) and abs(det_a(state)) > 0.05:
                 states.append(state)
         return states
@@ -51,7 +51,7 @@ class Postures:
         random = np.random.default_rng(seed)
         states: list[State] = []
         while len(states) < count:
-            state = self._crossing(*WORKING_MODES[len(states) % 4], random)
+            state = self._crossing(WORKING_MODES[len(states) % 4], random)
             if state is not None:
                 states.append(state)
         return states
@@ -62,7 +62,7 @@ class Postures:
     def _clear(self, x: float, y: float) -> bool:
         return min(reach_margin(self.robot.leg1, x, y), reach_margin(self.robot.leg2, x, y)) > 0.005
 
-    def _crossing(self, mode1: int, mode2: int, random: np.random.Generator) -> State | None:
+    def _crossing(self, mode: WorkingMode, random: np.random.Generator) -> State | None:
         """Look for a change of sign of det A on a random line."""
         (x0, y0), (x1, y1) = self._place(random), self._place(random)
 
@@ -70,13 +70,13 @@ class Postures:
             return x0 + (x1 - x0) * s, y0 + (y1 - y0) * s
 
         def determinant(s: float) -> float:
-            return det_a(state_from_platform(self.robot, mode1, mode2, *at(s), 0.0, 0.0))
+            return det_a(state_from_platform(self.robot, mode, *at(s), 0.0, 0.0))
 
         for low, high in pairwise(np.linspace(0.0, 1.0, 40).tolist()):
             if self._clear(*at(low)) and self._clear(*at(high)) and determinant(low) * determinant(high) < 0.0:
                 s = float(brentq(determinant, low, high, xtol=1e-17, rtol=1e-15))
                 velocity = random.uniform(-0.7, 0.7, 2).tolist()
-                state = state_from_platform(self.robot, mode1, mode2, *at(s), *velocity)
+                state = state_from_platform(self.robot, mode, *at(s), *velocity)
                 return state if abs(det_a(state)) < 1e-13 else None
         return None
 

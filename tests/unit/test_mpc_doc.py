@@ -66,11 +66,11 @@ def test_the_average_of_the_quickest_passage_costs_what_is_said(ends: tuple[Poin
     law, way = segment.time_law, StraightWay(*ends[0], *ends[1])
     (crossing,) = plan.crossings
     crossed = math.dist(ends[0], (crossing.x, crossing.y)) / math.dist(*ends)
-    quickest = quickest_passage(way, torques_along(dextar, 1, -1, way, POINTS))
+    quickest = quickest_passage(way, torques_along(dextar, (1, -1), way, POINTS))
     assert quickest is not None
     # on the locus itself the torque along the way is not defined
     along = np.array([one for one in map(law, np.linspace(1e-3, 0.999, 801)) if abs(one[0] - crossed) > 3e-3])
-    rows = torques_along(dextar, 1, -1, way, along[:, 0])
+    rows = torques_along(dextar, (1, -1), way, along[:, 0])
     torque = np.abs(rows[1] * along[:, 2, None] + rows[2] * along[:, 1, None] ** 2).max()
     # the torque goes with the inverse square of the duration, and the passage is that for 1 Nm
     longer = math.sqrt(torque) * (1.0 + quickest.law.window) / quickest.duration - 1.0

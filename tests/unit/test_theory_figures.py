@@ -38,7 +38,7 @@ def stated(pattern: str, text: str = THEORY) -> list[float]:
 def per_kappa(robot: FiveBar) -> FloatArray:
     """Return [2], the acceleration along t_s by each motor's torque and kappa at the centre."""
     height = math.sqrt(0.09**2 - 0.031**2)
-    above = state_from_platform(robot, 1, -1, 0.0, height + 1e-5, 0.0, 0.0)
+    above = state_from_platform(robot, (1, -1), 0.0, height + 1e-5, 0.0, 0.0)
     mapped = input_map(robot, above)
     assert mapped is not None
     # t_s is vertical there

@@ -15,8 +15,10 @@ from fivebar_bringup.motions.request import within_drives
 from fivebar_bringup.pages.content import Cell, Table
 from fivebar_bringup.pages.rendering import study_page
 from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.line_of_sight import Point
+from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.postures import mode_name
 from fivebar_control.planning.reference_scan import ReferenceTorque
 from fivebar_control.planning.roadmap import SPACING, roadmap
@@ -94,7 +96,7 @@ def trips(name: str, start: Point, goal: Point) -> list[Trip]:
     found = []
     for mode in MODES:
         try:
-            made = plan_transfer(robot, mode, start, goal, None, RATE_HZ, follower, limits, duration=Speed.FASTEST)
+            made = plan_transfer(Task(robot, mode, RATE_HZ, follower, limits), start, goal, duration=Speed.FASTEST)
         except (TransferRefused, PlanRefused):
             continue
         found.append(Trip(sum(made.durations), work(robot, made, follower, limits), len(made.crossings)))
@@ -184,7 +186,7 @@ Parts = list[frozenset[Point]]
 
 
 @cache
-def parts_of(robot: str, mode: tuple[int, int]) -> tuple[Parts, Parts]:
+def parts_of(robot: str, mode: WorkingMode) -> tuple[Parts, Parts]:
     """Return the parts of a working mode that are joined without crossing, and with."""
     file = read_robot(robot)
     limits = motion_limits_of(default_tuning(CONTROLLERS["unified"], file), *within_drives(robot, None, None))

@@ -17,6 +17,7 @@ from fivebar_bringup.scenarios.changes import OPTION, changed_scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario as _load_scenario
 from fivebar_bringup.scenarios.without_effect import dotted
 from fivebar_control.laws import registry
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer
 from fivebar_description.errors import InputError
@@ -76,7 +77,7 @@ def plan(
     via: Sequence[tuple[float, float]] = (),
     blend_radius: float | Sequence[float] = 0.0,
     assembly_mode: Literal["+", "-"] | None = None,
-    working_mode: tuple[int, int] = HOME_MODE,
+    working_mode: WorkingMode = HOME_MODE,
     controller: str = "unified",
     judge: Literal["timed", "path"] = "timed",
     duration: float | None = None,

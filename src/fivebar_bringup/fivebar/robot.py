@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import RobotFile, read_robot
 
@@ -60,7 +61,7 @@ class Robot(NamedTuple):
         """Where the platform rests by default (m)."""
         return self.file.home_m
 
-    def posture(self, x: float, y: float, working_mode: tuple[int, int] = (1, -1)) -> Posture:
+    def posture(self, x: float, y: float, working_mode: WorkingMode = (1, -1)) -> Posture:
         """Return the posture with the platform at (x, y) m.
 
         Args:
@@ -80,7 +81,7 @@ class Robot(NamedTuple):
             >>> round(above.inverse_condition, 3)
             0.904
         """
-        state = state_from_platform(self.parameters, *working_mode, x, y, 0.0, 0.0)
+        state = state_from_platform(self.parameters, working_mode, x, y, 0.0, 0.0)
         condition = inverse_condition(state)
         if math.isnan(condition):
             raise ValueError(f"({x:g}, {y:g}) m is out of reach")

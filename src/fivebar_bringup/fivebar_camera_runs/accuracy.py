@@ -30,7 +30,7 @@ def places(robot: FiveBar, number: int, seed: int) -> list[tuple[float, float]]:
     found: list[tuple[float, float]] = []
     while len(found) < number:
         x, y = random.uniform(*REACH_X), random.uniform(*REACH_Y)
-        around = [inverse_geometry(robot, *MODE, x + dx, y + dy) for dx in (-CLEAR, CLEAR) for dy in (-CLEAR, CLEAR)]
+        around = [inverse_geometry(robot, MODE, x + dx, y + dy) for dx in (-CLEAR, CLEAR) for dy in (-CLEAR, CLEAR)]
         if all(math.isfinite(angle) for joints in around for angle in joints):
             found.append((x, y))
     return found
@@ -51,7 +51,7 @@ def position_errors(
         vx, vy = speed * math.cos(heading), speed * math.sin(heading)
 
         def posture_at(t: float, x: float = x, y: float = y, vx: float = vx, vy: float = vy) -> RenderedPosture:
-            joints = inverse_geometry(robot, *MODE, x + t * vx, y + t * vy)
+            joints = inverse_geometry(robot, MODE, x + t * vx, y + t * vy)
             return posture_of(robot, joints.q11, joints.q21, joints.q22)
 
         sight = tracker.seen(renderer.picture(k, posture_at))

@@ -18,7 +18,7 @@ from fivebar_bringup.motions.start import HOME_MODE
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin, wrap
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import STRETCHED, distal_links, inverse_condition, type1_margin
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 
@@ -57,9 +57,9 @@ class WayThrough(NamedTuple):
     crossing: Point | None
 
 
-def state_at(robot: FiveBar, place: Point, mode: tuple[int, int] = HOME_MODE) -> State:
+def state_at(robot: FiveBar, place: Point, mode: WorkingMode = HOME_MODE) -> State:
     """Return the posture at a place (m) in a working mode, at rest."""
-    return state_from_platform(robot, *mode, *place, 0.0, 0.0)
+    return state_from_platform(robot, mode, *place, 0.0, 0.0)
 
 
 def link_of(robot: FiveBar) -> float:

@@ -89,7 +89,7 @@ def drawn_practice(robot: str, seed: int, rate_hz: int = 500, counts: int = 20_0
         return float(random.uniform(-bound, bound))
 
     five_bar, counted = file.five_bar(), file.drives.encoder_counts or counts
-    start = inverse_geometry(five_bar, *HOME_MODE, *file.home_m)
+    start = inverse_geometry(five_bar, HOME_MODE, *file.home_m)
     reversed_motor = int(random.integers(2))
     size = max(five_bar.leg1.coulomb, five_bar.leg2.coulomb, 1e-6)
     effects = {
@@ -268,7 +268,7 @@ class PracticeRobot:
                 self.moved_to(*direct_geometry(self.actual, assembly_mode(state), *angles))
             case PutAt(x, y):
                 first, second = self.file.placing
-                joints = inverse_geometry(self.actual, *HOME_MODE, x, y)
+                joints = inverse_geometry(self.actual, HOME_MODE, x, y)
                 mode = assembly_mode(self.state)
                 self.moved_to(*direct_geometry(self.actual, mode, joints.q11 + first, joints.q21 + second))
             case Lead():

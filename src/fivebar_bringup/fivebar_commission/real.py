@@ -17,6 +17,7 @@ from fivebar_bringup.drives.choice import RealDrives
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
+from fivebar_bringup.runs.launcher import RunOptions
 from fivebar_bringup.runs.run import run_with_ros
 from fivebar_bringup.scenario import Scenario
 from fivebar_commission.bench import opened_drives
@@ -29,7 +30,6 @@ from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import ACTIVE_JOINTS, DEFAULT_PRIORITY, IMU_DATA, IMU_FRAME, MOTOR_STATES
 from fivebar_description.ros.scheduling import Scheduling, punctual
 from fivebar_description.ros_environment import domain_of_environment
-from fivebar_studies.engine.running import silent
 
 if TYPE_CHECKING:
     from fivebar_bringup.ros.imu_collector import StampedReading
@@ -112,8 +112,8 @@ class RealBench:
         """Run a scenario with the graph of nodes, whose bridge enables the drives as soon as all nodes are ready."""
         real = RealDrives(str(drives), None, activate=True)
         domain = self._domain if self._imu is None else self._domain_of_imu()
-        scheduling = Scheduling(DEFAULT_PRIORITY)
-        return run_with_ros(scenario, Mode.REALTIME, out, domain, silent, scheduling, with_page=page, real=real)
+        options = RunOptions(Mode.REALTIME, out, domain, with_page=page)
+        return run_with_ros(scenario, options, real, Scheduling(DEFAULT_PRIORITY))
 
     def close(self) -> None:
         """Do nothing: drives are open during a step only."""

@@ -145,7 +145,7 @@ class Session:
 
     def angles_at(self, x: float, y: float) -> JointAngles:
         """Return the joint angles (rad) with the platform at a place (m), for the robot as far as it is known."""
-        return inverse_geometry(self.five_bar, *HOME_MODE, x, y)
+        return inverse_geometry(self.five_bar, HOME_MODE, x, y)
 
     def at_home(self) -> None:
         """Bring the robot home, by hand where it is not there.

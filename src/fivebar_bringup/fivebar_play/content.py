@@ -106,7 +106,7 @@ def exported() -> dict[str, Any]:
         "control": {name: one.numbers.control for name, one in cases.items()},
         "memory": {name: first_memory(one.controller, one.numbers.control, list) for name, one in cases.items()},
         "robot": ideal.control.robot,
-        "mode": [ideal.control.mode1, ideal.control.mode2],
+        "mode": [ideal.control.mode],
         "rate_hz": ideal.rate_hz,
         "steps": ideal.steps,
         "step": ideal.step,

@@ -53,9 +53,9 @@ def rendered(content: Any) -> str:
 def data() -> dict[str, Any]:
     """Return what the page draws and does not compute: the scene, the loci, and the runs of the predictive law."""
     scenario = scenario_of(RECORDED)
-    robot, (mode1, mode2) = scenario.five_bar(), scenario.working_mode
-    loci = [one for one in singular_loci(robot, LOCUS_SAMPLES).type2 if one.working_mode == (mode1, mode2)]
-    shown = scene(robot, (mode1, mode2), [START, GOAL, (0.0, LOWEST_SHOWN)], [])
+    robot, mode = scenario.five_bar(), scenario.working_mode
+    loci = [one for one in singular_loci(robot, LOCUS_SAMPLES).type2 if one.working_mode == mode]
+    shown = scene(robot, mode, [START, GOAL, (0.0, LOWEST_SHOWN)], [])
     folded = {"locus": _lines(loci, "folded"), "path": [], "waypoints": []}
     return {
         "scene": shown | {"locus": _lines(loci, "stretched"), "waypoints": [], "second": folded},

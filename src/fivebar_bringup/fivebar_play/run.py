@@ -22,13 +22,13 @@ from fivebar_bringup.simulation.robot import (
 )
 from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.laws.torque import Torque
-from fivebar_control.loop.closed_loop import Known, LoopSettings
-from fivebar_control.loop.cycle import Cycle, CycleMemory, CycleSettings
+from fivebar_control.loop.closed_loop import Answered, Known, LoopSettings
+from fivebar_control.loop.cycle import CycleMemory, CycleSettings
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.geometry import reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import STRETCHED
-from fivebar_control.model.state import Joints
+from fivebar_control.model.state import Joints, WorkingMode
 from fivebar_control.root_search import zero_between
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.path import SEARCH_STEPS, Segment
@@ -115,20 +115,20 @@ class PlayOutcome(NamedTuple):
     fault_sample: int
 
 
-def assembly_at(robot: FiveBar, mode1: int, mode2: int, segment: Segment, share: float) -> float:
+def assembly_at(robot: FiveBar, mode: WorkingMode, segment: Segment, share: float) -> float:
     """Return det A at a share of a segment's way."""
     place = segment.moved(share, 0.0, 0.0)
-    return det_a(state_from_platform(robot, mode1, mode2, place.x, place.y, 0.0, 0.0))
+    return det_a(state_from_platform(robot, mode, place.x, place.y, 0.0, 0.0))
 
 
-def first_crossing(robot: FiveBar, mode1: int, mode2: int, segment: Segment) -> float:
+def first_crossing(robot: FiveBar, mode: WorkingMode, segment: Segment) -> float:
     """Return the share of the way at which a segment first meets the Type 2 locus, NaN where it never does."""
-    before = assembly_at(robot, mode1, mode2, segment, 0.0) > 0.0
+    before = assembly_at(robot, mode, segment, 0.0) > 0.0
     for number in range(SEARCH_STEPS):
-        after = assembly_at(robot, mode1, mode2, segment, (number + 1) / SEARCH_STEPS) > 0.0
+        after = assembly_at(robot, mode, segment, (number + 1) / SEARCH_STEPS) > 0.0
         if before != after:
             low, high = number / SEARCH_STEPS, (number + 1) / SEARCH_STEPS
-            return zero_between(lambda s: assembly_at(robot, mode1, mode2, segment, s), low, high, 1e-15)
+            return zero_between(lambda s: assembly_at(robot, mode, segment, s), low, high, 1e-15)
     return math.nan
 
 
@@ -141,13 +141,13 @@ def least_reach(robot: FiveBar, segment: Segment) -> float:
     return least
 
 
-def play_motion(robot: FiveBar, mode1: int, mode2: int, segment: Segment, zone_time: float) -> PlayMotion:
+def play_motion(robot: FiveBar, mode: WorkingMode, segment: Segment, zone_time: float) -> PlayMotion:
     """Return a motion with its first crossing, whose blending zone takes a time (s)."""
-    share = first_crossing(robot, mode1, mode2, segment)
+    share = first_crossing(robot, mode, segment)
     if math.isnan(share):
         nowhere = Crossing(0, math.nan, math.nan, math.nan, math.nan, math.nan, 0.0, STRETCHED)
         return PlayMotion(segment, share, nowhere)
-    return PlayMotion(segment, share, crossing_at(robot, mode1, mode2, segment, 0, share, zone_time, None))
+    return PlayMotion(segment, share, crossing_at(robot, mode, segment, 0, share, zone_time, None))
 
 
 def pushed(mechanism: Mechanism, force: float, start: float) -> Mechanism:
@@ -184,7 +184,7 @@ def pushed(mechanism: Mechanism, force: float, start: float) -> Mechanism:
 def begin_ideal(run: PlayRun) -> PlayRobot:
     """Return the rigid robot at rest at the start of the motion."""
     control, start = run.control, run.motion.segment
-    plant = ideal_start(control.robot, run.actual, control.mode1, control.mode2, None, start.start_x, start.start_y)
+    plant = ideal_start(control.robot, run.actual, control.mode, None, start.start_x, start.start_y)
     sensed = ideal_sensed(None, plant)
     return PlayRobot(plant, sensed.exact, sensed.seen, False)
 
@@ -192,9 +192,7 @@ def begin_ideal(run: PlayRun) -> PlayRobot:
 def begin_with_effects(run: PlayRun) -> PlayRobot:
     """Return the robot with effects at rest where its encoders say that the motion starts."""
     control, start = run.control, run.motion.segment
-    plant = start_with_effects(
-        control.robot, run.actual, control.mode1, control.mode2, run.mechanism, start.start_x, start.start_y
-    )
+    plant = start_with_effects(control.robot, run.actual, control.mode, run.mechanism, start.start_x, start.start_y)
     sensed = sensed_with_effects(run.mechanism, plant)
     return PlayRobot(plant, sensed.exact, sensed.seen, False)
 
@@ -202,8 +200,8 @@ def begin_with_effects(run: PlayRun) -> PlayRobot:
 def advance_ideal(run: PlayRun, robot: PlayRobot, number: int, command: Torque) -> PlayRobot:
     """Return the rigid robot one sample later under a command (Nm)."""
     limit = run.torque_limit
-    tau1, tau2 = shaped(command.tau1, 0.0, limit), shaped(command.tau2, 0.0, limit)
-    after = ideal_later(run.actual, None, run.steps, run.step, robot.plant, number, tau1, tau2)
+    applied = Torque(shaped(command.tau1, 0.0, limit), shaped(command.tau2, 0.0, limit))
+    after = ideal_later(run.actual, None, run.steps, run.step, robot.plant, number, applied)
     if after.gap == math.inf:
         return PlayRobot(robot.plant, robot.exact, robot.seen, True)
     sensed = ideal_sensed(None, after.state)
@@ -213,8 +211,8 @@ def advance_ideal(run: PlayRun, robot: PlayRobot, number: int, command: Torque) 
 def advance_with_effects(run: PlayRun, robot: PlayRobot, number: int, command: Torque) -> PlayRobot:
     """Return the robot with effects one sample later under a command (Nm)."""
     limit = run.torque_limit
-    tau1, tau2 = shaped(command.tau1, 0.0, limit), shaped(command.tau2, 0.0, limit)
-    after = later_with_effects(run.actual, run.mechanism, run.steps, run.step, robot.plant, number, tau1, tau2)
+    applied = Torque(shaped(command.tau1, 0.0, limit), shaped(command.tau2, 0.0, limit))
+    after = later_with_effects(run.actual, run.mechanism, run.steps, run.step, robot.plant, number, applied)
     if after.gap == math.inf:
         return PlayRobot(robot.plant, robot.exact, robot.seen, True)
     sensed = sensed_with_effects(run.mechanism, after.state)
@@ -232,7 +230,7 @@ def planned(run: PlayRun, moment: int) -> PlanSample:
     t = moment / run.rate_hz
     platform, line = segment.at(t), segment.line_at(t)
     return PlanSample(
-        reference=reference_from_platform(control.robot, control.mode1, control.mode2, platform),
+        reference=reference_from_platform(control.robot, control.mode, platform),
         platform=platform,
         direction_x=line.direction_x,
         direction_y=line.direction_y,
@@ -249,10 +247,10 @@ def recorded(
     robot: PlayRobot,
     known: Known,
     planned: PlanSample,
-    cycle: Cycle,
-    latched: bool,
+    loop: Answered,
 ) -> None:
     """Add a sample to the run."""
+    cycle, latched = loop.cycle, loop.latched
     truth = state_of(run.actual, robot.exact)
     sample = PlaySample(
         x=truth.x,

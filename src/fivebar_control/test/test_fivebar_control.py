@@ -10,7 +10,7 @@ from fivebar_description.robot_file import load_robot
 
 def test_the_dynamics_are_the_inverse_of_each_other() -> None:
     robot = load_robot("dextar")
-    state = state_from_platform(robot, 1, -1, 0.02, 0.15, 0.3, -0.2)
+    state = state_from_platform(robot, (1, -1), 0.02, 0.15, 0.3, -0.2)
     assert abs(det_a(state)) > 0.1
     torques = inverse_dynamics_of_platform(robot, state, 1.5, -2.5, 0.0, 0.0)
     response = direct_dynamics(robot, state, *torques, 0.0, 0.0)

@@ -54,7 +54,7 @@ class ExtraSensor(NamedTuple):
     Attributes:
         name: of it, as faults name it.
         settings: class of its settings, with `rate_hz`, `latency` and `lost` as other late sensors have them.
-        expected: returns the `ExpectedReading`: of (settings, robot, mode1, mode2, x, y, vx, vy), the nominal robot
+        expected: returns the `ExpectedReading`: of (settings, robot, mode, x, y, vx, vy), the nominal robot
             with its working mode, and the platform's position (m) and velocity (m/s).
         read: returns the reading of the simulated sensor: of (settings, robot, q11, q12, q21, q22, noise), the actual
             robot, its exact joint angles (rad), and a number that is normally distributed with deviation 1.

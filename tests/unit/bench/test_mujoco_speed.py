@@ -15,7 +15,7 @@ STEPS = 600
 
 
 def test_mujoco_moves_as_the_model_through_type_2_with_its_loop_nearly_closed(robot: FiveBar) -> None:
-    start = state_from_platform(robot, 1, -1, 0.0, 0.13, 0.02, -0.3)
+    start = state_from_platform(robot, (1, -1), 0.0, 0.13, 0.02, -0.3)
     mechanism = MujocoFiveBar(robot, start)
     tips = list(mechanism.tips(STEPS))
     free = scaled(robot, friction=0.0)

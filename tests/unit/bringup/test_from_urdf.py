@@ -120,7 +120,7 @@ def test_an_exported_robot_has_the_same_equations(name: str) -> None:
     for motion in ((0.0, 0.0, 1.0, 0.0), (0.3, -0.2, 0.0, 1.0), (-0.5, 0.4, 2.0, -3.0)):
         torques = [
             inverse_dynamics_of_platform(
-                robot, state_from_platform(robot, 1, -1, x, y, *motion[:2]), *motion[2:], 0.0, 0.0
+                robot, state_from_platform(robot, (1, -1), x, y, *motion[:2]), *motion[2:], 0.0, 0.0
             )
             for robot in (own, read)
         ]

@@ -133,7 +133,7 @@ def test_links_with_residual_inertia_move_like_their_grouped_parameters(kept: bo
     """As they were weighed, and as they are made up where only the sums are known."""
     file = read_robot("motkin")
     robot = file.five_bar()
-    posture = inverse_geometry(robot, 1, -1, 0.013, 0.09)
+    posture = inverse_geometry(robot, (1, -1), 0.013, 0.09)
     q = np.array(posture)
     text = robot_description(robot, "motkin", weighed=file.weighed() if kept else None)
     opened, reduced = OpenTree(text), pin.buildModelFromXML(urdf_text(robot, "motkin"))

@@ -47,7 +47,7 @@ LUGRE = FrictionCurve(0.3, 0.45, 0.1, 0.02, 0.05, 0.02, 300.0, 0.4)
 
 
 def home(robot: FiveBar) -> tuple[float, ...]:
-    return tuple(inverse_geometry(robot, 1, -1, *HOME))
+    return tuple(inverse_geometry(robot, (1, -1), *HOME))
 
 
 def frictionless(**effects: Any) -> PlantSettings:

@@ -47,7 +47,7 @@ SPRINGS: dict[str, Any] = {
 
 
 def home(robot: FiveBar) -> tuple[float, ...]:
-    return tuple(inverse_geometry(robot, 1, -1, 0.0, 0.13))
+    return tuple(inverse_geometry(robot, (1, -1), 0.0, 0.13))
 
 
 def places(motion: SimulatedMechanism, torque: float, samples: int = SAMPLES) -> Vector:

@@ -29,12 +29,12 @@ PLANTS = {
     "mujoco": PlantSettings(engine=MUJOCO),
 }
 
-START = tuple(inverse_geometry(load_robot("motkin_vertical"), 1, -1, 0.0, 0.12))
+START = tuple(inverse_geometry(load_robot("motkin_vertical"), (1, -1), 0.0, 0.12))
 
 
 @pytest.mark.parametrize("settings", PLANTS.values(), ids=list(PLANTS))
 def test_a_plant_goes_on_with_the_mass_that_it_is_given(settings: PlantSettings, dextar: FiveBar) -> None:
-    home = tuple(inverse_geometry(dextar, 1, -1, 0.0, 0.13))
+    home = tuple(inverse_geometry(dextar, (1, -1), 0.0, 0.13))
     heavy = laden(dextar, 0.5)
     assert heavy.mass == dextar.mass + 0.5
     empty, loaded, wanted = (Plant(robot, home, 500, settings) for robot in (dextar, dextar, heavy))

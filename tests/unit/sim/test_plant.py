@@ -32,7 +32,7 @@ HOME = (0.0, 0.13)
 
 
 def home(robot: FiveBar, x: float = HOME[0], y: float = HOME[1]) -> tuple[float, ...]:
-    return tuple(inverse_geometry(robot, 1, -1, x, y))
+    return tuple(inverse_geometry(robot, (1, -1), x, y))
 
 
 def state_of(robot: FiveBar, plant: Plant) -> State:
@@ -48,7 +48,7 @@ def test_a_free_motion_keeps_its_energy_and_its_loop_closed_for_10_s(
     vx: float, vy: float, crosses: bool, robot: FiveBar, joint_vectors: Vectors
 ) -> None:
     """No torque, no friction: through the Type 2 locus, and Type 1 at the edge of the workspace, again and again."""
-    start = state_from_platform(robot, 1, -1, *HOME, vx, vy)
+    start = state_from_platform(robot, (1, -1), *HOME, vx, vy)
     q, v = joint_vectors(start)
     plant = Plant(robot, q.tolist(), 100, FREE, velocities=v.tolist())
     energy = plant.kinetic_energy()
@@ -67,7 +67,7 @@ def test_a_free_motion_keeps_its_energy_and_its_loop_closed_for_10_s(
 
 def test_a_motion_too_fast_for_the_step_is_taken_in_smaller_ones(dextar: FiveBar, joint_vectors: Vectors) -> None:
     """At 5 m/s a step of 1 ms would open the loop by a micrometre: as good as with an eighth of it all the same."""
-    q, v = joint_vectors(state_from_platform(dextar, 1, -1, *HOME, 3.0, -4.0))
+    q, v = joint_vectors(state_from_platform(dextar, (1, -1), *HOME, 3.0, -4.0))
     coarse, fine = (Plant(dextar, q.tolist(), rate, FREE, velocities=v.tolist()) for rate in (1000, 8000))
     energy = coarse.kinetic_energy()
     for _ in range(100):
@@ -87,7 +87,7 @@ def test_a_driven_motion_agrees_with_the_reduced_model_integrated_by_scipy(
     smooth = FiveBar(robot.leg1._replace(width=0.5), robot.leg2._replace(width=0.5), robot.mass)
 
     def rates(_: float, y: Vector) -> list[float]:
-        state = state_from_platform(smooth, 1, -1, *y.tolist())
+        state = state_from_platform(smooth, (1, -1), *y.tolist())
         f1, f2 = (friction_torque(leg, at.dq1) for leg, at in ((smooth.leg1, state.leg1), (smooth.leg2, state.leg2)))
         motion = direct_dynamics(smooth, state, *torque, f1, f2)
         return [state.vx, state.vy, motion.ax, motion.ay]
@@ -108,7 +108,7 @@ def test_a_driven_motion_agrees_with_the_reduced_model_integrated_by_scipy(
 def test_friction_takes_exactly_the_work_that_it_does(robot: FiveBar, joint_vectors: Vectors) -> None:
     """dT/dt = -f . qdot, summed by Simpson's rule over a coasting motion."""
     smooth = FiveBar(robot.leg1._replace(width=0.5), robot.leg2._replace(width=0.5), robot.mass)
-    q, v = joint_vectors(state_from_platform(smooth, 1, -1, *HOME, 0.3, -0.2))
+    q, v = joint_vectors(state_from_platform(smooth, (1, -1), *HOME, 0.3, -0.2))
     plant = Plant(smooth, q.tolist(), 1000, velocities=v.tolist())
     energies, powers = [], []
     for _ in range(201):
@@ -123,7 +123,7 @@ def test_friction_takes_exactly_the_work_that_it_does(robot: FiveBar, joint_vect
 
 def test_friction_without_offset_only_ever_slows_down(robot: FiveBar, joint_vectors: Vectors) -> None:
     plain = FiveBar(robot.leg1._replace(offset=0.0), robot.leg2._replace(offset=0.0), robot.mass)
-    q, v = joint_vectors(state_from_platform(plain, 1, -1, *HOME, 0.2, -0.3))
+    q, v = joint_vectors(state_from_platform(plain, (1, -1), *HOME, 0.2, -0.3))
     plant = Plant(plain, q.tolist(), 500, velocities=v.tolist())
     energies = [plant.kinetic_energy()]
     for _ in range(300):
@@ -157,7 +157,7 @@ def test_the_sampling_rate_changes_nothing_but_the_samples(dextar: FiveBar) -> N
 def test_friction_brings_light_motors_to_rest_and_does_not_drive_them() -> None:
     """On the bench it stops a slow motion within a fraction of a millisecond."""
     robot = load_robot("motkin")
-    plant = Plant(robot, inverse_geometry(robot, 1, -1, 0.0, 0.1), 500, velocities=(0.03, 0.0, 0.0, 0.0))
+    plant = Plant(robot, inverse_geometry(robot, (1, -1), 0.0, 0.1), 500, velocities=(0.03, 0.0, 0.0, 0.0))
     for _ in range(50):
         plant.advance((0.0, 0.0))
     assert np.abs(plant.truth().velocity).max() < 1e-6

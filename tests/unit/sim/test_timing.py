@@ -21,7 +21,7 @@ TORQUES = [(0.6, -0.5), (-0.4, 0.5), (0.8, 0.2), (0.3, -0.7), (0.3, -0.7)]
 
 
 def plant(robot: FiveBar, rate_hz: int = RATE, **settings: Any) -> Plant:
-    home = tuple(inverse_geometry(robot, 1, -1, 0.0, 0.13))
+    home = tuple(inverse_geometry(robot, (1, -1), 0.0, 0.13))
     # with a wide tanh, whose steps are long in either grid
     smooth = FiveBar(robot.leg1._replace(width=0.5), robot.leg2._replace(width=0.5), robot.mass)
     return Plant(smooth, home, rate_hz, PlantSettings(**settings))

@@ -25,7 +25,7 @@ def test_errors_fall_over_a_zone_and_the_time_after_it() -> None:
     begin, end = crossed - plan.zone_time - 1e-3, crossed + plan.zone_time + 1e-3 + found.dwell
 
     def apart(one: list[float], two: list[float]) -> float:
-        first, second = (state_from_platform(robot, plan.mode1, plan.mode2, *at) for at in (one, two))
+        first, second = (state_from_platform(robot, plan.mode, *at) for at in (one, two))
         pairs = ((first.leg1, second.leg1), (first.leg2, second.leg2))
         places = [c * wrap(leg.q1 - other.q1) for leg, other in pairs]
         speeds = [leg.dq1 - other.dq1 + place for (leg, other), place in zip(pairs, places, strict=True)]

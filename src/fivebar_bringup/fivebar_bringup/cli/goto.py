@@ -36,6 +36,7 @@ from fivebar_bringup.cli.viewing import ViewOption, live_page
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.recorded.outcome import EXIT_STATUS
 from fivebar_bringup.runs.namespace import read_namespace
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.errors import InputError
 from fivebar_description.interrupts import keyboard_interrupts
 from fivebar_description.ros_environment import HIGHEST_DOMAIN, check_ros_environment
@@ -318,11 +319,11 @@ def goto(
             with progress_bar("goto", as_json) as progress:
                 if with_nodes:
                     # here, because a simulation needs no node
+                    from fivebar_bringup.runs.launcher import RunOptions
                     from fivebar_bringup.runs.run import run_with_ros
 
-                    directory, summary = run_with_ros(
-                        scenario, Mode.LOCKSTEP, out, None, progress, with_page=page, odds=likely.known_odds
-                    )
+                    lockstep = RunOptions(Mode.LOCKSTEP, out, None, progress, with_page=page, odds=likely.known_odds)
+                    directory, summary = run_with_ros(scenario, lockstep)
                 else:
                     directory, summary = run_offline(scenario, out, progress, page, likely.known_odds)
     if as_json:
@@ -355,6 +356,7 @@ def stand(
     """
     from fivebar_bringup.motions.stand import stand as rest
     from fivebar_bringup.runs.admission import load_with_odds
+    from fivebar_bringup.runs.launcher import RunOptions
 
     with input_errors(), keyboard_interrupts():
         check_ros_environment()
@@ -367,7 +369,8 @@ def stand(
         with live_page(view, domain, within) as live, progress_bar(loaded.name, as_json, until_begun=True) as progress:
             # until Ctrl-C there is no end to count to
             shown = progress if seconds is not None else lambda done, total: progress(done, 0)
-            directory, summary = rest(loaded, seconds, mode, out, live.domain, shown, within, admitted.kept)
+            options = RunOptions(mode, out, live.domain, shown, within, odds=admitted.kept)
+            directory, summary = rest(loaded, seconds, options)
             live.tell(directory, summary)
     if as_json:
         print(json.dumps(summary.as_dict(), indent=2, allow_nan=False))
@@ -433,7 +436,7 @@ def _radii(given: list[float], count: int) -> tuple[float, ...]:
 
 def _start(
     start: tuple[float, float] | None,
-    start_mode: tuple[int, int] | None,
+    start_mode: WorkingMode | None,
     after: Path | None,
     robot: str | None,
     seen: str | None,

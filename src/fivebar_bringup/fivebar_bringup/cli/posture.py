@@ -68,7 +68,7 @@ def posture(
     """
     from fivebar_bringup.motions.start import standing_after
     from fivebar_control.estimation.settings import EkfSettings
-    from fivebar_control.planning.release import finished, plan_in_slices
+    from fivebar_control.planning.release import ReleaseTask, finished, plan_in_slices
     from fivebar_control.planning.standstill import DEVIATIONS, mode_by_turn, standstill_at, way_out
     from fivebar_control.safety.stages import guard_limits_of
     from fivebar_control.scenario.scenario import ControlScenario
@@ -108,8 +108,8 @@ def posture(
             seen = seen and not without_gyroscope
             passes = read_robot(file).elbows_pass
             limits = guard_limits_of(safety, rate_hz)
-            slices = plan_in_slices(known, tolerances, limits, passes, rate_hz, *angles, platform, seen, loads)
-            planned = finished(slices)
+            task = ReleaseTask(known, tolerances, limits, passes, rate_hz, loads)
+            planned = finished(plan_in_slices(task, *angles, platform, seen))
             stand = planned.stand
         if stand is None:
             raise InputError(f"Q11 Q21: at {angles[0]:g}, {angles[1]:g} rad both elbows are in one place")

@@ -74,6 +74,7 @@ def program(
         run_program,
         scenario_of_program,
     )
+    from fivebar_bringup.runs.launcher import RunOptions
     from fivebar_control.planning.program import load_program
 
     with input_errors(), keyboard_interrupts():
@@ -97,9 +98,8 @@ def program(
                 print(json.dumps(content, indent=2, allow_nan=False))
             raise typer.Exit(COMPLETED)
         with live_page(view, domain, within) as live, progress_bar(loaded.program.name, as_json) as progress:
-            directory, summary, last = run_program(
-                loaded, scenario, planned, mode, out, live.domain, progress, within, page, rehearse
-            )
+            options = RunOptions(mode, out, live.domain, progress, within, page)
+            directory, summary, last = run_program(loaded, scenario, planned, options, rehearse)
             live.tell(directory, summary)
     if as_json:
         content |= {"program": last, "summary": summary.as_dict()}

@@ -140,7 +140,8 @@ def run(
     from fivebar_bringup.drives.choice import interface_of_run, kind_of, real_drives
     from fivebar_bringup.runs.admission import load_with_odds
     from fivebar_bringup.runs.injection import read_injection, refuse_late
-    from fivebar_bringup.runs.run import run_with_ros
+    from fivebar_bringup.runs.launcher import RunOptions
+    from fivebar_bringup.runs.run import Rehearsed, run_with_ros
     from fivebar_bringup.scenarios.changes import read_changes
     from fivebar_description.modules import load_part
     from fivebar_description.ros.scheduling import Scheduling
@@ -183,19 +184,11 @@ def run(
         with live_page(view, domain, within, interface) as live, progress_bar(loaded.name, as_json) as progress:
             directory, summary = run_with_ros(
                 loaded,
-                mode,
-                out,
-                live.domain,
-                progress,
+                RunOptions(mode, out, live.domain, progress, within, page, admitted.kept),
+                Rehearsed(injections, drives) if injections is not None else real,
                 Scheduling(DEFAULT_PRIORITY if priority is None else priority, processors),
                 sharing,
-                injections,
-                page,
                 scene,
-                within,
-                drives,
-                real,
-                admitted.kept,
             )
             live.tell(directory, summary)
     _finish(directory, summary, as_json)

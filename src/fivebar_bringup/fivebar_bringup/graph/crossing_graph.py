@@ -6,6 +6,7 @@ The `fivebar` command, the launch files and `fivebar nodes` all use this one des
 
 from __future__ import annotations
 
+from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
@@ -65,31 +66,47 @@ class Work(NamedTuple):
     pins: tuple[str, ...] = ()
 
 
+class Bridged(NamedTuple):
+    """Real drives: the configuration of their bridge, and whether it enables them once all nodes are ready.
+
+    Else the operator configures and activates it. It reports when the motion has ended.
+    """
+
+    drives: str
+    activate: bool = False
+
+
+class Somebodys(Enum):
+    """A plant or bridge that somebody else starts."""
+
+    ROBOT = 0
+
+
+SOMEBODYS = Somebodys.ROBOT
+
+
 def crossing_graph(
     scenario: Scenario,
     mode: Mode,
     bag: Path,
-    rehearsal: Rehearsal | None = None,
-    drives: str | None = None,
+    robot: Rehearsal | Bridged | Somebodys | None = None,
     scene: bool = False,
-    activate: bool = False,
     work: Work | None = None,
-    alone: bool = False,
 ) -> tuple[NodeSpec, ...]:
     """Return the nodes that run a scenario and record it into the directory `bag`, in the order of data flow.
 
     They read the scenario from its file beside the bag.
 
-    With a rehearsal, the bridge and emulated drives replace the plant; with `drives`, the bridge to real drives of that
-    configuration, which is configured and activated by the operator, or with `activate` by itself, once all nodes are
-    ready, and reports when the motion has ended. With `scene`, a node publishes pictures of the run, which are recorded
-    too. With `work`, a node carries out programs. With `alone`, plant or bridge are somebody else's.
+    By default the robot is the simulated plant. With `scene`, a node publishes pictures of the run, which are recorded
+    too. With `work`, a node carries out programs.
 
     Raises:
         InputError: the scenario's motion is refused.
     """
     scheme = scenario.scheme()
-    bridged = rehearsal is not None or drives is not None or alone
+    bridged, own = robot is not None, robot is not SOMEBODYS
+    rehearsal = robot if isinstance(robot, Rehearsal) else None
+    real = robot if isinstance(robot, Bridged) else None
     nodes = [
         *([estimator(scenario, mode)] if scenario.estimated else []),
         trajectory_generator(scenario, mode),
@@ -97,12 +114,12 @@ def crossing_graph(
         *(controller(scenario, law) for law in scenario.tuned().laws),
     ]
     nodes.append(blender(scenario, mode, endless=bridged))
-    nodes += [] if bridged and not alone else [imu_listener(scenario)]
+    nodes += [] if bridged and own else [imu_listener(scenario)]
     nodes += [] if work is None else [_program_runner(scenario, work)]
     keeper = PLANT if rehearsal is None else EMULATED_ROBOT
     if scenario.camera.on:
         camera_nodes = optional_part(CAMERA_NODES, CAMERA_ON)
-        nodes += camera_nodes(scenario, mode, None if drives is not None or alone else keeper)
+        nodes += camera_nodes(scenario, mode, None if real is not None or not own else keeper)
     candidates = [law.topic for law in scheme.laws]
     absent = (*(set(CANDIDATES) - set(candidates)), *(() if scenario.estimated else ESTIMATION_TOPICS))
     absent = (*absent, *(() if scenario.has_ground_truth else (GROUND_TRUTH,)))
@@ -111,19 +128,19 @@ def crossing_graph(
     if bridged:
         # the emulated robot has a gyroscope, but no accelerometer
         absent = (*absent, IMU_ERROR)
-    if drives is not None or alone:
+    if real is not None or not own:
         absent = (*absent, GROUND_TRUTH, *(() if scenario.gyro else (IMU_DATA,)))
-    bridge_file = drives if rehearsal is None else str(rehearsal.files.drives.absolute())
+    bridge_file = None if real is None else real.drives
+    if rehearsal is not None:
+        bridge_file = str(rehearsal.files.drives.absolute())
     beside = () if bridge_file is None else beside_bridge(scenario, bridge_file)
     awaited = [*(node.executable for node in (*nodes, *beside)), RECORDER]
-    if drives is not None:
-        nodes.append(bridge(scenario, drives, awaited, activate, last_sample=True))
-    elif alone:
-        pass
-    elif rehearsal is None:
-        nodes.append(plant(scenario, mode, awaited))
-    else:
+    if real is not None:
+        nodes.append(bridge(scenario, real.drives, awaited, real.activate, last_sample=True))
+    elif rehearsal is not None:
         nodes += emulated_hardware(scenario, rehearsal, awaited)
+    elif own:
+        nodes.append(plant(scenario, mode, awaited))
     recorded = tuple(topic for topic in (*TOPICS, *(set(candidates) - set(TOPICS))) if topic not in absent)
     recorded = (*recorded, *RECORDED_BESIDES, *(PICTURES if scene else ()))
     if work is not None:

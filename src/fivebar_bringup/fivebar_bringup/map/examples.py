@@ -54,7 +54,7 @@ def choose(robot: FiveBar, loci: Loci, fields: Fields) -> Examples:
 
     regular = {}
     for modes in WORKING_MODES:
-        states = [state_from_platform(robot, *modes, x, y, 0.0, 0.0) for x, y in cells]
+        states = [state_from_platform(robot, modes, x, y, 0.0, 0.0) for x, y in cells]
         regular[modes] = best(states, regularity) or states[0]
     first = regular[WORKING_MODES[0]]
     at_once = (state_from_joints(robot, *point.joints, 0.0, 0.0, 0.0, 0.0) for point in loci.type3)

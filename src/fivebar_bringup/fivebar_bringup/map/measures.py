@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.fields import Fields, FloatArray, PlatformGrid
 from fivebar_control.workspace.loci import Loci, Type3
@@ -19,7 +20,7 @@ CM2 = 1e4
 class ModeMeasures(NamedTuple):
     """One working mode: area (cm^2) of either assembly mode, length (cm) of the Type 2 locus."""
 
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     area_positive: float
     area_negative: float
     length_stretched: float

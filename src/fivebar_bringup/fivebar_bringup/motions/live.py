@@ -10,6 +10,7 @@ from typing import Any
 
 from fivebar_bringup.motions.request import ASSEMBLY_MODES
 from fivebar_bringup.nodes.goal_client import GoalClient
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import via_fields
 from fivebar_control.planning.timed_points import TimedPoints
@@ -28,7 +29,7 @@ def goal_fields(
     x: float,
     y: float,
     assembly: str | None,
-    working_mode: tuple[int, int] | None,
+    working_mode: WorkingMode | None,
     duration: float | None,
     via: Sequence[Point] = (),
     blend_radius: Sequence[float] = (),

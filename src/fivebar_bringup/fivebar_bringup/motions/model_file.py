@@ -9,7 +9,7 @@ from fivebar_bringup.motions.model_format import ModelFormat
 from fivebar_bringup.motions.start import HOME_MODE
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.model.state import JointAngles
+from fivebar_control.model.state import JointAngles, WorkingMode
 from fivebar_control.planning.motor_limits import motor_limits
 from fivebar_description.errors import InputError
 from fivebar_description.imu import ImuSettings
@@ -58,8 +58,8 @@ def model_text(kind: ModelFormat, robot: str = "", scenario: str = "", plugin: s
     return text
 
 
-def _posture(robot: FiveBar, mode: tuple[int, int], place: tuple[float, float], name: str) -> JointAngles:
-    joints = inverse_geometry(robot, *mode, *place)
+def _posture(robot: FiveBar, mode: WorkingMode, place: tuple[float, float], name: str) -> JointAngles:
+    joints = inverse_geometry(robot, mode, *place)
     if not all(map(math.isfinite, joints)):
         raise InputError(f"{name}: ({place[0]:.4f}, {place[1]:.4f}) m: expected a place that both legs reach")
     return joints

@@ -21,7 +21,7 @@ from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.recorded.results import write_results
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_bringup.runs.launcher import GraphOutcome, Progress, run_graph
+from fivebar_bringup.runs.launcher import GraphOutcome, RunOptions, run_graph
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.run import report_on, run_prepared
 from fivebar_bringup.scenario import Scenario
@@ -261,12 +261,7 @@ def run_program(
     loaded: LoadedProgram,
     scenario: Scenario,
     planned: PlannedProgram,
-    mode: Mode,
-    out: Path | None,
-    domain: int | None,
-    progress: Progress,
-    namespace: str = "",
-    with_page: bool = True,
+    options: RunOptions,
     rehearse: bool = False,
 ) -> tuple[RunDirectory, Summary, Mapping[str, Any]]:
     """Carry out a planned program with all nodes; return the directory, the summary and the program's last status.
@@ -291,21 +286,21 @@ def run_program(
         texts = {copies[name]: read_text(Path(path), LARGEST_TABLE) for name, path in loaded.followed.items()}
         write_results(run.path, {**texts, file.name: with_files(loaded.text, run.files_of(timed), copies)})
         rehearsal = Rehearsal(write_drive_files(timed, run.path)) if rehearse else None
-        nodes = standing_graph(timed, mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins), rehearsal)
+        nodes = standing_graph(timed, options.mode, run, LONGEST, Work(str(file.absolute()), 1, loaded.pins), rehearsal)
         refuse_payload(loaded, nodes)
-        return processes(nodes, mode, timed.rate_hz, Scheduling(DEFAULT_PRIORITY))
+        return processes(nodes, options.mode, timed.rate_hz, Scheduling(DEFAULT_PRIORITY))
 
     def followed(status: Mapping[str, Any]) -> bool:
         last.update(status)
         return status.get("state") in ENDED
 
     def follow(specs: Sequence[ProcessSpec], chosen: int) -> GraphOutcome:
-        return run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace, followed=followed)
+        return run_graph(specs, run, chosen, options, followed=followed)
 
     with interrupts_deferred():
-        run = new_run_directory(out, timed, kept_odds(odds))
-        outcome = run_prepared(timed, mode, domain, specs, follow, odds is not None)
+        run = new_run_directory(options.out, timed, kept_odds(odds))
+        outcome = run_prepared(timed, options, specs, follow, odds is not None)
         if last.get("state") not in (ProgramState.COMPLETED, *([] if outcome.faults else [ProgramState.RUNNING])):
             stopped = f"program_stopped: {last.get('reason', 'not completed')}"
             outcome = outcome._replace(faults=[*outcome.faults, stopped])
-        return run, report_on(run, timed, mode, outcome, with_page), last
+        return run, report_on(run, timed, options.mode, outcome, options.with_page), last

@@ -13,6 +13,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.changes import changed_scenario, refuse_decided
 from fivebar_control.estimation.homing import check_declared, homing_at
 from fivebar_control.laws import registry
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.line_of_sight import Point
@@ -60,7 +61,7 @@ class Request(NamedTuple):
     x: float
     y: float
     assembly: str | None
-    working_mode: tuple[int, int] | None
+    working_mode: WorkingMode | None
     start: Start
     controller: str
     robot: str
@@ -143,21 +144,16 @@ def plan_request(request: Request, judge_loads: bool = True) -> Transfer:
         return _followed(request, judge_loads)
     task = task_of_request(request, judge_loads)
     transfer = plan_transfer(
-        task.robot,
-        start.working_mode,
+        task,
         (start.x, start.y),
         (request.x, request.y),
         None if request.assembly is None else ASSEMBLY_MODES[request.assembly],
-        request.rate_hz,
-        task.follower,
-        task.limits,
-        duration=request.duration,
-        sensing=task.sensing,
-        via=request.via,
-        blend_radius=request.blend_radius,
+        request.duration,
+        request.via,
+        request.blend_radius,
     )
     if asked_scenario(request).estimated:
-        check_declared(task.robot, homing_at(task.robot, *start.working_mode, start.x, start.y))
+        check_declared(task.robot, homing_at(task.robot, start.working_mode, start.x, start.y))
     return transfer
 
 
@@ -170,7 +166,7 @@ def _followed(request: Request, judge_loads: bool) -> Transfer:
     start, end = asked.waypoints
     signs = [place_at(task.robot, task.working_mode, *point).assembly for point in (start, end)]
     if asked.estimated:
-        check_declared(task.robot, homing_at(task.robot, *task.working_mode, *start))
+        check_declared(task.robot, homing_at(task.robot, task.working_mode, *start))
     return Transfer(plan, verdict, Course((start, end)), asked.durations(), signs[0], signs[1])
 
 

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Sequence
 
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.graph.crossing_graph import Work, crossing_graph
@@ -14,7 +12,7 @@ from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
 from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
-from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, Progress, run_graph
+from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, RunOptions, run_graph
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.runs.run import report_on, run_prepared
 from fivebar_bringup.scenario import Scenario
@@ -26,16 +24,9 @@ from fivebar_description.ros.scheduling import Scheduling
 def stand(
     scenario: Scenario,
     seconds: float | None,
-    mode: Mode,
-    out: Path | None,
-    domain: int | None,
-    progress: Progress,
-    namespace: str = "",
-    odds: Mapping[str, Any] | None = None,
+    options: RunOptions,
 ) -> tuple[RunDirectory, Summary]:
     """Run a scenario with all nodes, then let the robot rest for some seconds of simulated time; return its summary.
-
-    The odds of its motion, where they are known, are kept with the run.
 
     Without a time it rests until it is interrupted, which then is no fault. A further interrupt ends the reading of its
     bag, which takes as long as a tenth of the run.
@@ -48,20 +39,20 @@ def stand(
 
     def specs() -> Sequence[ProcessSpec]:
         resting = LONGEST if seconds is None else round(seconds * scenario.rate_hz)
-        nodes = standing_graph(scenario, mode, run, resting, Work())
-        return processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
+        nodes = standing_graph(scenario, options.mode, run, resting, Work())
+        return processes(nodes, options.mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY))
 
     def follow(specs: Sequence[ProcessSpec], chosen: int) -> GraphOutcome:
-        return run_graph(specs, run, chosen, progress, mode=mode, namespace=namespace)
+        return run_graph(specs, run, chosen, options)
 
     with interrupts_deferred():
-        run = new_run_directory(out, scenario, odds)
-        outcome = run_prepared(scenario, mode, domain, specs, follow, has_odds(scenario))
+        run = new_run_directory(options.out, scenario, options.odds)
+        outcome = run_prepared(scenario, options, specs, follow, has_odds(scenario))
         # whoever interrupts a robot that rests has had what was asked for, but not before it has begun
         as_asked = seconds is None and run.bag.exists()
         faults = [fault for fault in outcome.faults if not (as_asked and fault == INTERRUPTED)]
         with resumable(f"interrupted: `fivebar report {run.path}` judges the run"), interrupts_allowed():
-            return run, report_on(run, scenario, mode, outcome._replace(faults=faults), with_page=False)
+            return run, report_on(run, scenario, options.mode, outcome._replace(faults=faults), with_page=False)
 
 
 def standing_graph(

@@ -12,6 +12,7 @@ from fivebar_bringup.recorded.run_directory import RunDirectory
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import read_scenario
 from fivebar_control.model.kinematics import state_from_joints, working_mode
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.interface import ACTIVE_JOINTS, GROUND_TRUTH, JOINT_STATES, JOINTS, MOTOR_STATES
 from fivebar_description.modules import modules_unopened
 from fivebar_description.robot_file import HOME_MODE as HOME_MODE
@@ -26,7 +27,7 @@ class Start(NamedTuple):
 
     x: float
     y: float
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     scenario: Scenario | None = None
 
 

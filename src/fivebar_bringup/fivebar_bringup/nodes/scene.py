@@ -105,7 +105,7 @@ class Scene(GraphNode):
         self._shown_ns = self._newest_ns = -1
         self._undrawn = 0
         self._pictures, self._trails, self._map = (self.advertise(topic) for topic in PICTURES)
-        self._mode = (self._motion.plan.mode1, self._motion.plan.mode2)
+        self._mode = self._motion.plan.mode
         self._publish_map(0)
         self._states = Inbox(self, JOINT_STATES)
         self._references = Inbox(self, REFERENCE)

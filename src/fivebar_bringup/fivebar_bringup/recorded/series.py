@@ -289,7 +289,7 @@ def read_series(recording: Recording, scenario: Scenario, planned: Plan | None =
         vhc_error_joint=constraint[:, 1:],
         tracking_error=platform[:, :2] - reference[:, :2],
         acceleration_error=_acceleration_errors(
-            ImuCheck(robot, plan.mode1, plan.mode2, scenario.rate_hz, scenario.imu),
+            ImuCheck(robot, plan.mode, scenario.rate_hz, scenario.imu),
             table.values(ACCELERATION),
             reference,
         ),
@@ -362,7 +362,7 @@ def _constraint_errors(robot: FiveBar, plan: Plan, t: float, state: State) -> tu
     NaN on segments that are not straight.
     """
     h, _, n_x, n_y = line_constraint(plan.path.line_at(t), state.x, state.y, state.vx, state.vy)
-    on_path = inverse_geometry(robot, *plan.modes_at(t), state.x - h * n_x, state.y - h * n_y)
+    on_path = inverse_geometry(robot, plan.mode_at(t), state.x - h * n_x, state.y - h * n_y)
     return h, _turn(state.leg1.q1 - on_path.q11), _turn(state.leg2.q1 - on_path.q21)
 
 

@@ -27,7 +27,7 @@ class RunAnalysis(NamedTuple):
     @property
     def modes(self) -> tuple[int, int]:
         """The working mode at the start."""
-        return self.plan.mode1, self.plan.mode2
+        return self.plan.mode
 
     @property
     def blends(self) -> bool:

@@ -24,7 +24,7 @@ def reference_residual(run: RunAnalysis) -> FloatArray:
     The sign follows t_s, which is continuous but for 1/cond(A) = 1, where the two singular directions change places.
     """
     rows = [
-        criterion_residual(run.robot, *run.plan.modes_at(t), Platform(*row))
+        criterion_residual(run.robot, run.plan.mode_at(t), Platform(*row))
         for t, row in zip(run.series.time.tolist(), run.series.reference.tolist(), strict=True)
     ]
     return np.array(rows, dtype=np.float64)
@@ -34,7 +34,7 @@ def crossing_residuals(run: RunAnalysis) -> list[float]:
     """Return the reference's m t_s^T xddot (N) at each planned crossing, in order of time."""
     plan = run.plan
     return [
-        criterion_residual(run.robot, *plan.modes_at(crossing.time), plan.path.at(crossing.time))
+        criterion_residual(run.robot, plan.mode_at(crossing.time), plan.path.at(crossing.time))
         for crossing in plan.crossings
     ]
 

@@ -121,7 +121,7 @@ def _motions(
 def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any], trajectories: _Trajectories) -> Plan:
     """Return the motion of a status as the planner made it, which knew what the platform carried."""
     if "trajectory" in status:
-        robot, mode = scenario.five_bar(), (plan.mode1, plan.mode2)
+        robot, mode = scenario.five_bar(), plan.mode
         points, place = trajectories.named(status["trajectory"]), status["waypoints"][0]
         q11, q21 = status.get("motors", (math.nan, math.nan))
         request = request_from(robot, points, (place[0], place[1]), mode, (q11, q21), 0.0)
@@ -129,10 +129,10 @@ def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any], trajector
     if "knots" in status:
         knots = tuple(Knot(*map(float, values)) for values in status["knots"])
         segment = SplineSegment(knots, scenario.five_bar(), status.get("assembly_mode", 0))
-        return plan_along(scenario.five_bar(), Path([segment]), (plan.mode1, plan.mode2), scenario.rate_hz)
+        return plan_along(scenario.five_bar(), Path([segment]), plan.mode, scenario.rate_hz)
     return plan_motion(
         laden(scenario.five_bar(), status.get("payload_kg", 0.0)),
-        (plan.mode1, plan.mode2),
+        plan.mode,
         [(x, y) for x, y in status["waypoints"]],
         status["durations_s"],
         scenario.rate_hz,

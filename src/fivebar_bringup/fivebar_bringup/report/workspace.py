@@ -43,7 +43,7 @@ def survey(robot: FiveBar, modes: tuple[int, int], lowest: float) -> Map:
     grid = platform_grid(robot, low, high, GRID)
     determinants = np.full(grid.reach.shape, math.nan)
     for row, column in np.argwhere(grid.reach > 0.0).tolist():
-        state = state_from_platform(robot, *modes, float(grid.x[column]), float(grid.y[row]), 0.0, 0.0)
+        state = state_from_platform(robot, modes, float(grid.x[column]), float(grid.y[row]), 0.0, 0.0)
         determinants[row, column] = det_a(state)
     return Map(1e3 * grid.x, 1e3 * grid.y, determinants, 1e3 * grid.reach)
 

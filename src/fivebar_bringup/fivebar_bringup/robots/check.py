@@ -36,7 +36,7 @@ def check_simulated(robot: str) -> None:
     content = {"name": "check", "robot": robot, "controller": "unified", "waypoints": (home, home)}
     try:
         scenario = validate(content, Scenario, robot)
-        if not all(map(math.isfinite, inverse_geometry(scenario.five_bar(), *HOME_MODE, *home))):
+        if not all(map(math.isfinite, inverse_geometry(scenario.five_bar(), HOME_MODE, *home))):
             raise InputError(f"home_m: [{home[0]:g}, {home[1]:g}]: is out of reach: expected where both legs reach")
         check_sensors(scenario)
         mechanism_of(scenario.five_bar(), scenario.plant, scenario.rate_hz)

@@ -82,25 +82,45 @@ class Kill(NamedTuple):
     process: str
 
 
+class RunOptions(NamedTuple):
+    """How a scenario is run with the node graph.
+
+    Attributes:
+        mode: in lockstep or by the clock.
+        out: directory of the run, None for a new one below `runs`.
+        domain: DDS domain, None for a private one.
+        progress: called with the current and the last sample.
+        namespace: of all nodes, so that several robots can share a domain.
+        with_page: whether the report has a page.
+        odds: of the motion, where they are known, which are kept with the run.
+    """
+
+    mode: Mode
+    out: Path | None = None
+    domain: int | None = None
+    progress: Progress = lambda sample, last: None
+    namespace: str = ""
+    with_page: bool = True
+    odds: Mapping[str, Any] | None = None
+
+
 def run_graph(
     specs: Sequence[ProcessSpec],
     run: RunDirectory,
     domain: int,
-    progress: Progress,
-    started: Callable[[Mapping[str, int]], None] = lambda processes: None,
-    mode: Mode = Mode.LOCKSTEP,
+    options: RunOptions,
     kills: Sequence[Kill] = (),
-    namespace: str = "",
     followed: Callable[[Mapping[str, Any]], bool] = lambda program: False,
+    started: Callable[[Mapping[str, int]], None] = lambda processes: None,
 ) -> GraphOutcome:
     """Run the graph until its plant has ended, or until KeyboardInterrupt, and stop every node.
 
     Only the start and the motion are interrupted: the nodes are then stopped in order, however many signals come.
 
-    `started` is called once with the id of each process. In real time the end of a process is published as a fault
-    immediately; in lockstep time does not advance until the waiting nodes time out. `kills` are processes to kill
-    during the run, in order of time. All nodes are in the namespace. `followed` gets the status of the program that
-    is carried out, and says whether the run is over with it.
+    In real time the end of a process is published as a fault immediately; in lockstep time does not advance until the
+    waiting nodes time out. `kills` are processes to kill during the run, in order of time. `followed` gets the status
+    of the program that is carried out, and says whether the run is over with it. `started` is called once with the id
+    of each process.
     """
     # here, because it loads ROS
     from fivebar_bringup.nodes.run_monitor import RunMonitor
@@ -115,22 +135,22 @@ def run_graph(
     with interrupts_deferred():
         try:
             with interrupts_allowed():
-                start_processes(specs, run, domain, processes, namespace)
+                start_processes(specs, run, domain, processes, options.namespace)
                 started({name: process.pid for name, process in processes.items()})
             own = {process.pid for process in processes.values()}
-            with RunMonitor(domain, namespace, own) as monitor:
+            with RunMonitor(domain, options.namespace, own) as monitor:
                 heard = monitor.faults
                 # the plant's regular end is no fault; if it dies, the nodes that wait for its next sample time out. A
                 # run goes on without its pictures
                 watched = {
                     name: process.pid
                     for name, process in processes.items()
-                    if mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT, SCENE_NODE)
+                    if options.mode is Mode.REALTIME and name not in (PLANT, EMULATED_ROBOT, SCENE_NODE)
                 }
                 silence = _Silence(processes, monitor, domain)
                 try:
                     with watch_processes(watched, monitor.publish_fault), interrupts_allowed():
-                        _watch(processes, monitor, faults, progress, list(kills), followed, silence)
+                        _watch(processes, monitor, faults, options.progress, list(kills), followed, silence)
                 except KeyboardInterrupt:
                     # a fault that had stopped the robot before the signal may still be in transit
                     monitor.take_for(POLL_PERIOD)

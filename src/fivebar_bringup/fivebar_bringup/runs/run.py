@@ -4,15 +4,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from fivebar_bringup.drives.choice import RealDrives, write_drive_files, write_real_drives
 from fivebar_bringup.drives.run_files import Rehearsal
 from fivebar_bringup.errors import BagError
-from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.crossing_graph import Bridged, crossing_graph
 from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.recorded.outcome import RECORDING_FAILED
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory, write_timing
@@ -20,7 +19,7 @@ from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.report.report import write_report, write_summary_without_bag
 from fivebar_bringup.runs.domain import private_domain
 from fivebar_bringup.runs.injection import Injection, kills
-from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, Progress, run_graph
+from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, RunOptions, run_graph
 from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import ProcessSpec, processes
 from fivebar_bringup.scenario import Scenario
@@ -29,66 +28,55 @@ from fivebar_description.interrupts import interrupts_allowed, interrupts_deferr
 from fivebar_description.ros.scheduling import Scheduling
 
 
+class Rehearsed(NamedTuple):
+    """A rehearsal: faults to be injected, and the name of the configuration with which the bridge's begins."""
+
+    faults: Sequence[Injection] = ()
+    configuration: str | None = None
+
+
 def run_with_ros(
     scenario: Scenario,
-    mode: Mode,
-    out: Path | None,
-    domain: int | None,
-    progress: Progress,
+    options: RunOptions,
+    drives: Rehearsed | RealDrives | None = None,
     scheduling: Scheduling | None = None,
     sharing: Sharing | None = None,
-    rehearse: Sequence[Injection] | None = None,
-    with_page: bool = True,
     scene: bool = False,
-    namespace: str = "",
-    configuration: str | None = None,
-    real: RealDrives | None = None,
-    odds: Mapping[str, Any] | None = None,
 ) -> tuple[RunDirectory, Summary]:
-    """Run a scenario with the node graph as processes, in a private DDS domain unless one is given.
+    """Run a scenario with the node graph as processes.
 
-    With `rehearse`, bridge and emulated drives replace the plant and these faults are injected; None for the plant.
-    The bridge's configuration begins as the named one. With `real`, real drives do.
-    With `scene`, pictures of the run are published and recorded too. A namespace lets several robots share a domain.
-    The odds of its motion, where they are known, are kept with the run.
+    Bridge and drives, emulated or real, replace the plant where some are given. With `scene`, pictures of the run are
+    published and recorded too.
 
     Raises:
         InputError: the motion is refused, the scenario cannot be rehearsed, or the output directory cannot be used.
     """
 
     def specs() -> Sequence[ProcessSpec]:
-        rehearsal = drives = None
-        if real is not None:
-            drives = run.path / "drives.yaml"
-            write_real_drives(scenario, real, drives)
-        elif rehearse is not None:
-            drive_faults = tuple(str(injection) for injection in rehearse if injection.victim is None)
-            rehearsal = Rehearsal(write_drive_files(scenario, run.path, configuration), drive_faults)
-        nodes = crossing_graph(
-            scenario,
-            mode,
-            run.bag,
-            rehearsal,
-            str(drives.absolute()) if drives else None,
-            scene,
-            activate=real is not None and real.activate,
-        )
-        return processes(nodes, mode, scenario.rate_hz, scheduling, sharing)
+        bridge: Rehearsal | Bridged | None = None
+        if isinstance(drives, RealDrives):
+            file = run.path / "drives.yaml"
+            write_real_drives(scenario, drives, file)
+            bridge = Bridged(str(file.absolute()), drives.activate)
+        elif drives is not None:
+            drive_faults = tuple(str(injection) for injection in drives.faults if injection.victim is None)
+            bridge = Rehearsal(write_drive_files(scenario, run.path, drives.configuration), drive_faults)
+        nodes = crossing_graph(scenario, options.mode, run.bag, bridge, scene)
+        return processes(nodes, options.mode, scenario.rate_hz, scheduling, sharing)
 
     def follow(specs: Sequence[ProcessSpec], chosen: int) -> GraphOutcome:
-        to_kill = kills(rehearse or (), specs, scenario.rate_hz)
-        return run_graph(specs, run, chosen, progress, mode=mode, kills=to_kill, namespace=namespace)
+        injected = drives.faults if isinstance(drives, Rehearsed) else ()
+        return run_graph(specs, run, chosen, options, kills(injected, specs, scenario.rate_hz))
 
     with interrupts_deferred():
-        run = new_run_directory(out, scenario, odds)
-        outcome = run_prepared(scenario, mode, domain, specs, follow)
-        return run, report_on(run, scenario, mode, outcome, with_page)
+        run = new_run_directory(options.out, scenario, options.odds)
+        outcome = run_prepared(scenario, options, specs, follow)
+        return run, report_on(run, scenario, options.mode, outcome, options.with_page)
 
 
 def run_prepared(
     scenario: Scenario,
-    mode: Mode,
-    domain: int | None,
+    options: RunOptions,
     specs: Callable[[], Sequence[ProcessSpec]],
     follow: Callable[[Sequence[ProcessSpec], int], GraphOutcome],
     finds_odds: bool = False,
@@ -99,8 +87,7 @@ def run_prepared(
 
     Args:
         scenario: what is run.
-        mode: in lockstep or by the clock.
-        domain: DDS domain, a private one by default.
+        options: how.
         specs: describes the processes, and writes what files they need.
         follow: runs these processes in a domain.
         finds_odds: whether requests are planned by their odds.
@@ -108,11 +95,11 @@ def run_prepared(
     began = time.monotonic()
     try:
         with interrupts_allowed():
-            compile_for(scenario, mode, finds_odds)
+            compile_for(scenario, options.mode, finds_odds)
             described = specs()
     except KeyboardInterrupt:
         return GraphOutcome(time.monotonic() - began, None, None, [INTERRUPTED])
-    with nullcontext(domain) if domain is not None else private_domain() as chosen:
+    with private_domain() if options.domain is None else nullcontext(options.domain) as chosen:
         return follow(described, chosen)
 
 

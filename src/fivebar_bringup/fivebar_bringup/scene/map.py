@@ -10,6 +10,7 @@ from fivebar_bringup.scene.shapes import GREY, PALE, PLANE, PURPLE, YELLOW, Kind
 from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.workspace.loci import Curve, singular_loci
 from fivebar_description.parameters import FiveBar
@@ -21,7 +22,7 @@ PATH_POINTS = 200
 """Points along each segment of the path."""
 
 
-def loci_shapes(robot: FiveBar, working_mode: tuple[int, int]) -> list[Shape]:
+def loci_shapes(robot: FiveBar, working_mode: WorkingMode) -> list[Shape]:
     """Return both loci; of Type 2, where the distal links align, that of the working mode stands out."""
     loci = singular_loci(robot, LOCUS_SAMPLES)
     type2 = [(piece.working_mode == working_mode, piece.curve) for piece in loci.type2]
@@ -54,7 +55,7 @@ def path_shapes(robot: FiveBar, plan: Plan, zones: bool) -> list[Shape]:
 
 
 def _in_zone(robot: FiveBar, plan: Plan, time: float) -> bool:
-    state = state_from_platform(robot, *plan.modes_at(time), *plan.path.at(time)[:4])
+    state = state_from_platform(robot, plan.mode_at(time), *plan.path.at(time)[:4])
     epsilon = plan.epsilon_at(time)
     return epsilon > 0.0 and blending_weight(inverse_condition(state), epsilon) > 0.0
 

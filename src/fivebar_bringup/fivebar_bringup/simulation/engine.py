@@ -47,9 +47,11 @@ from fivebar_control.estimation.late_sensors import with_readings
 from fivebar_control.estimation.readings import EstimatorMemory
 from fivebar_control.estimation.step import EstimatorStep, estimator_step, filter_functions, first_update
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.laws.torque import Torque
 from fivebar_control.loop.closed_loop import LoopSettings, first_memory, law_functions, run_loop
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.loop.sampled_plan import Sampled, planned_in, platforms_of
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.extra_sensor import ExtraSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
@@ -200,10 +202,8 @@ def _compiled_step(extra: ExtraSensor | None) -> Any:
 # callers of functions of robot and filter, of which the engine keeps the machine code for compiled callers only
 
 
-def _start(
-    robot: FiveBar, actual: FiveBar, mode1: int, mode2: int, mechanism: Mechanism | None, x: float, y: float
-) -> Any:
-    return robot_start(robot, actual, mode1, mode2, mechanism, x, y)
+def _start(robot: FiveBar, actual: FiveBar, mode: WorkingMode, mechanism: Mechanism | None, x: float, y: float) -> Any:
+    return robot_start(robot, actual, mode, mechanism, x, y)
 
 
 def _later(
@@ -213,10 +213,9 @@ def _later(
     step: float,
     plant: Any,
     number: int,
-    tau1: float,
-    tau2: float,
+    applied: Torque,
 ) -> Any:
-    return robot_later(actual, mechanism, steps, step, plant, number, tau1, tau2)
+    return robot_later(actual, mechanism, steps, step, plant, number, applied)
 
 
 def _sensed(mechanism: Mechanism | None, plant: Any) -> Any:

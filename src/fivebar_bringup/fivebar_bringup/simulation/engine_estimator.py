@@ -66,7 +66,7 @@ def state_of(robot: FiveBar, joints: Joints) -> State:
 def unestimated(run: EngineRun, robot: Robot) -> EngineKnown:
     """Return what is known before the first sample: the assembly mode of the declared posture, for an estimator."""
     estimation, control, plan = run.case.estimation, run.case.control, run.plan.rows
-    home = inverse_geometry(control.robot, control.mode1, control.mode2, plan[0, X], plan[0, Y])
+    home = inverse_geometry(control.robot, control.mode, plan[0, X], plan[0, Y])
     at_home = state_from_joints(control.robot, home.q11, home.q12, home.q21, home.q22, 0.0, 0.0, 0.0, 0.0)
     late = unsensed(estimation.sensors, robot.exact, plan.shape[0])
     memory = first_update(estimation.model, assembly_mode(at_home), robot.readings.q11, robot.readings.q21)

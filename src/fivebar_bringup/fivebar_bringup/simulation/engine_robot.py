@@ -58,7 +58,7 @@ def started(run: EngineRun, start: Callable[..., Any], sensed: Callable[..., Sen
     """
     case, plan = run.case, run.plan.rows
     control, delay = case.control, case.equipment.delay_samples
-    plant = start(control.robot, case.actual, control.mode1, control.mode2, case.mechanism, plan[0, X], plan[0, Y])
+    plant = start(control.robot, case.actual, control.mode, case.mechanism, plan[0, X], plan[0, Y])
     exact, seen = sensed(case.mechanism, plant)
     resolution = encoder_resolution(case.equipment)
     return Robot(plant, exact, read(seen, seen, resolution, 1.0, True), np.zeros((delay + 1, 2)), 0.0, 0.0, 0.0, False)
@@ -115,16 +115,15 @@ def moved(
     delay, limit, quantum = case.equipment.delay_samples, drive_limit(case.equipment), case.equipment.torque_quantum
     commands[number % (delay + 1), 0], commands[number % (delay + 1), 1] = command.tau1, command.tau2
     waiting = (number + 1) % (delay + 1)
-    applied1, applied2 = robot.applied1, robot.applied2
+    applied = Torque(robot.applied1, robot.applied2)
     if number < delay or not case.lost[number - delay]:
-        applied1 = shaped(commands[waiting, 0], quantum, limit)
-        applied2 = shaped(commands[waiting, 1], quantum, limit)
-    after = later(case.actual, case.mechanism, case.steps, case.step, robot.plant, number, applied1, applied2)
+        applied = Torque(shaped(commands[waiting, 0], quantum, limit), shaped(commands[waiting, 1], quantum, limit))
+    after = later(case.actual, case.mechanism, case.steps, case.step, robot.plant, number, applied)
     if math.isinf(after.gap):
-        return Robot(robot.plant, robot.exact, robot.readings, commands, applied1, applied2, 0.0, True)
+        return Robot(robot.plant, robot.exact, robot.readings, commands, applied.tau1, applied.tau2, 0.0, True)
     exact, seen = sensed(case.mechanism, after.state)
     readings = read(seen, robot.readings, encoder_resolution(case.equipment), 1.0 / case.rate_hz, False)
-    return Robot(after.state, exact, readings, commands, applied1, applied2, after.gap, False)
+    return Robot(after.state, exact, readings, commands, applied.tau1, applied.tau2, after.gap, False)
 
 
 def moved_ideal(run: EngineRun, robot: Robot, number: int, command: Torque) -> Robot:

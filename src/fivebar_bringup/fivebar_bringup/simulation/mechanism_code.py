@@ -9,13 +9,14 @@ from functools import cache
 # beside the engine, of which it is a part
 from fivebar_bringup.simulation import engine
 from fivebar_bringup.simulation.robot import later_with_effects
+from fivebar_control.laws.torque import Torque
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.mechanism_state import MechanismState, Moved
 
 
 def _later(robot: FiveBar, mechanism: Mechanism, plant: MechanismState, number: int, tau1: float, tau2: float) -> Moved:
-    return later_with_effects(robot, mechanism, 1, 0.0, plant, number, tau1, tau2)
+    return later_with_effects(robot, mechanism, 1, 0.0, plant, number, Torque(tau1, tau2))
 
 
 @cache

@@ -250,7 +250,7 @@ class _Recorder:
         self._scenario, self._robot, self._rate_hz = scenario, robot, scenario.rate_hz
         self._plan = plan = scenario.plan()
         self._last, self._lead = plan.path.samples(self._rate_hz), scenario.lead_samples
-        self._check = ImuCheck(scenario.five_bar(), plan.mode1, plan.mode2, self._rate_hz, scenario.imu)
+        self._check = ImuCheck(scenario.five_bar(), plan.mode, self._rate_hz, scenario.imu)
 
     def sample(self, readings: SensorReadings, output: ControlOutput) -> Sample:
         scenario, known = self._scenario, output.estimate

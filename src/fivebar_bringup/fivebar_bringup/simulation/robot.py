@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fivebar_bringup.simulation.plant import Closed, PlantState, advanced_plant, chain_at, closed
+from fivebar_control.laws.torque import Torque
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.model.state import Joints
+from fivebar_control.model.state import Joints, WorkingMode
 from fivebar_description.parameters import FiveBar
 from fivebar_sim.effects.mechanism import Mechanism
 from fivebar_sim.effects.mechanism_state import MechanismState, Moved
@@ -26,22 +27,20 @@ class Sensed(NamedTuple):
     seen: Joints
 
 
-def ideal_start(
-    robot: FiveBar, actual: FiveBar, mode1: int, mode2: int, mechanism: None, x: float, y: float
-) -> PlantState:
+def ideal_start(robot: FiveBar, actual: FiveBar, mode: WorkingMode, mechanism: None, x: float, y: float) -> PlantState:
     """Return the robot at rest with its platform at (x, y) m in the working mode, on the closed loop."""
-    q = inverse_geometry(actual, mode1, mode2, x, y)
+    q = inverse_geometry(actual, mode, x, y)
     return closed(actual, PlantState(chain_at(q.q11, q.q12, 0.0, 0.0), chain_at(q.q21, q.q22, 0.0, 0.0))).state
 
 
 def ideal_later(
-    actual: FiveBar, mechanism: None, steps: int, step: float, plant: PlantState, number: int, tau1: float, tau2: float
+    actual: FiveBar, mechanism: None, steps: int, step: float, plant: PlantState, number: int, applied: Torque
 ) -> Closed:
     """Return the robot one sample after a sample's under motor torques (Nm), and the loop's gap (m) on the way.
 
     The sample is `steps` integration steps of `step` (s).
     """
-    return advanced_plant(actual, plant, steps, step, tau1, tau2)
+    return advanced_plant(actual, plant, steps, step, applied.tau1, applied.tau2)
 
 
 def ideal_sensed(mechanism: None, plant: PlantState) -> Sensed:
@@ -52,10 +51,10 @@ def ideal_sensed(mechanism: None, plant: PlantState) -> Sensed:
 
 
 def start_with_effects(
-    robot: FiveBar, actual: FiveBar, mode1: int, mode2: int, mechanism: Mechanism, x: float, y: float
+    robot: FiveBar, actual: FiveBar, mode: WorkingMode, mechanism: Mechanism, x: float, y: float
 ) -> MechanismState:
     """Return the robot at rest where its encoders say that the modelled platform is at (x, y) m."""
-    q = inverse_geometry(robot, mode1, mode2, x, y)
+    q = inverse_geometry(robot, mode, x, y)
     return started(mechanism, q.q11, q.q12, q.q21, q.q22).state
 
 
@@ -66,11 +65,10 @@ def later_with_effects(
     step: float,
     plant: MechanismState,
     number: int,
-    tau1: float,
-    tau2: float,
+    applied: Torque,
 ) -> Moved:
     """Return the robot one sample after a sample's, as :func:`ideal_later` does."""
-    return advanced(mechanism, plant, number, tau1, tau2)
+    return advanced(mechanism, plant, number, applied.tau1, applied.tau2)
 
 
 def sensed_with_effects(mechanism: Mechanism, plant: MechanismState) -> Sensed:

@@ -38,7 +38,7 @@ def as_seen(scenario: Scenario) -> Scenario:
         update={
             "start": DECLARED,
             "waypoints": ((posture.x, posture.y), *scenario.waypoints),
-            "working_mode": (posture.mode1, posture.mode2),
+            "working_mode": posture.mode,
             "ekf": scenario.ekf._replace(seen_start=True),
         }
     )

@@ -29,7 +29,7 @@ from fivebar_control.laws.torque import Torque
 from fivebar_control.loop.closed_loop import PLANT_DIVERGED, Known, LoopSettings, answer, first_memory, unanswered
 from fivebar_control.loop.cycle import CycleMemory
 from fivebar_control.loop.sampled_plan import AX, AY, VX, VY, Sampled, X, Y
-from fivebar_control.model.state import Joints, Platform
+from fivebar_control.model.state import Joints, Platform, WorkingMode
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.parameters import FiveBar
 
@@ -97,7 +97,7 @@ def step(robot: FiveBar, instant: Instant, memory: FloatArray, settings: NoSetti
 
 
 def no_torque(
-    robot: FiveBar, mode1: int, mode2: int, references: Sequence[Platform], period: float, settings: NoSettings
+    robot: FiveBar, mode: WorkingMode, references: Sequence[Platform], period: float, settings: NoSettings
 ) -> FloatArray:
     """Return the memory before the first sample, float64[2]."""
     return np.zeros(2)
@@ -145,7 +145,7 @@ def stepping(
         planned, all_joints = planned_at(run, number), Known(True, known.state, 0.0, 0.0, NO_FAULT)
         loop = answer(step, no_step, unchanged, unchanged, settings, loop, number, all_joints, planned)
         fault, fault_sample = loop.fault, loop.fault_sample
-        log = recorded(run, log, number, robot, known, planned, loop.cycle, loop.latched)
+        log = recorded(run, log, number, robot, known, planned, loop)
         if number < settings.last:
             robot = advance(run, robot, number, loop.cycle.command)
             if robot.diverged:
@@ -189,8 +189,8 @@ def seen_at(run: EngineRun, robot: Robot, joints: Joints, number: int, last: int
         goal_x=rows[last, X],
         goal_y=rows[last, Y],
         time_left=(last - number) * control.period,
-        mode1=float(control.mode1),
-        mode2=float(control.mode2),
+        mode1=float(control.mode[0]),
+        mode2=float(control.mode[1]),
         distance=distance,
         farthest=max(farthest, distance),
         fault=float(fault),

@@ -12,7 +12,7 @@ from fivebar_bringup.simulation.engine_robot import Robot
 from fivebar_bringup.simulation.outcome import RunEnd, TraceRow
 from fivebar_control.estimation.readings import largest_offset, strain
 from fivebar_control.laws.torque import UNDEFINED
-from fivebar_control.loop.cycle import Cycle
+from fivebar_control.loop.closed_loop import Answered
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.singularity import type1_distance
@@ -71,11 +71,10 @@ def recorded(
     robot: Robot,
     known: MeasuredKnown,
     planned: PlanSample,
-    cycle: Cycle,
-    latched: bool,
+    loop: Answered,
 ) -> TableEnd:
     """Fill a sample's row of the table; return the end."""
-    return filled(run, end, number, robot, known.present, known.state, UNWATCHED, cycle, latched)
+    return filled(run, end, number, robot, known.present, known.state, UNWATCHED, loop)
 
 
 def recorded_estimate(
@@ -85,8 +84,7 @@ def recorded_estimate(
     robot: Robot,
     known: EngineKnown,
     planned: PlanSample,
-    cycle: Cycle,
-    latched: bool,
+    loop: Answered,
 ) -> TableEnd:
     """Fill a sample's row of the table of a run with an estimator; return the end."""
     misfit, pattern = known.memory.misfit, known.memory.pattern
@@ -99,7 +97,7 @@ def recorded_estimate(
         pattern.error,
         strain(run.case.estimation.model, pattern),
     )
-    return filled(run, end, number, robot, known.present, known.state, watched, cycle, latched)
+    return filled(run, end, number, robot, known.present, known.state, watched, loop)
 
 
 def filled(
@@ -110,8 +108,7 @@ def filled(
     present: bool,
     state: State,
     watched: Watched,
-    cycle: Cycle,
-    latched: bool,
+    loop: Answered,
 ) -> TableEnd:
     """Fill a sample's row of the table; return the end.
 
@@ -122,11 +119,10 @@ def filled(
         robot: at the sample.
         present, state: what the controllers know of it, see `closed_loop.Known`.
         watched: what the estimator's watch finds.
-        cycle: of the sample.
-        latched: whether a fault had been latched before.
+        loop: after the sample.
     """
-    case, exact = run.case, robot.exact
-    requested = UNDEFINED if latched else cycle.requested
+    case, exact, cycle = run.case, robot.exact, loop.cycle
+    requested = UNDEFINED if loop.latched else cycle.requested
     truth = state if end.state_is_exact and present else state_of(case.actual, exact)
     nearest = path_place(run.plan.rows, end.line, number, truth.x, truth.y)
     row = TraceRow(

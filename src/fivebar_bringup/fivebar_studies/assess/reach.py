@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fivebar_bringup.map.measures import Measures, measure
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.planning.roadmap import GATE_DISTANCE, roadmap
@@ -32,7 +33,7 @@ class LocusShare(NamedTuple):
         room: share of the locus near which a straight segment across it is free, from rest to rest.
     """
 
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     length: float
     stretched: float
     room: float

@@ -71,7 +71,7 @@ def co_simulate(
     a robot of the same lengths, by default the same robot.
     """
     loop = ClosedLoop(robot if actual is None else actual)
-    home = state_from_platform(robot, *MODES, *HOME, 0.0, 0.0)
+    home = state_from_platform(robot, MODES, *HOME, 0.0, 0.0)
     assembly = assembly_mode(home)
     time = np.arange(round(duration * rate_hz) + 1) / rate_hz
     analytic, pinocchio = np.empty((len(time), 2)), np.empty((len(time), 2))

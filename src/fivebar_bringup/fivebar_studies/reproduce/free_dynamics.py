@@ -63,7 +63,7 @@ def free_dynamics(cases: Sequence[ReproductionCase], seed: int = 1) -> FreeDynam
         loop = ClosedLoop(robot)
         for crossing in plan.crossings:
             motion = plan.path.at(crossing.time)
-            state = state_from_platform(robot, plan.mode1, plan.mode2, *motion[:4])
+            state = state_from_platform(robot, plan.mode, *motion[:4])
             here_along, here_force = _largest(loop, state, robot.mass, random)
             along, force, states = max(along, here_along), max(force, here_force), states + 1
     return FreeDynamics(states, TORQUES, along, force, *_beside_the_locus(cases[0], random))
@@ -78,7 +78,7 @@ def _beside_the_locus(case: ReproductionCase, random: np.random.Generator) -> tu
     found = []
     for distance in DISTANCES:
         x, y = motion.x + distance * line.direction_x, motion.y + distance * line.direction_y
-        state = state_from_platform(robot, plan.mode1, plan.mode2, x, y, motion.vx, motion.vy)
+        state = state_from_platform(robot, plan.mode, x, y, motion.vx, motion.vy)
         found.append(_largest(loop, state, robot.mass, random)[0])
     return np.array(DISTANCES), np.array(found)
 

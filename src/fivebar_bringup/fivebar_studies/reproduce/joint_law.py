@@ -40,8 +40,8 @@ def shares_as_printed(scenario: Scenario) -> list[float]:
         def ahead(
             s: float, x: float = at.x, y: float = at.y, d_x: float = d_x, d_y: float = d_y
         ) -> tuple[JointConstraint, JointConstraint]:
-            state = state_from_platform(robot, *scenario.working_mode, x + s * d_x, y + s * d_y, d_x, d_y)
-            return path_constraints(robot, *scenario.working_mode, state, Line(x, y, d_x, d_y))
+            state = state_from_platform(robot, scenario.working_mode, x + s * d_x, y + s * d_y, d_x, d_y)
+            return path_constraints(robot, scenario.working_mode, state, Line(x, y, d_x, d_y))
 
         square = product = bend = 0.0
         for before, here, after in zip(ahead(-STEP), ahead(0.0), ahead(STEP), strict=True):

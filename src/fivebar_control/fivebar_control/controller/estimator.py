@@ -1,31 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The state estimator of a scenario, for every runner that is not its node."""
+"""The state estimator of a scenario."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-from fivebar_control.estimation.constants import EstimatorModel, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, Instrumentation, estimator_model
 from fivebar_control.estimation.estimator import StateEstimator
-from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.scenario.sensors import homing_of
-from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
-from fivebar_description.sensors import KnownSensors, PassiveEncoder
-from fivebar_description.tolerances import Tolerances
-
-
-class _Declared(NamedTuple):
-    """Declarations that an estimator has besides the robot, in the order of the arguments of `estimator_model`."""
-
-    rate_hz: int
-    drives: Drives
-    settings: EkfSettings
-    tolerances: Tolerances
-    passive: PassiveEncoder
-    known: KnownSensors
-    extra: MountedSensor | None
 
 
 def estimator_of(scenario: ControlScenario, kind: type[StateEstimator] = StateEstimator) -> StateEstimator:
@@ -34,17 +16,17 @@ def estimator_of(scenario: ControlScenario, kind: type[StateEstimator] = StateEs
     Raises:
         HomingContradicted: the declared posture contradicts itself.
     """
-    return kind(scenario.five_bar(), homing_of(scenario), *_declared(scenario))
+    return kind(scenario.five_bar(), homing_of(scenario), instruments_of(scenario))
 
 
 def estimator_model_of(scenario: ControlScenario, robot: FiveBar) -> EstimatorModel:
     """Return the constants of that estimator, for a robot that is the scenario's, maybe with other types of number."""
-    mode1, mode2 = scenario.working_mode
-    return estimator_model(robot, mode1, mode2, *_declared(scenario))
+    return estimator_model(robot, scenario.working_mode, instruments_of(scenario))
 
 
-def _declared(scenario: ControlScenario) -> _Declared:
-    return _Declared(
+def instruments_of(scenario: ControlScenario) -> Instrumentation:
+    """Return what is declared for the estimator of a scenario."""
+    return Instrumentation(
         scenario.rate_hz,
         scenario.drives(),
         scenario.ekf,

@@ -216,7 +216,7 @@ class MotionController:
         if self._estimator is not None:
             from fivebar_control.estimation.homing import Homing
 
-            self._estimator.begin_at(Homing(state.x, state.y, *working_mode(state), assembly_mode(state)))
+            self._estimator.begin_at(Homing(state.x, state.y, working_mode(state), assembly_mode(state)))
         self._rest(state.x, state.y)
         self._last = -1
 
@@ -286,7 +286,7 @@ class MotionController:
         if self._sensed is None:
             raise StillFaulty("no sample has come since")
         state, control = self._state_of(self._sensed), self._control
-        arguments = control.limits, control.robot, control.mode1, control.mode2, state, state.x, state.y, ZERO
+        arguments = control.limits, control.robot, control.mode, state, state.x, state.y, ZERO
         found = first_fault(*arguments)
         reason = motion_left(state, self._scenario.safety.rest_speed)
         if found != NO_FAULT:
@@ -477,8 +477,7 @@ class MotionController:
             found.found,
             control.limits,
             control.robot,
-            control.mode1,
-            control.mode2,
+            control.mode,
             self._state_of(sensed),
             found.reference.x,
             found.reference.y,

@@ -15,7 +15,7 @@ def cycle_settings(scenario: ControlScenario) -> CycleSettings:
     safety, robot, rate_hz = scenario.safety_settings(), scenario.five_bar(), scenario.rate_hz
     return cycle_settings_of(
         robot,
-        *scenario.working_mode,
+        scenario.working_mode,
         rate_hz,
         scenario.tuned(),
         scenario.zone.as_rule().lasts(rate_hz),

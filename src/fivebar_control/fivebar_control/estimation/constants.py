@@ -10,6 +10,7 @@ from fivebar_control.estimation.ekf import FilterModel, filter_model
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.mirror import AmbiguityLimits
 from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
 from fivebar_description.sensors import LONGEST_LATENCY, NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
@@ -102,19 +103,31 @@ class EstimatorModel(NamedTuple):
     history: int
 
 
-def estimator_model(
-    robot: FiveBar,
-    mode1: int,
-    mode2: int,
-    rate_hz: int,
-    drives: Drives,
-    settings: EkfSettings,
-    tolerances: Tolerances = EXACT,
-    passive: PassiveEncoder = NO_ENCODER,
-    known: KnownSensors = NOTHING_KNOWN,
-    extra: MountedSensor | None = None,
-) -> EstimatorModel:
-    """Return the constants for a robot in a working mode at a sampling rate, each a number of one type."""
+class Instrumentation(NamedTuple):
+    """The declarations for an estimator besides the robot.
+
+    Attributes:
+        rate_hz: samples per second.
+        drives: encoders and drives.
+        settings: of the filter; `gyro` and `camera` say whether there are these.
+        tolerances: how exactly the robot is known.
+        passive: the encoder on a passive joint.
+        known: errors of the sensors that have been measured.
+        extra: a sensor from another package, None for none.
+    """
+
+    rate_hz: int
+    drives: Drives
+    settings: EkfSettings
+    tolerances: Tolerances = EXACT
+    passive: PassiveEncoder = NO_ENCODER
+    known: KnownSensors = NOTHING_KNOWN
+    extra: MountedSensor | None = None
+
+
+def estimator_model(robot: FiveBar, mode: WorkingMode, instruments: Instrumentation) -> EstimatorModel:
+    """Return the constants for a robot in a working mode, each a number of one type."""
+    rate_hz, drives, settings, tolerances, passive, known, extra = instruments
     numbers = as_numbers(settings)
     torque_limit = math.inf if drives.torque_limit is None else float(drives.torque_limit)
     bending = largest_bending(robot, numbers.play_frequency, torque_limit)
@@ -123,7 +136,7 @@ def estimator_model(
     spread = 0.0 if extra is None else float(extra.kind.deviation(extra.settings))
     latency = CAMERA_LATENCY if settings.camera else LONGEST_LATENCY
     return EstimatorModel(
-        filter=filter_model(robot, mode1, mode2, rate_hz, numbers, as_numbers(tolerances), others),
+        filter=filter_model(robot, mode, rate_hz, numbers, as_numbers(tolerances), others),
         resolution=count_angle(drives.encoder_counts or 0),
         play=numbers.play * numbers.play,
         rate_hz=rate_hz,

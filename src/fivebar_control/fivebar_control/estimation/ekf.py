@@ -55,10 +55,12 @@ from fivebar_control.estimation.covariance import (
     with_torque_noise,
 )
 from fivebar_control.estimation.platform_motion import (
+    Applied,
     acceleration_derivatives,
     platform_acceleration,
 )
 from fivebar_control.estimation.settings import EkfSettings
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import EXACT, UNIFORM, Tolerances
 
@@ -176,7 +178,7 @@ class FilterModel(NamedTuple):
     """Constants of the filter's steps.
 
     Attributes:
-        robot, mode1, mode2: the nominal robot and its working mode.
+        robot, mode: the nominal robot and its working mode.
         period: sampling period (s).
         step, steps: of the integration, over half a period (s).
         noise: process noise of one period.
@@ -190,8 +192,7 @@ class FilterModel(NamedTuple):
     """
 
     robot: FiveBar
-    mode1: int
-    mode2: int
+    mode: WorkingMode
     period: float
     step: float
     steps: int
@@ -208,8 +209,7 @@ class FilterModel(NamedTuple):
 
 def filter_model(
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     rate_hz: int,
     settings: EkfSettings,
     tolerances: Tolerances = EXACT,
@@ -231,8 +231,7 @@ def filter_model(
     )
     return FilterModel(
         robot=robot,
-        mode1=mode1,
-        mode2=mode2,
+        mode=mode,
         period=period,
         step=0.5 * period / steps,
         steps=steps,
@@ -275,19 +274,19 @@ def advanced(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -
 
 def _half(model: FilterModel, estimate: Estimate, tau1: float, tau2: float) -> Estimate:
     """Integrate over half a period by classical Runge-Kutta."""
-    robot, mode1, mode2 = model.robot, model.mode1, model.mode2
+    robot, mode = model.robot, model.mode
     x, y, vx, vy, d1, d2, bias, clock, passive, fx, fy, errors = estimate
-    g1, g2 = tau1 + d1, tau2 + d2
+    applied = Applied(tau1 + d1, tau2 + d2, fx, fy)
     h = model.step
     half, sixth = 0.5 * h, h / 6.0
     for _ in range(model.steps):
-        ax1, ay1 = platform_acceleration(robot, mode1, mode2, x, y, vx, vy, g1, g2, fx, fy)
+        ax1, ay1 = platform_acceleration(robot, mode, x, y, vx, vy, applied)
         vx2, vy2 = vx + half * ax1, vy + half * ay1
-        ax2, ay2 = platform_acceleration(robot, mode1, mode2, x + half * vx, y + half * vy, vx2, vy2, g1, g2, fx, fy)
+        ax2, ay2 = platform_acceleration(robot, mode, x + half * vx, y + half * vy, vx2, vy2, applied)
         vx3, vy3 = vx + half * ax2, vy + half * ay2
-        ax3, ay3 = platform_acceleration(robot, mode1, mode2, x + half * vx2, y + half * vy2, vx3, vy3, g1, g2, fx, fy)
+        ax3, ay3 = platform_acceleration(robot, mode, x + half * vx2, y + half * vy2, vx3, vy3, applied)
         vx4, vy4 = vx + h * ax3, vy + h * ay3
-        ax4, ay4 = platform_acceleration(robot, mode1, mode2, x + h * vx3, y + h * vy3, vx4, vy4, g1, g2, fx, fy)
+        ax4, ay4 = platform_acceleration(robot, mode, x + h * vx3, y + h * vy3, vx4, vy4, applied)
         x, y = x + sixth * (vx + 2.0 * (vx2 + vx3) + vx4), y + sixth * (vy + 2.0 * (vy2 + vy3) + vy4)
         vx, vy = vx + sixth * (ax1 + 2.0 * (ax2 + ax3) + ax4), vy + sixth * (ay1 + 2.0 * (ay2 + ay3) + ay4)
     kept = math.sqrt(model.noise.force_kept)
@@ -303,8 +302,8 @@ def transition(model: FilterModel, middle: Estimate, tau1: float, tau2: float) -
     dp' = dp + (dv + dv') h/2. Second order, and bounded however steep the friction is around zero speed.
     """
     x, y, vx, vy = middle.x, middle.y, middle.vx, middle.vy
-    g1, g2 = tau1 + middle.d1, tau2 + middle.d2
-    a = acceleration_derivatives(model.robot, model.mode1, model.mode2, x, y, vx, vy, g1, g2, middle.fx, middle.fy)
+    applied = Applied(tau1 + middle.d1, tau2 + middle.d2, middle.fx, middle.fy)
+    a = acceleration_derivatives(model.robot, model.mode, x, y, vx, vy, applied)
     h = model.period
     half, quarter = 0.5 * h, 0.25 * h * h
     w_xx = 1.0 - half * a.v_xx - quarter * a.p_xx

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.estimation.causes import inconsistency_reason
-from fivebar_control.estimation.constants import estimator_model
+from fivebar_control.estimation.constants import Instrumentation, estimator_model
 from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.frozen import (
@@ -34,7 +34,6 @@ from fivebar_control.estimation.readings import (
     longest_gap,
     with_motors,
 )
-from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import (
     EstimatorStep,
     Prediction,
@@ -52,10 +51,7 @@ from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.state import Joints
 from fivebar_control.safety.stages import NO_FAULT
-from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
-from fivebar_description.sensors import NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
-from fivebar_description.tolerances import EXACT, Tolerances
 from fivebar_description.whole_turns import same_turn, turns_between
 
 NO_READINGS = Misfit(math.nan, math.nan, math.nan, math.nan)
@@ -113,34 +109,22 @@ class Ahead(NamedTuple):
 class StateEstimator:
     """The filter over a run: initialised from the homing posture; latches the first fault."""
 
-    def __init__(
-        self,
-        robot: FiveBar,
-        homing: Homing,
-        rate_hz: int,
-        drives: Drives,
-        settings: EkfSettings,
-        tolerances: Tolerances = EXACT,
-        passive: PassiveEncoder = NO_ENCODER,
-        known: KnownSensors = NOTHING_KNOWN,
-        extra: MountedSensor | None = None,
-    ) -> None:
+    def __init__(self, robot: FiveBar, homing: Homing, instruments: Instrumentation) -> None:
         """Make an estimator for a robot at rest in a declared posture.
 
         Raises:
             HomingContradicted: the declared posture contradicts itself.
         """
         check_declared(robot, homing)
+        drives, settings, extra = instruments.drives, instruments.settings, instruments.extra
         self._robot = robot
         self._homing = homing
         self._filter = filter_functions(None if extra is None else extra.kind)
         self._sees, self._seen_start = settings.camera, settings.seen_start
-        self._model = estimator_model(
-            robot, homing.mode1, homing.mode2, rate_hz, drives, settings, tolerances, passive, known, extra
-        )
+        self._model = estimator_model(robot, homing.mode, instruments)
         self._tolerance = settings.homing_tolerance + self._model.resolution
         self._frozen = nothing_read()
-        self._longest_gap = longest_gap(rate_hz)
+        self._longest_gap = longest_gap(instruments.rate_hz)
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
         self._newest_command = 0.0, 0.0
@@ -196,7 +180,7 @@ class StateEstimator:
 
     def _expected_motors(self) -> tuple[float, float]:
         """Return both motor angles (rad) of the declared posture."""
-        return inverse_geometry(self._robot, self._homing.mode1, self._homing.mode2, *self._homing[:2])[::2]
+        return inverse_geometry(self._robot, self._homing.mode, *self._homing[:2])[::2]
 
     @property
     def belief(self) -> Belief | None:

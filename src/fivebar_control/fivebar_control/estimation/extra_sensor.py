@@ -16,12 +16,13 @@ from fivebar_control.estimation.history import SAMPLE, entry_of, keep_late, row_
 from fivebar_control.estimation.late_reading import EXTRA
 from fivebar_control.estimation.measurements import Taken, taken
 from fivebar_control.estimation.readings import EstimatorMemory, Placed
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.extra_sensor import ExpectedReading
 from fivebar_description.parameters import FiveBar
 
 
 def nothing_expected(
-    settings: Any, robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float
+    settings: Any, robot: FiveBar, mode: WorkingMode, x: float, y: float, vx: float, vy: float
 ) -> ExpectedReading:
     """Return what is expected of a sensor that is not there."""
     return ExpectedReading(math.nan, 0.0, 0.0, 0.0, 0.0)
@@ -45,7 +46,7 @@ def extra_taken(model: EstimatorModel, belief: Belief, value: float, lag: float,
     """Return the effect of a reading; `lag` (s) is the time from the belief's sample to it."""
     e, known = belief.estimate, model.filter
     x, y = e.x + lag * e.vx, e.y + lag * e.vy
-    expected = extra_expected(model.extra, known.robot, known.mode1, known.mode2, x, y, e.vx, e.vy)
+    expected = extra_expected(model.extra, known.robot, known.mode, x, y, e.vx, e.vy)
     row = np.zeros(SIZE)
     row[X], row[VX] = expected.by_x, expected.by_vx + lag * expected.by_x
     row[Y], row[VY] = expected.by_y, expected.by_vy + lag * expected.by_y

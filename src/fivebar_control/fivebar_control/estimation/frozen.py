@@ -146,7 +146,7 @@ def _stay_after(
 ) -> EncoderStay:
     constants = model.filter
     leg = constants.robot.leg1 if motor == 1 else constants.robot.leg2
-    mode = constants.mode1 if motor == 1 else constants.mode2
+    mode = constants.mode[0] if motor == 1 else constants.mode[1]
     moving = leg_at_rest(leg, mode, expected.x, expected.y)
     row = encoder_row(motor, moving)
     predicted = math.atan2(moving.r_y, moving.r_x) + share_of_errors(expected, row)

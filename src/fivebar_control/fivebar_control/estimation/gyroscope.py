@@ -60,7 +60,7 @@ def with_gyro(memory: EstimatorMemory, gyro: GyroHeard) -> EstimatorMemory:
 def turn_rate(model: FilterModel, estimate: Estimate) -> float:
     """Return the rate of the distal link of leg 2 (rad/s)."""
     x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
-    return leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dtheta
+    return leg_motion(model.robot.leg2, model.mode[1], x, y, vx, vy).dtheta
 
 
 def turn_row(parameters: LegParameters, leg: LegMotion, vx: float, vy: float) -> Vector:
@@ -90,7 +90,7 @@ def turned(model: FilterModel, belief: Belief, rate: float, lag: float, slope: f
     e = belief.estimate
     x, y, vx, vy, bias, clock = e.x, e.y, e.vx, e.vy, e.bias, e.clock
     leg = model.robot.leg2
-    moving = leg_motion(leg, model.mode2, x, y, vx, vy)
+    moving = leg_motion(leg, model.mode[1], x, y, vx, vy)
     row = turn_row(leg, moving, vx, vy)
     row[CLOCK_ERROR] = -slope
     innovation = rate - (moving.dtheta + slope * (lag - clock)) - bias - share_of_errors(e, row)

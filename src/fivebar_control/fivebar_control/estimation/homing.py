@@ -9,6 +9,7 @@ from typing import NamedTuple
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry, wrap
 from fivebar_control.model.kinematics import assembly_mode, state_from_motors, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
 
@@ -32,14 +33,13 @@ class Homing(NamedTuple):
 
     x: float
     y: float
-    mode1: int
-    mode2: int
+    mode: WorkingMode
     assembly: int
 
 
-def homing_at(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> Homing:
+def homing_at(robot: FiveBar, mode: WorkingMode, x: float, y: float) -> Homing:
     """Return the posture with the platform at (x, y) m in a working mode, in the assembly mode that belongs to it."""
-    return Homing(x, y, mode1, mode2, assembly_mode(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)))
+    return Homing(x, y, mode, assembly_mode(state_from_platform(robot, mode, x, y, 0.0, 0.0)))
 
 
 def check_declared(robot: FiveBar, homing: Homing) -> None:
@@ -49,7 +49,7 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
         HomingContradicted: out of reach, too near to the Type 2 locus, or in the other assembly mode.
     """
     place = f"({homing.x:.4f}, {homing.y:.4f}) m"
-    state = state_from_platform(robot, homing.mode1, homing.mode2, homing.x, homing.y, 0.0, 0.0)
+    state = state_from_platform(robot, homing.mode, homing.x, homing.y, 0.0, 0.0)
     if not math.isfinite(state.leg1.dq1 + state.leg2.dq1):
         raise HomingContradicted(f"homing_contradicted: {place} is out of reach")
     kappa = inverse_condition(state)
@@ -60,7 +60,7 @@ def check_declared(robot: FiveBar, homing: Homing) -> None:
         )
     if assembly_mode(state) != homing.assembly:
         raise HomingContradicted(
-            f"homing_contradicted: at {place} in working mode [{homing.mode1}, {homing.mode2}] the assembly mode is"
+            f"homing_contradicted: at {place} in working mode {list(homing.mode)} the assembly mode is"
             f" {-homing.assembly}, declared is {homing.assembly}"
         )
 
@@ -97,8 +97,8 @@ def seen_posture(robot: FiveBar, q11: float, q21: float, x: float, y: float) -> 
     """
     assembly = seen_assembly(robot, q11, q21, x, y)
     state = state_from_motors(robot, assembly, q11, q21, 0.0, 0.0)
-    mode1, mode2 = working_mode(state)
-    return Homing(state.x, state.y, mode1, mode2, assembly)
+    mode = working_mode(state)
+    return Homing(state.x, state.y, mode, assembly)
 
 
 def check_encoders(robot: FiveBar, homing: Homing, tolerance: float, q11: float, q21: float) -> None:
@@ -107,7 +107,7 @@ def check_encoders(robot: FiveBar, homing: Homing, tolerance: float, q11: float,
     Raises:
         HomingContradicted: an angle is further than the tolerance (rad) from that of the declared posture.
     """
-    expected = inverse_geometry(robot, homing.mode1, homing.mode2, homing.x, homing.y)
+    expected = inverse_geometry(robot, homing.mode, homing.x, homing.y)
     for name, angle, declared in (("q11", q11, expected.q11), ("q21", q21, expected.q21)):
         difference = wrap(angle - declared)
         if not abs(difference) <= tolerance:

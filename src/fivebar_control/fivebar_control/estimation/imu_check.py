@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from fivebar_control.model.kinematics import distal_acceleration, state_from_platform
-from fivebar_control.model.state import Platform
+from fivebar_control.model.state import Platform, WorkingMode
 from fivebar_description.imu import SATURATION, ImuSettings, Vector3
 from fivebar_description.parameters import FiveBar
 
@@ -19,10 +19,10 @@ class ImuCheck:
     measured side is a measurement only.
     """
 
-    def __init__(self, robot: FiveBar, mode1: int, mode2: int, rate_hz: int, imu: ImuSettings) -> None:
+    def __init__(self, robot: FiveBar, mode: WorkingMode, rate_hz: int, imu: ImuSettings) -> None:
         """Bind the check to a robot in a working mode and to its IMU."""
         self._robot = robot
-        self._modes = (mode1, mode2)
+        self._modes = mode
         self._imu = imu
         self._rotation = imu.rotation()
         self._smoothing = imu.smoothing(1.0 / rate_hz)
@@ -54,7 +54,7 @@ class ImuCheck:
 
     def _expectation(self, desired: Platform) -> tuple[float, float, float, float]:
         """Return the desired platform acceleration, and the lever's less gravity in the plane, in the link's frame."""
-        state = state_from_platform(self._robot, *self._modes, desired.x, desired.y, desired.vx, desired.vy)
+        state = state_from_platform(self._robot, self._modes, desired.x, desired.y, desired.vx, desired.vy)
         leg = state.leg2
         rate_change = distal_acceleration(self._robot.leg2, leg, desired.ax, desired.ay)
         lever_x, lever_y = self._imu.lever(leg.dtheta, rate_change)

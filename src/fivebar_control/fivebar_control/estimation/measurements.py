@@ -62,8 +62,8 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
     The position's error is N^-1 times that of the angles: of their noise, with a variance (rad^2), and of the
     constant errors, with which it is thus correlated.
     """
-    leg1 = leg_at_rest(model.robot.leg1, model.mode1, x, y)
-    leg2 = leg_at_rest(model.robot.leg2, model.mode2, x, y)
+    leg1 = leg_at_rest(model.robot.leg1, model.mode[0], x, y)
+    leg2 = leg_at_rest(model.robot.leg2, model.mode[1], x, y)
     determinant = leg1.n_x * leg2.n_y - leg1.n_y * leg2.n_x
     i_x1, i_x2 = leg2.n_y / determinant, -leg1.n_y / determinant
     i_y1, i_y2 = -leg2.n_x / determinant, leg1.n_x / determinant
@@ -93,8 +93,8 @@ def homed_belief(model: FilterModel, x: float, y: float, variance: float) -> Bel
 def motor_speeds(model: FilterModel, estimate: Estimate) -> tuple[float, float]:
     """Return dq11 and dq21 (rad/s)."""
     x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
-    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
-    return leg1.dq1, leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy).dq1
+    leg1 = leg_motion(model.robot.leg1, model.mode[0], x, y, vx, vy)
+    return leg1.dq1, leg_motion(model.robot.leg2, model.mode[1], x, y, vx, vy).dq1
 
 
 def proximal_row(number: int, leg: LegMotion) -> Vector:
@@ -151,8 +151,8 @@ class Corrected(NamedTuple):
 def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Corrected:
     """Return the effect of the measured angles of both motors, in any turn."""
     x, y = belief.estimate.x, belief.estimate.y
-    leg1 = leg_at_rest(model.robot.leg1, model.mode1, x, y)
-    leg2 = leg_at_rest(model.robot.leg2, model.mode2, x, y)
+    leg1 = leg_at_rest(model.robot.leg1, model.mode[0], x, y)
+    leg2 = leg_at_rest(model.robot.leg2, model.mode[1], x, y)
     # one after the other, which for independent encoders is the same as both at once
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
     one = measured(belief.covariance, row1, q11.variance + linearised(model, row1), model.estimates_errors)

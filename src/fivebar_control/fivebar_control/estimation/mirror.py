@@ -101,8 +101,8 @@ def check_ambiguity(model: FilterModel, limits: AmbiguityLimits, near: int, beli
     """
     e = belief.estimate
     x, y, vx, vy = e.x, e.y, e.vx, e.vy
-    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
-    leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
+    leg1 = leg_motion(model.robot.leg1, model.mode[0], x, y, vx, vy)
+    leg2 = leg_motion(model.robot.leg2, model.mode[1], x, y, vx, vy)
     kappa = inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y)
     near = near + 1 if kappa < NEAR_LOCUS else 0
     if near * model.period > limits.dwell_limit:
@@ -117,8 +117,8 @@ def mirror_distance(model: FilterModel, belief: Belief) -> float:
     """Return how many standard deviations the other assembly mode is from a belief; infinite far from the locus."""
     e = belief.estimate
     x, y, vx, vy = e.x, e.y, e.vx, e.vy
-    leg1 = leg_motion(model.robot.leg1, model.mode1, x, y, vx, vy)
-    leg2 = leg_motion(model.robot.leg2, model.mode2, x, y, vx, vy)
+    leg1 = leg_motion(model.robot.leg1, model.mode[0], x, y, vx, vy)
+    leg2 = leg_motion(model.robot.leg2, model.mode[1], x, y, vx, vy)
     if not inverse_condition_of(leg1.u_x, leg1.u_y, leg2.u_x, leg2.u_y) < TEST_KAPPA:
         return math.inf
     return _to_mirror(model.robot, leg1, leg2, belief)

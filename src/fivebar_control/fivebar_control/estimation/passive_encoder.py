@@ -75,7 +75,7 @@ def elbow_turned(model: FilterModel, belief: Belief, number: int, reading: Angle
     e = belief.estimate
     x, y, vx, vy, passive = e.x, e.y, e.vx, e.vy, e.passive
     robot = model.robot
-    parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
+    parameters, mode = (robot.leg1, model.mode[0]) if number == 1 else (robot.leg2, model.mode[1])
     leg = leg_motion(parameters, mode, x, y, vx, vy)
     row = elbow_row(number, parameters, leg)
     innovation = ahead_of(reading.value - passive, leg.cos_q2, leg.sin_q2) - share_of_errors(e, row)
@@ -86,6 +86,6 @@ def elbow_speed(model: FilterModel, estimate: Estimate, number: int) -> float:
     """Return the speed (rad/s) of the passive joint of leg 1 or leg 2."""
     x, y, vx, vy = estimate.x, estimate.y, estimate.vx, estimate.vy
     robot = model.robot
-    parameters, mode = (robot.leg1, model.mode1) if number == 1 else (robot.leg2, model.mode2)
+    parameters, mode = (robot.leg1, model.mode[0]) if number == 1 else (robot.leg2, model.mode[1])
     leg = leg_motion(parameters, mode, x, y, vx, vy)
     return leg.dtheta - leg.dq1

@@ -18,6 +18,7 @@ from fivebar_control.model.dynamics import (
     platform_motion,
     with_residual_rows,
 )
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.parameters import (
     FiveBar,
     LegParameters,
@@ -94,28 +95,31 @@ def leg_at_rest(leg: LegParameters, mode: int, x: float, y: float) -> LegMotion:
     return leg_motion(leg, mode, x, y, 0.0, 0.0)
 
 
+class Applied(NamedTuple):
+    """What acts on the robot: the motors' torques (Nm) and a force on the platform (N)."""
+
+    tau1: float
+    tau2: float
+    fx: float
+    fy: float
+
+
 def platform_acceleration(
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     x: float,
     y: float,
     vx: float,
     vy: float,
-    tau1: float,
-    tau2: float,
-    fx: float = 0.0,
-    fy: float = 0.0,
+    applied: Applied,
 ) -> tuple[float, float]:
-    """Return xddot (m/s^2) under motor torques (Nm), including modelled friction at the motor speeds.
-
-    `fx` and `fy` are a force on the platform (N).
-    """
+    """Return xddot (m/s^2) of a moving platform (m, m/s), including modelled friction at the motor speeds."""
     one, two = robot.leg1, robot.leg2
-    leg1 = leg_motion(one, mode1, x, y, vx, vy)
-    leg2 = leg_motion(two, mode2, x, y, vx, vy)
+    leg1 = leg_motion(one, mode[0], x, y, vx, vy)
+    leg2 = leg_motion(two, mode[1], x, y, vx, vy)
     model = _model(robot, leg1, leg2)
-    return platform_motion(model, tau1 - _lost(robot, one, leg1), tau2 - _lost(robot, two, leg2), fx, fy)
+    net1, net2 = applied.tau1 - _lost(robot, one, leg1), applied.tau2 - _lost(robot, two, leg2)
+    return platform_motion(model, net1, net2, applied.fx, applied.fy)
 
 
 def _lost(robot: FiveBar, leg: LegParameters, moving: LegMotion) -> float:
@@ -167,16 +171,12 @@ class Derivatives(NamedTuple):
 
 def acceleration_derivatives(
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     x: float,
     y: float,
     vx: float,
     vy: float,
-    tau1: float,
-    tau2: float,
-    fx: float = 0.0,
-    fy: float = 0.0,
+    applied: Applied,
 ) -> Derivatives:
     """Return the derivatives of `platform_acceleration`, analytically.
 
@@ -185,19 +185,20 @@ def acceleration_derivatives(
     w_i s_i to the sum, s_i = -zz_i2 (w_i . a + e_i), e_i the drift of dtheta_i, and likewise dw_i s_i + w_i ds_i.
     The slope of known cogging over the angle is left out: the covariance takes it for a part of the disturbance.
     """
-    leg1 = leg_motion(robot.leg1, mode1, x, y, vx, vy)
-    leg2 = leg_motion(robot.leg2, mode2, x, y, vx, vy)
+    leg1 = leg_motion(robot.leg1, mode[0], x, y, vx, vy)
+    leg2 = leg_motion(robot.leg2, mode[1], x, y, vx, vy)
     model = _model(robot, leg1, leg2)
-    f1, f2 = _lost(robot, robot.leg1, leg1), _lost(robot, robot.leg2, leg2)
-    ax, ay = platform_motion(model, tau1 - f1, tau2 - f2, fx, fy)
+    net1, net2 = applied.tau1 - _lost(robot, robot.leg1, leg1), applied.tau2 - _lost(robot, robot.leg2, leg2)
+    ax, ay = platform_motion(model, net1, net2, applied.fx, applied.fy)
+    velocity, acceleration, along_x, along_y = (vx, vy), (ax, ay), (1.0, 0.0), (0.0, 1.0)
     px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
-    for leg, moving, net in ((robot.leg1, leg1, tau1 - f1), (robot.leg2, leg2, tau2 - f2)):
+    for leg, moving, net in ((robot.leg1, leg1, net1), (robot.leg2, leg2, net2)):
         n_x, n_y, zz = moving.n_x, moving.n_y, leg.inertia
         slope = friction_slope(leg, moving.dq1)
         p = net - zz * (n_x * ax + n_y * ay + moving.drift)
         # by the position: the force on the platform changes by dn p - n (f' d(dq) + zz (dn . a + d drift))
-        x_nx, x_ny, x_load = _along(leg, moving, vx, vy, ax, ay, slope, 1.0, 0.0)
-        y_nx, y_ny, y_load = _along(leg, moving, vx, vy, ax, ay, slope, 0.0, 1.0)
+        x_nx, x_ny, x_load = _along(leg, moving, velocity, acceleration, slope, along_x)
+        y_nx, y_ny, y_load = _along(leg, moving, velocity, acceleration, slope, along_y)
         if leg.moment != 0.0:
             # the weight of the leg, over the motor's angle
             change = leg.moment * (robot.gravity_x * moving.r_x + robot.gravity_y * moving.r_y)
@@ -218,8 +219,8 @@ def acceleration_derivatives(
         if leg.residual != 0.0:
             w_x, w_y = moving.w_x, moving.w_y
             s = -leg.residual * (w_x * ax + w_y * ay + _distal_drift(leg, moving))
-            x_wx, x_wy, x_load = _moment_along(leg, moving, vx, vy, ax, ay, 1.0, 0.0)
-            y_wx, y_wy, y_load = _moment_along(leg, moving, vx, vy, ax, ay, 0.0, 1.0)
+            x_wx, x_wy, x_load = _moment_along(leg, moving, velocity, acceleration, along_x)
+            y_wx, y_wy, y_load = _moment_along(leg, moving, velocity, acceleration, along_y)
             px_x += x_wx * s - w_x * x_load
             px_y += x_wy * s - w_y * x_load
             py_x += y_wx * s - w_x * y_load
@@ -255,18 +256,16 @@ def acceleration_derivatives(
 def _along(
     leg: LegParameters,
     moving: LegMotion,
-    vx: float,
-    vy: float,
-    ax: float,
-    ay: float,
+    velocity: tuple[float, float],
+    acceleration: tuple[float, float],
     slope: float,
-    e_x: float,
-    e_y: float,
+    e: tuple[float, float],
 ) -> tuple[float, float, float]:
-    """Return dn (1/m^2 per m) and the change of the load (Nm/m) when the platform moves along (e_x, e_y).
+    """Return dn (1/m^2 per m) and the change of the load (Nm/m) when the platform moves along e.
 
     q_i1 and theta_i turn by n . e and w . e; every other change follows from these two.
     """
+    (vx, vy), (ax, ay), (e_x, e_y) = velocity, acceleration, e
     d_q1 = moving.n_x * e_x + moving.n_y * e_y
     d_theta = moving.w_x * e_x + moving.w_y * e_y
     d_q2 = d_theta - d_q1
@@ -288,9 +287,14 @@ def _along(
 
 
 def _moment_along(
-    leg: LegParameters, moving: LegMotion, vx: float, vy: float, ax: float, ay: float, e_x: float, e_y: float
+    leg: LegParameters,
+    moving: LegMotion,
+    velocity: tuple[float, float],
+    acceleration: tuple[float, float],
+    e: tuple[float, float],
 ) -> tuple[float, float, float]:
     """Return dw (1/m^2 per m) and the change of the distal link's moment (Nm/m) when the platform moves along e."""
+    (vx, vy), (ax, ay), (e_x, e_y) = velocity, acceleration, e
     d_q1 = moving.n_x * e_x + moving.n_y * e_y
     d_theta = moving.w_x * e_x + moving.w_y * e_y
     d_q2 = d_theta - d_q1

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from fivebar_control.estimation.homing import Homing, HomingContradicted, check_declared, seen_posture
 from fivebar_control.estimation.late_reading import LateReading
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.parameters import FiveBar
 from fivebar_description.whole_turns import same_turn
 
@@ -34,7 +35,7 @@ class MotorReading(NamedTuple):
 class Resting:
     """The last readings of motors and camera, and the posture that follows from them once the robot rests."""
 
-    def __init__(self, robot: FiveBar, working_mode: tuple[int, int], rate_hz: int, resolution: float) -> None:
+    def __init__(self, robot: FiveBar, working_mode: WorkingMode, rate_hz: int, resolution: float) -> None:
         """Begin without readings, with encoders of a resolution (rad)."""
         self._robot, self._working_mode = robot, working_mode
         self._samples = math.ceil(REST_TIME * rate_hz)
@@ -75,10 +76,9 @@ class Resting:
         if moved > REST_DISTANCE:
             raise HomingContradicted(f"by the camera the platform still moves, {1e3 * moved:.1f} mm in a picture")
         found = seen_posture(self._robot, last.q11, last.q21, two.value, two.second)
-        if (found.mode1, found.mode2) != self._working_mode:
+        if found.mode != self._working_mode:
             raise HomingContradicted(
-                f"the robot is in working mode [{found.mode1}, {found.mode2}], the controllers are for"
-                f" {list(self._working_mode)}"
+                f"the robot is in working mode {list(found.mode)}, the controllers are for {list(self._working_mode)}"
             )
         check_declared(self._robot, found)
         return found

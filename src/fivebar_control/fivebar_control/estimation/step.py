@@ -269,8 +269,8 @@ def prediction(
         tau1, tau2 = commands[row][0], commands[row][1]
         tau1, tau2 = max(-limit, min(limit, tau1)), max(-limit, min(limit, tau2))
         estimate = advanced(model.filter, estimate, tau1, tau2)
-    robot, mode1, mode2 = model.filter.robot, model.filter.mode1, model.filter.mode2
-    joints = joints_of(state_from_platform(robot, mode1, mode2, estimate.x, estimate.y, estimate.vx, estimate.vy))
+    robot, mode = model.filter.robot, model.filter.mode
+    joints = joints_of(state_from_platform(robot, mode, estimate.x, estimate.y, estimate.vx, estimate.vy))
     if not math.isfinite(joints.dq11 + joints.dq12 + joints.dq21 + joints.dq22):
         return Prediction(memory, estimate, joints, True, AmbiguityCheck(memory.near, math.inf, False), ESTIMATE_LOST)
     check = check_ambiguity(model.filter, model.limits, memory.near, memory.belief)

@@ -87,7 +87,7 @@ class LoopTargets:
             position, velocity: q11, q12, q21, q22 (rad) and their rates (rad/s), measured or estimated.
         """
         state = state_from_joints(self._robot, *position, *velocity)
-        desired = state_from_platform(self._robot, *working_mode(state), *reference)
+        desired = state_from_platform(self._robot, working_mode(state), *reference)
         angles, speeds = (desired.leg1.q1, desired.leg2.q1), (desired.leg1.dq1, desired.leg2.dq1)
         kappa = min(inverse_condition(state), inverse_condition(desired))
         if not all(map(math.isfinite, (*angles, *speeds, kappa))) or assembly_mode(state) != assembly_mode(desired):

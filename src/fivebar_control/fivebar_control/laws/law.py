@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.line import Line
-from fivebar_control.model.state import Platform, State
+from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_description.interface import Topic, torque_topic
 from fivebar_description.parameters import FiveBar
 from fivebar_description.strict_yaml import InputError
@@ -42,7 +42,7 @@ class Instant(NamedTuple):
         state: measured or estimated state.
         reference: desired instant.
         line: straight line through the reference along the current path segment; NaN where the segment is not straight.
-        mode1, mode2: working mode of the motion.
+        mode: working mode of the motion.
         zone_weight: blending weight by cond(A) (4.1.2), positive inside a blending zone.
         period: between two samples (s).
         ahead: the reference of the samples that follow, for a law that looks ahead; else None.
@@ -51,8 +51,7 @@ class Instant(NamedTuple):
     state: State
     reference: Reference
     line: Line
-    mode1: int
-    mode2: int
+    mode: WorkingMode
     zone_weight: float
     period: float
     ahead: tuple[Platform, ...] | None
@@ -121,7 +120,7 @@ class Law(NamedTuple):
         min_authority: least |n . v1| at which it can cross.
         samples_ahead: from its settings, of how many samples that follow it needs the reference.
         compiles: whether numba can compile the step; without, the engine interprets the loop around it.
-        prepare: (robot, mode1, mode2, references of all samples, period, settings as numbers) -> the memory before the
+        prepare: (robot, mode, references of all samples, period, settings as numbers) -> the memory before the
             first sample, for a law that needs the whole plan.
         follow: (memory, float64[n, 6] as in `Platform`) -> the memory to go on with where a motion begins that is
             planned during a run, or changes, of which these are all references. Without it a law that needs the whole
@@ -151,7 +150,7 @@ class Law(NamedTuple):
     min_authority: float = 0.0
     samples_ahead: Callable[[Any], int] = present_only
     compiles: bool = True
-    prepare: Callable[[FiveBar, int, int, Sequence[Platform], float, Any], Any] | None = None
+    prepare: Callable[[FiveBar, WorkingMode, Sequence[Platform], float, Any], Any] | None = None
     follow: Callable[[Any, NDArray[np.float64]], Any] | None = None
     torque_limit: str = "torque_limit"
     torque_rate_limit: str = "torque_rate_limit"
@@ -168,8 +167,7 @@ class Law(NamedTuple):
     def first_memory(
         self,
         robot: FiveBar,
-        mode1: int,
-        mode2: int,
+        mode: WorkingMode,
         references: Callable[[], Sequence[Platform]],
         period: float,
         settings: Any,
@@ -178,14 +176,14 @@ class Law(NamedTuple):
 
         Args:
             robot: its nominal robot.
-            mode1, mode2: working mode of the motion.
+            mode: working mode of the motion.
             references: returns those of all samples, for a law that needs the whole plan.
             period: between two samples (s).
             settings: as numbers.
         """
         if self.prepare is None:
             return self.memory
-        return self.prepare(robot, mode1, mode2, references(), period, settings)
+        return self.prepare(robot, mode, references(), period, settings)
 
 
 def check_law(law: Law) -> None:

@@ -36,7 +36,7 @@ from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
 from fivebar_control.laws.unified import InputMap, acceleration, input_map, unified_step
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.model.state import Platform
+from fivebar_control.model.state import Platform, WorkingMode
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import Setting
 
@@ -78,7 +78,7 @@ class Gain(NamedTuple):
 
 
 def lqr_gains(
-    robot: FiveBar, mode1: int, mode2: int, references: Sequence[Platform], period: float, settings: LqrSettings
+    robot: FiveBar, mode: WorkingMode, references: Sequence[Platform], period: float, settings: LqrSettings
 ) -> dict[Platform, Gain]:
     """Return the law at every reference of a plan, from the Riccati equation backwards in time.
 
@@ -86,7 +86,7 @@ def lqr_gains(
     """
     motion = np.array(references, dtype=np.float64)
     rows = as_machine_code(write_gains)(
-        with_floats(robot), mode1, mode2, motion, period, float(settings.speed_time), float(settings.weight)
+        with_floats(robot), mode, motion, period, float(settings.speed_time), float(settings.weight)
     )
     known = zip(references, rows.tolist(), strict=True)
     defined = [(reference, row) for reference, row in known if not math.isnan(row[0])]
@@ -98,7 +98,7 @@ def lqr_gains(
 
 
 def write_gains(
-    robot: FiveBar, mode1: int, mode2: int, motion: FloatArray, period: float, speed_time: float, weight: float
+    robot: FiveBar, mode: WorkingMode, motion: FloatArray, period: float, speed_time: float, weight: float
 ) -> FloatArray:
     """Return the same as rows, NaN where there is no gain: float64[N, 10] as in `Gain`, of a motion [N, 6]."""
     rows = np.full((len(motion), 10), math.nan)
@@ -107,7 +107,7 @@ def write_gains(
     for number in range(last, -1, -1):
         m = motion[number]
         reference = Platform(float(m[0]), float(m[1]), float(m[2]), float(m[3]), float(m[4]), float(m[5]))
-        linear = linearised(robot, mode1, mode2, reference, period)
+        linear = linearised(robot, mode, reference, period)
         if linear is None:
             break
         # the rest after the motion is long enough for the gain to converge
@@ -126,10 +126,10 @@ class Linear(NamedTuple):
     torques: tuple[float, float]
 
 
-def linearised(robot: FiveBar, mode1: int, mode2: int, reference: Platform, period: float) -> Linear | None:
+def linearised(robot: FiveBar, mode: WorkingMode, reference: Platform, period: float) -> Linear | None:
     """Return the linearisation at a reference; None where the model is not defined."""
     place = np.array([reference.x, reference.y, reference.vx, reference.vy])
-    here = _map_at(robot, mode1, mode2, place)
+    here = _map_at(robot, mode, place)
     if here is None:
         return None
     inputs = np.array([[here.g_x1, here.g_x2], [here.g_y1, here.g_y2]])
@@ -144,7 +144,7 @@ def linearised(robot: FiveBar, mode1: int, mode2: int, reference: Platform, peri
         step = STEPS[column]
         off = np.zeros(4)
         off[column] = step
-        after, before = _map_at(robot, mode1, mode2, place + off), _map_at(robot, mode1, mode2, place - off)
+        after, before = _map_at(robot, mode, place + off), _map_at(robot, mode, place - off)
         if after is None or before is None:
             return None
         ahead_x, ahead_y = acceleration(after, u1, u2)
@@ -171,10 +171,10 @@ def riccati_step(
     return 0.5 * (before + before.T), feedback
 
 
-def _map_at(robot: FiveBar, mode1: int, mode2: int, place: FloatArray) -> InputMap | None:
+def _map_at(robot: FiveBar, mode: WorkingMode, place: FloatArray) -> InputMap | None:
     """Return the map from torques to the acceleration at a position (m) and velocity (m/s), float64[4]."""
     x, y, vx, vy = float(place[0]), float(place[1]), float(place[2]), float(place[3])
-    mapped = input_map(robot, state_from_platform(robot, mode1, mode2, x, y, vx, vy))
+    mapped = input_map(robot, state_from_platform(robot, mode, x, y, vx, vy))
     if mapped is None or math.isnan(mapped.g_x1):
         return None
     return mapped

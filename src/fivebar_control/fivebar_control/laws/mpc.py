@@ -10,6 +10,7 @@ states, and minimises over the torques tau_i = u_i + f_i - d
 
 within the limits of every torque and of its change from sample to sample. The first torque is applied. p is the plan
 that the sample before has made: what the motion needs is planned once and costs nothing, and what noise makes of it
+from fivebar_control.laws.mpc_problem import TorqueBounds
 from sample to sample is what the weights r_s and r keep small.
 
 The quadratic program is solved by the active-set method of `daqp`, which is exact, within a fixed number of iterations;
@@ -40,6 +41,7 @@ from fivebar_control.laws.mpc_problem import (
     ROW,
     FloatArray,
     Solution,
+    TorqueBounds,
     compiled_problem_of,
     solve,
     warm_up,
@@ -57,7 +59,7 @@ from fivebar_control.laws.unified import (
     restarted,
     unified_step,
 )
-from fivebar_control.model.state import Platform, State
+from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_description.parameters import FiveBar, lost_torque
 from fivebar_description.settings import Setting
 
@@ -172,9 +174,9 @@ def friction_of(robot: FiveBar, reference: Reference) -> tuple[float, float]:
     return lost_torque(robot, robot.leg1, one.q1, one.dq1), lost_torque(robot, robot.leg2, two.q1, two.dq1)
 
 
-def row_of(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> tuple[float, ...]:
+def row_of(robot: FiveBar, mode: WorkingMode, platform: Platform) -> tuple[float, ...]:
     """Return the row of a window for a reference."""
-    reference = reference_from_platform(robot, mode1, mode2, platform)
+    reference = reference_from_platform(robot, mode, platform)
     mapped = input_map(robot, reference.state)
     if mapped is None:
         return (math.nan,) * ROW
@@ -195,7 +197,7 @@ def window_of(robot: FiveBar, instant: Instant, horizon: int, before: ReferenceW
         new = horizon - 1
         rows[:new] = before.rows[1:]
     for number in range(new, horizon):
-        rows[number] = row_of(robot, instant.mode1, instant.mode2, ahead[number])
+        rows[number] = row_of(robot, instant.mode, ahead[number])
     return ReferenceWindow(ahead, rows)
 
 
@@ -215,6 +217,7 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
     step = math.inf if settings.torque_rate_limit is None else settings.torque_rate_limit * period
     if window is not None and not np.isnan(window.rows).any():
         d1, d2 = observed_disturbance(mapped, state, memory.unified, standing_in, period)
+        last = (math.nan, math.nan) if memory.torque is None else (memory.torque.tau1, memory.torque.tau2)
         problem = compiled_problem_of()(
             weights_of(
                 settings.horizon,
@@ -228,9 +231,7 @@ def mpc_step(robot: FiveBar, instant: Instant, memory: MpcMemory, settings: MpcS
             np.array((state.x, state.y, state.vx, state.vy, *mapped, f1, f2)),
             (d1 + f1 - reference.f1, d2 + f2 - reference.f2),
             NO_PLAN if memory.plan is None else memory.plan,
-            (math.nan, math.nan) if memory.torque is None else (memory.torque.tau1, memory.torque.tau2),
-            torque_limit,
-            step,
+            TorqueBounds(last, torque_limit, step),
         )
         solution = solve(problem, memory.duals, torque_unit(settings))
     if solution.torques is None:

@@ -139,15 +139,27 @@ def solve(problem: QuadraticProgram, duals: FloatArray | None, unit: float) -> S
     return Solution(unit * torques, details["lam"]) if flag == 1 else Solution(None, None)
 
 
+class TorqueBounds(NamedTuple):
+    """The bounds of the torques of a plan.
+
+    Attributes:
+        last: the torque of the sample before (Nm), NaN for none.
+        limit: of either motor (Nm).
+        step: largest change from sample to sample (Nm).
+    """
+
+    last: tuple[float, float]
+    limit: float
+    step: float
+
+
 def problem_of(
     weights: Weights,
     rows: FloatArray,
     here: FloatArray,
     disturbance: tuple[float, float],
     plan: FloatArray,
-    last: tuple[float, float],
-    torque_limit: float,
-    torque_step: float,
+    bounds: TorqueBounds,
 ) -> QuadraticProgram:
     """Return the quadratic program of a sample; numba compiles it.
 
@@ -157,10 +169,9 @@ def problem_of(
         here: float64[12], of the present sample position, velocity, input map and friction.
         disturbance: of each motor (Nm).
         plan: float64[2N], u as planned at the sample before (Nm), empty for none.
-        last: the torque of the sample before (Nm), NaN for none.
-        torque_limit: of either motor (Nm).
-        torque_step: its largest change from sample to sample (Nm).
+        bounds: of the torques.
     """
+    last, torque_limit, torque_step = bounds
     count = len(rows)
     maps, off = np.empty((count, 6)), np.empty(2 * count)
     for sample in range(count):
@@ -226,4 +237,8 @@ def warm_up() -> None:
     weights = weights_of(horizon, period, 0.01, 1.0, 1.0, 1.0)
     maps = np.ones((horizon, ROW))
     unknown = (math.nan, math.nan)
-    solve(compiled_problem_of()(weights, maps, np.ones(12), (0.0, 0.0), NO_PLAN, unknown, 1.0, 1.0), None, 1.0)
+    solve(
+        compiled_problem_of()(weights, maps, np.ones(12), (0.0, 0.0), NO_PLAN, TorqueBounds(unknown, 1.0, 1.0)),
+        None,
+        1.0,
+    )

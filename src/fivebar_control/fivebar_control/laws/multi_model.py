@@ -15,7 +15,7 @@ from fivebar_control.laws.gains import KD, KP
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.resolution import Load, full_inverse, held_along
-from fivebar_control.laws.torque import Torque
+from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.residual import distal_moments, moment_torques
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import State
@@ -36,7 +36,7 @@ def reduced_ctc_torque(robot: FiveBar, state: State, reference: Reference, kp: f
         f1, f2 = f1 + on1, f2 + on2
     if has_external_force(robot):
         svd = parallel_svd(state)
-        held = full_inverse(robot, state, svd, 0.0, Load(0.0, 0.0, held_along(robot, svd)), 0.0, 0.0)
+        held = full_inverse(robot, state, svd, 0.0, Load(0.0, 0.0, held_along(robot, svd)), ZERO)
         f1, f2 = f1 + held.tau1, f2 + held.tau2
     return Torque(robot.leg1.inertia * v1 + f1, robot.leg2.inertia * v2 + f2)
 

@@ -30,7 +30,7 @@ from fivebar_control.laws.reference import Reference, held_torque, reference_fro
 from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import INITIAL_MEMORY as NOTHING_OBSERVED
 from fivebar_control.laws.unified import UnifiedMemory, input_map, normal_matrix, restarted, unified_step
-from fivebar_control.model.state import Platform, State
+from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_description.parameters import FiveBar, lost_torque
 from fivebar_description.settings import Setting
 
@@ -98,7 +98,7 @@ class PathMemory(NamedTuple):
 
 
 def path_memory(
-    robot: FiveBar, mode1: int, mode2: int, references: Sequence[Platform], period: float, settings: PathSettings
+    robot: FiveBar, mode: WorkingMode, references: Sequence[Platform], period: float, settings: PathSettings
 ) -> PathMemory:
     """Return the memory before the first sample of a plan."""
     return PathMemory(np.array(references, dtype=np.float64).reshape(-1, 6), 0, 0.0, NOTHING_OBSERVED)
@@ -258,8 +258,7 @@ def path_step(
     d2 = lost_torque(robot, robot.leg2, desired0.leg2.q1, desired0.leg2.dq1) - given.f2
     friction = reference_from_platform(
         robot,
-        instant.mode1,
-        instant.mode2,
+        instant.mode,
         Platform(desired.x, desired.y, pace * desired.vx, pace * desired.vy, 0.0, 0.0),
     )
     f1, f2 = friction.f1 - d1, friction.f2 - d2

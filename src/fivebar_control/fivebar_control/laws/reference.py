@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from fivebar_control.model.dynamics import inverse_dynamics
 from fivebar_control.model.kinematics import det_a, joint_acceleration, leg_with_rates, state_from_platform
-from fivebar_control.model.state import Platform, State
+from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_description.parameters import FiveBar, external_acceleration, has_external_force, lost_torque
 
 DAMPING = 0.02
@@ -38,9 +38,9 @@ class Reference(NamedTuple):
     u2: float = 0.0
 
 
-def reference_from_platform(robot: FiveBar, mode1: int, mode2: int, platform: Platform) -> Reference:
+def reference_from_platform(robot: FiveBar, mode: WorkingMode, platform: Platform) -> Reference:
     """Return the desired instant for a platform motion in a working mode."""
-    state = state_from_platform(robot, mode1, mode2, platform.x, platform.y, platform.vx, platform.vy)
+    state = state_from_platform(robot, mode, platform.x, platform.y, platform.vx, platform.vy)
     u1, u2 = held_torque(robot, state, platform.ax, platform.ay)
     return Reference(
         state=state,

@@ -16,7 +16,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from fivebar_control.laws.gains import FULL_FRICTION, MIN_NORM
-from fivebar_control.laws.torque import UNDEFINED, Torque
+from fivebar_control.laws.torque import UNDEFINED, ZERO, Torque
 from fivebar_control.model.residual import distal_moments, moment_torques
 from fivebar_control.model.singularity import SQRT_HALF, ParallelSvd
 from fivebar_control.model.state import State
@@ -29,17 +29,23 @@ from fivebar_description.parameters import (
 )
 
 
+class Enforced(NamedTuple):
+    """The accelerations that enforce a constraint.
+
+    Attributes:
+        alpha: of the platform along v1 (m/s^2).
+        ddq11, ddq21: of the motors, which go with it (rad/s^2).
+        beta: of the platform along t_s (m/s^2); only residual inertias make a difference of it.
+    """
+
+    alpha: float
+    ddq11: float
+    ddq21: float
+    beta: float
+
+
 def resolved(
-    resolution: int,
-    robot: FiveBar,
-    state: State,
-    svd: ParallelSvd,
-    alpha: float,
-    ddq11: float,
-    ddq21: float,
-    f1: float,
-    f2: float,
-    beta: float = 0.0,
+    resolution: int, robot: FiveBar, state: State, svd: ParallelSvd, enforced: Enforced, friction: Torque
 ) -> Torque:
     """Return the torque of one of the resolutions.
 
@@ -48,17 +54,15 @@ def resolved(
         robot: nominal robot of the law.
         state: measured state.
         svd: decomposition of A there.
-        alpha: platform acceleration along v1 (m/s^2).
-        ddq11, ddq21: motor accelerations that go with it (rad/s^2).
-        f1, f2: friction (Nm).
-        beta: platform acceleration along t_s (m/s^2); only residual inertias make a difference of it.
+        enforced: accelerations.
+        friction: of both motors (Nm).
     """
-    load = _load(robot, state, svd, alpha, beta, ddq11, ddq21)
+    load, alpha = _load(robot, state, svd, enforced), enforced.alpha
     if resolution == FULL_FRICTION:
-        return full_friction(robot, state, svd, alpha, load, f1, f2)
+        return full_friction(robot, state, svd, alpha, load, friction)
     if resolution == MIN_NORM:
-        return min_norm(robot, state, svd, alpha, load, f1, f2)
-    return full_inverse(robot, state, svd, alpha, load, f1, f2)
+        return min_norm(robot, state, svd, alpha, load, friction)
+    return full_inverse(robot, state, svd, alpha, load, friction)
 
 
 class Load(NamedTuple):
@@ -69,9 +73,8 @@ class Load(NamedTuple):
     force: float
 
 
-def _load(
-    robot: FiveBar, state: State, svd: ParallelSvd, alpha: float, beta: float, ddq11: float, ddq21: float
-) -> Load:
+def _load(robot: FiveBar, state: State, svd: ParallelSvd, enforced: Enforced) -> Load:
+    alpha, ddq11, ddq21, beta = enforced
     load1, load2 = robot.leg1.inertia * ddq11, robot.leg2.inertia * ddq21
     force = held_along(robot, svd) if has_external_force(robot) else 0.0
     if not has_residual(robot):
@@ -103,22 +106,14 @@ def min_norm(
     svd: ParallelSvd,
     alpha: float,
     load: Load,
-    f1: float,
-    f2: float,
+    friction: Torque,
 ) -> Torque:
     """Return the smallest torque that meets the equation: the pseudo-inverse of 3.35 with its signs corrected.
 
     Friction along the uncontrollable direction stays uncompensated.
     """
-    return _along_w(
-        robot,
-        state,
-        svd,
-        alpha,
-        Load(load.load1 + f1, load.load2 + f2, load.force),
-        0.0,
-        0.0,
-    )
+    rubbed = Load(load.load1 + friction.tau1, load.load2 + friction.tau2, load.force)
+    return _along_w(robot, state, svd, alpha, rubbed, ZERO)
 
 
 def full_friction(
@@ -127,11 +122,10 @@ def full_friction(
     svd: ParallelSvd,
     alpha: float,
     load: Load,
-    f1: float,
-    f2: float,
+    friction: Torque,
 ) -> Torque:
     """Return friction compensated in both motors plus the smallest torque for the rest."""
-    return _along_w(robot, state, svd, alpha, load, f1, f2)
+    return _along_w(robot, state, svd, alpha, load, friction)
 
 
 def full_inverse(
@@ -140,15 +134,16 @@ def full_inverse(
     svd: ParallelSvd,
     alpha: float,
     load: Load,
-    f1: float,
-    f2: float,
+    friction: Torque,
 ) -> Torque:
     """Return the inverse dynamics of xddot = alpha v1: lambda = U_1 m alpha / s1, exact off the locus too.
 
     Of the residual inertias' force on the platform only the part along v1 is met.
     """
     share = SQRT_HALF * robot.mass * alpha / svd.s1 + SQRT_HALF * load.force / svd.s1
-    return Torque(load.load1 + f1 + state.leg1.b * share, load.load2 + f2 + state.leg2.b * share * svd.fold)
+    return Torque(
+        load.load1 + friction.tau1 + state.leg1.b * share, load.load2 + friction.tau2 + state.leg2.b * share * svd.fold
+    )
 
 
 def _along_w(
@@ -157,8 +152,7 @@ def _along_w(
     svd: ParallelSvd,
     alpha: float,
     load: Load,
-    apart1: float,
-    apart2: float,
+    apart: Torque,
 ) -> Torque:
     """Return apart + w (w^T w)^-1 [w^T load + (m alpha + force) / s1]."""
     if state.leg1.b == 0.0 or state.leg2.b == 0.0:
@@ -166,4 +160,4 @@ def _along_w(
     w1, w2 = SQRT_HALF / state.leg1.b, SQRT_HALF * svd.fold / state.leg2.b
     along = w1 * load.load1 + w2 * load.load2 + robot.mass * alpha / svd.s1 + load.force / svd.s1
     scale = along / (w1 * w1 + w2 * w2)
-    return Torque(apart1 + w1 * scale, apart2 + w2 * scale)
+    return Torque(apart.tau1 + w1 * scale, apart.tau2 + w2 * scale)

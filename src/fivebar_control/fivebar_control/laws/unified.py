@@ -20,7 +20,7 @@ from fivebar_control.laws.gains import UnifiedSettings
 from fivebar_control.laws.law import Instant, Law
 from fivebar_control.laws.reference import Reference
 from fivebar_control.laws.torque import UNDEFINED, Torque
-from fivebar_control.model.constraint_form import ConstraintForm, constraint_form, pushed, response_to
+from fivebar_control.model.constraint_form import ConstraintForm, Pushed, constraint_form, pushed, response_to
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.residual import moment_ratio, with_residuals
 from fivebar_control.model.state import Leg, State
@@ -79,10 +79,10 @@ def acceleration(mapped: InputMap, u1: float, u2: float) -> tuple[float, float]:
 
 def _input_map_with_residuals(robot: FiveBar, state: State, form: ConstraintForm) -> InputMap:
     leg1, leg2 = state.leg1, state.leg2
-    one = response_to(form, state, form.per_zz1, 0.0, form.lever1, 0.0, 0.0, 0.0)
-    two = response_to(form, state, 0.0, form.per_zz2, 0.0, form.lever2, 0.0, 0.0)
+    one = response_to(form, state, form.per_zz1, 0.0, Pushed(form.lever1, 0.0, 0.0, 0.0))
+    two = response_to(form, state, 0.0, form.per_zz2, Pushed(0.0, form.lever2, 0.0, 0.0))
     drift = pushed(robot, state, -leg1.c, -leg2.c)
-    free = response_to(form, state, 0.0, 0.0, drift.right1, drift.right2, drift.push_x, drift.push_y)
+    free = response_to(form, state, 0.0, 0.0, drift)
     one = with_residuals(robot, state, form, one, 0.0)
     two = with_residuals(robot, state, form, two, 0.0)
     free = with_residuals(robot, state, form, free, 1.0)

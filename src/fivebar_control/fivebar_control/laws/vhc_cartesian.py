@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 from fivebar_control.laws.gains import KD, KP, RESOLUTION
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.resolution import fall_along_locus, resolved
+from fivebar_control.laws.resolution import Enforced, fall_along_locus, resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.kinematics import joint_acceleration
 from fivebar_control.model.line import Line
@@ -64,18 +64,13 @@ def vhc_cartesian_torque(
         beta = fall_along_locus(robot, svd)
         alpha -= beta * (constraint.n_x * svd.t_x + constraint.n_y * svd.t_y) / authority
         ax, ay = alpha * svd.v_x + beta * svd.t_x, alpha * svd.v_y + beta * svd.t_y
-    return resolved(
-        resolution,
-        robot,
-        state,
-        svd,
+    enforced = Enforced(
         alpha,
         joint_acceleration(state.leg1, ax, ay),
         joint_acceleration(state.leg2, ax, ay),
-        reference.f1,
-        reference.f2,
         svd.t_x * reference.ax + svd.t_y * reference.ay,
     )
+    return resolved(resolution, robot, state, svd, enforced, Torque(reference.f1, reference.f2))
 
 
 class VhcCartesianSettings(NamedTuple):

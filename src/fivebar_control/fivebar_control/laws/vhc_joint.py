@@ -27,13 +27,13 @@ from fivebar_control.laws.adaptive_gain import (
 from fivebar_control.laws.gains import KD, KP, RESOLUTION
 from fivebar_control.laws.law import MIN_AUTHORITY, Instant, Law
 from fivebar_control.laws.reference import Reference
-from fivebar_control.laws.resolution import fall_along_locus, resolved
+from fivebar_control.laws.resolution import Enforced, fall_along_locus, resolved
 from fivebar_control.laws.torque import UNDEFINED, Torque
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import leg_from_platform, state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.model.state import Leg, State
+from fivebar_control.model.state import Leg, State, WorkingMode
 from fivebar_description.parameters import FiveBar, LegParameters, has_external_force
 
 
@@ -84,7 +84,7 @@ def joint_constraint(
 
 
 def path_constraints(
-    robot: FiveBar, mode1: int, mode2: int, state: State, line: Line
+    robot: FiveBar, mode: WorkingMode, state: State, line: Line
 ) -> tuple[JointConstraint, JointConstraint]:
     """Return both motors' constraints for the path point at the platform's arc length along a line.
 
@@ -93,7 +93,7 @@ def path_constraints(
     d_x, d_y = line.direction_x, line.direction_y
     s = d_x * (state.x - line.x) + d_y * (state.y - line.y)
     speed = d_x * state.vx + d_y * state.vy
-    on_path = state_from_platform(robot, mode1, mode2, line.x + s * d_x, line.y + s * d_y, d_x, d_y)
+    on_path = state_from_platform(robot, mode, line.x + s * d_x, line.y + s * d_y, d_x, d_y)
     return (
         joint_constraint(robot.leg1, state.leg1, on_path.leg1, speed, d_y, -d_x),
         joint_constraint(robot.leg2, state.leg2, on_path.leg2, speed, d_y, -d_x),
@@ -102,8 +102,7 @@ def path_constraints(
 
 def vhc_joint_torque(
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     state: State,
     reference: Reference,
     line: Line,
@@ -123,7 +122,7 @@ def vhc_joint_torque(
     if state.leg1.b == 0.0 or state.leg2.b == 0.0:
         return UNDEFINED
     svd = parallel_svd(state)
-    first, second = path_constraints(robot, mode1, mode2, state, line)
+    first, second = path_constraints(robot, mode, state, line)
     n1 = (state.leg1.u_x * svd.v_x + state.leg1.u_y * svd.v_y) / state.leg1.b
     n2 = (state.leg2.u_x * svd.v_x + state.leg2.u_y * svd.v_y) / state.leg2.b
     along = line.direction_x * svd.v_x + line.direction_y * svd.v_y
@@ -147,7 +146,8 @@ def vhc_joint_torque(
     ddq11 = n1 * alpha + state.leg1.c / state.leg1.b + fall1
     ddq21 = n2 * alpha + state.leg2.c / state.leg2.b + fall2
     beta = svd.t_x * reference.ax + svd.t_y * reference.ay
-    return resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, reference.f1, reference.f2, beta)
+    enforced = Enforced(alpha, ddq11, ddq21, beta)
+    return resolved(resolution, robot, state, svd, enforced, Torque(reference.f1, reference.f2))
 
 
 class VhcJointSettings(NamedTuple):
@@ -176,8 +176,7 @@ def vhc_joint_step(
         )
     torque = vhc_joint_torque(
         robot,
-        instant.mode1,
-        instant.mode2,
+        instant.mode,
         state,
         instant.reference,
         instant.line,

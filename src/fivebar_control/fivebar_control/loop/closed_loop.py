@@ -17,7 +17,7 @@ from fivebar_control.laws.registry import ESTIMATE, SIGMOID, Controller, TunedCo
 from fivebar_control.laws.torque import UNDEFINED, ZERO, Torque
 from fivebar_control.loop.cycle import Cycle, CycleMemory, CycleSettings, control_cycle
 from fivebar_control.loop.plan_sample import PlanSample
-from fivebar_control.model.state import Platform, State
+from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_control.safety.brake import Brake
 from fivebar_control.safety.stages import NO_FAULT, Limits
 from fivebar_description.parameters import FiveBar, with_floats
@@ -81,8 +81,8 @@ class LoopRun(Protocol[Result]):
     def plan_at(self, moment: int) -> PlanSample:
         """Return the plan at the moment of a sample."""
 
-    def record(self, number: int, known: Known, planned: PlanSample, cycle: Cycle, latched: bool) -> object:
-        """Record a sample; `latched` says whether a fault had been latched before its answer."""
+    def record(self, number: int, known: Known, planned: PlanSample, loop: Answered) -> object:
+        """Record a sample, and the loop after it."""
 
     def ended(self, fault: int) -> bool:
         """Return whether the run ends with the sample, given the number of its first fault so far."""
@@ -126,11 +126,10 @@ def record(
     robot: Advanced | None,
     known: Known,
     planned: PlanSample,
-    cycle: Cycle,
-    latched: bool,
+    loop: Answered,
 ) -> object:
-    """Return the log with a sample; `latched` says whether a fault had been latched before its answer."""
-    return run.record(number, known, planned, cycle, latched)
+    """Return the log with a sample, and the loop after it."""
+    return run.record(number, known, planned, loop)
 
 
 def ended(run: LoopRun[Result], fault: int) -> bool:
@@ -271,7 +270,7 @@ def run_loop(run: LoopRun[Result], settings: LoopSettings, first: CycleMemory) -
             planned,
         )
         fault, fault_sample = loop.fault, loop.fault_sample
-        log = record(run, log, number, robot, estimator, planned, loop.cycle, loop.latched)
+        log = record(run, log, number, robot, estimator, planned, loop)
         if number == settings.last or ended(run, fault):
             break
         robot = advance(run, robot, number, loop.cycle.command)
@@ -304,9 +303,7 @@ def first_memory(
         references: returns those of all samples, for a law that needs the whole plan.
     """
     nominal, constraint = (
-        None
-        if law is None
-        else law.first_memory(settings.robot, settings.mode1, settings.mode2, references, settings.period, numbers)
+        None if law is None else law.first_memory(settings.robot, settings.mode, references, settings.period, numbers)
         for law, numbers in ((controller.nominal, settings.nominal), (controller.constraint, settings.constraint))
     )
     return CycleMemory(nominal, constraint, ZERO, 0, 0)
@@ -314,8 +311,7 @@ def first_memory(
 
 def cycle_settings_of(
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     rate_hz: int,
     tuned: TunedController,
     zone_time: float,
@@ -325,7 +321,7 @@ def cycle_settings_of(
     """Return the constants of the control cycle.
 
     Args:
-        robot, mode1, mode2: nominal robot and its working mode.
+        robot, mode: nominal robot and its working mode.
         rate_hz: sampling rate (Hz).
         tuned: controller.
         zone_time: for which sigma is meant to be 1 at a crossing (s).
@@ -333,8 +329,7 @@ def cycle_settings_of(
     """
     return CycleSettings(
         robot=with_floats(robot),
-        mode1=int(mode1),
-        mode2=int(mode2),
+        mode=mode,
         period=1.0 / rate_hz,
         nominal=as_numbers(tuned.nominal.settings),
         constraint=None if tuned.constraint is None else as_numbers(tuned.constraint.settings),

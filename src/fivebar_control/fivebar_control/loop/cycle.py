@@ -17,7 +17,7 @@ from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import inverse_condition, inverse_condition_rate
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_control.safety.brake import Brake, braking_after, stopping
 from fivebar_control.safety.stages import NO_FAULT, Limits, excess_samples, first_fault, limited_torque
 from fivebar_description.parameters import FiveBar
@@ -28,7 +28,7 @@ class CycleSettings(NamedTuple):
 
     Attributes:
         robot: nominal robot of the controllers.
-        mode1, mode2: working mode of the motion.
+        mode: working mode of the motion.
         period: between two samples (s).
         nominal, constraint: settings of the laws as numbers (`as_numbers`); None for no constraint law.
         blended: whether there is a constraint law.
@@ -40,8 +40,7 @@ class CycleSettings(NamedTuple):
     """
 
     robot: FiveBar
-    mode1: int
-    mode2: int
+    mode: WorkingMode
     period: float
     nominal: Any
     constraint: Any
@@ -121,7 +120,7 @@ def control_cycle(
         width = forecast_width(inverse_condition_rate(state), settings.zone_time, plan.epsilon)
         sigma = blending_weight(kappa, width)
     line = Line(reference.state.x, reference.state.y, plan.direction_x, plan.direction_y)
-    instant = Instant(state, reference, line, settings.mode1, settings.mode2, zone_weight, settings.period, plan.ahead)
+    instant = Instant(state, reference, line, settings.mode, zone_weight, settings.period, plan.ahead)
     robot = settings.robot
     nominal, nominal_memory = nominal_step(robot, instant, memory.nominal, settings.nominal)
     constraint, constraint_memory = constraint_step(robot, instant, memory.constraint, settings.constraint)
@@ -132,8 +131,7 @@ def control_cycle(
         fault = first_fault(
             settings.limits,
             robot,
-            settings.mode1,
-            settings.mode2,
+            settings.mode,
             state,
             plan.platform.x,
             plan.platform.y,

@@ -36,7 +36,7 @@ class LawRunner:
         self._rate_hz = rate_hz
         if memory is None:
             memory = self._law.first_memory(
-                robot, plan.mode1, plan.mode2, lambda: planned_references(plan, rate_hz), 1.0 / rate_hz, self._settings
+                robot, plan.mode, lambda: planned_references(plan, rate_hz), 1.0 / rate_hz, self._settings
             )
         self.memory = memory
         """Memory of the law before the next sample."""
@@ -71,8 +71,7 @@ class LawRunner:
             state,
             reference,
             Line(reference.state.x, reference.state.y, segment.direction_x, segment.direction_y),
-            plan.mode1,
-            plan.mode2,
+            plan.mode,
             blending_weight(inverse_condition(state), plan.epsilon_at(t)),
             1.0 / self._rate_hz,
             ahead,

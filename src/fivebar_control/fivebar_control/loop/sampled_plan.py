@@ -75,7 +75,7 @@ def planned_in(control: CycleSettings, row: FloatArray, references: FloatArray, 
 def reference_at(control: CycleSettings, references: FloatArray, moment: int, platform: Platform) -> Reference:
     """Return the desired instant of a sample for its platform reference; `references` are those of the sampled plan."""
     if references.shape[0] == 0:
-        return reference_from_platform(control.robot, control.mode1, control.mode2, platform)
+        return reference_from_platform(control.robot, control.mode, platform)
     return reference_of(references[moment])
 
 

@@ -91,10 +91,7 @@ def response_to(
     state: State,
     drive1: float,
     drive2: float,
-    right1: float,
-    right2: float,
-    push_x: float,
-    push_y: float,
+    right: Pushed,
 ) -> DynamicResponse:
     """Return the response of the robot with neither friction nor residual inertias; NaN where K is singular.
 
@@ -105,21 +102,20 @@ def response_to(
         form: the constraint form.
         state: legs at that posture.
         drive1, drive2: motor accelerations (rad/s^2) without lambda.
-        right1, right2: right side of the constraints (m/s^2).
-        push_x, push_y: platform acceleration (m/s^2) without lambda.
+        right: right side of the constraints, and the platform's acceleration without lambda.
     """
     leg1, leg2 = state.leg1, state.leg2
     determinant = form.k11 * form.k22 - form.k12 * form.k12
     if determinant <= 0.0:
         return DynamicResponse(NAN, NAN, NAN, NAN, NAN, NAN)
     inverse = 1.0 / determinant
-    lambda1 = inverse * (form.k22 * right1 - form.k12 * right2)
-    lambda2 = inverse * (form.k11 * right2 - form.k12 * right1)
+    lambda1 = inverse * (form.k22 * right.right1 - form.k12 * right.right2)
+    lambda2 = inverse * (form.k11 * right.right2 - form.k12 * right.right1)
     return DynamicResponse(
         ddq11=drive1 - form.lever1 * lambda1,
         ddq21=drive2 - form.lever2 * lambda2,
-        ax=form.per_mass * (leg1.u_x * lambda1 + leg2.u_x * lambda2) + push_x,
-        ay=form.per_mass * (leg1.u_y * lambda1 + leg2.u_y * lambda2) + push_y,
+        ax=form.per_mass * (leg1.u_x * lambda1 + leg2.u_x * lambda2) + right.push_x,
+        ay=form.per_mass * (leg1.u_y * lambda1 + leg2.u_y * lambda2) + right.push_y,
         lambda1=lambda1,
         lambda2=lambda2,
     )

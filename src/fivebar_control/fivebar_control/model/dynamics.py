@@ -43,21 +43,21 @@ def inverse_dynamics(
     robot: FiveBar, state: State, ddq11: float, ddq21: float, f1: float, f2: float
 ) -> tuple[float, float]:
     """Return the motor torques (Nm) for motor accelerations (rad/s^2) and lost torque f (Nm); NaN on the locus."""
-    ax, ay = platform_acceleration(state, ddq11, ddq21)
-    return _torques(robot, state, ddq11, ddq21, ax, ay, f1, f2)
+    return _torques(robot, state, (ddq11, ddq21), platform_acceleration(state, ddq11, ddq21), f1, f2)
 
 
 def inverse_dynamics_of_platform(
     robot: FiveBar, state: State, ax: float, ay: float, f1: float, f2: float
 ) -> tuple[float, float]:
     """Return the motor torques (Nm) for a platform acceleration (m/s^2); NaN on the locus and at Type 1."""
-    ddq11, ddq21 = joint_acceleration(state.leg1, ax, ay), joint_acceleration(state.leg2, ax, ay)
-    return _torques(robot, state, ddq11, ddq21, ax, ay, f1, f2)
+    motors = joint_acceleration(state.leg1, ax, ay), joint_acceleration(state.leg2, ax, ay)
+    return _torques(robot, state, motors, (ax, ay), f1, f2)
 
 
 def _torques(
-    robot: FiveBar, state: State, ddq11: float, ddq21: float, ax: float, ay: float, f1: float, f2: float
+    robot: FiveBar, state: State, motors: tuple[float, float], platform: tuple[float, float], f1: float, f2: float
 ) -> tuple[float, float]:
+    (ddq11, ddq21), (ax, ay) = motors, platform
     lambda1, lambda2 = multipliers(robot, state, ax, ay)
     if has_residual(robot) and not math.isnan(lambda1):
         moments = distal_moments(robot, state, ddq11, ddq21, ax, ay)
@@ -83,7 +83,7 @@ def direct_dynamics(robot: FiveBar, state: State, tau1: float, tau2: float, f1: 
     leg1, leg2 = state.leg1, state.leg2
     drive1, drive2 = form.per_zz1 * (tau1 - f1), form.per_zz2 * (tau2 - f2)
     right = pushed(robot, state, leg1.b * drive1 - leg1.c, leg2.b * drive2 - leg2.c)
-    response = response_to(form, state, drive1, drive2, right.right1, right.right2, right.push_x, right.push_y)
+    response = response_to(form, state, drive1, drive2, right)
     return with_residuals(robot, state, form, response, 1.0) if has_residual(robot) else response
 
 

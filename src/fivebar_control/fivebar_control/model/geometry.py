@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.model.state import JointAngles
+from fivebar_control.model.state import JointAngles, WorkingMode
 from fivebar_description.parameters import FiveBar, LegParameters
 
 NAN = math.nan
@@ -35,10 +35,10 @@ def leg_angles(leg: LegParameters, mode: int, x: float, y: float) -> tuple[float
     return wrap(toward_platform - elbow), math.atan2(sin_q2, cos_q2)
 
 
-def inverse_geometry(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> JointAngles:
+def inverse_geometry(robot: FiveBar, mode: WorkingMode, x: float, y: float) -> JointAngles:
     """Return the joint angles (rad) for the platform at (x, y) m in a working mode; NaN where out of reach."""
-    q11, q12 = leg_angles(robot.leg1, mode1, x, y)
-    q21, q22 = leg_angles(robot.leg2, mode2, x, y)
+    q11, q12 = leg_angles(robot.leg1, mode[0], x, y)
+    q21, q22 = leg_angles(robot.leg2, mode[1], x, y)
     return JointAngles(q11, q12, q21, q22)
 
 

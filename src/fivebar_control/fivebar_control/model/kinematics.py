@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 from fivebar_control.model.geometry import direct_geometry, elbow_position, inverse_geometry, wrap
-from fivebar_control.model.state import Joints, Leg, State
+from fivebar_control.model.state import Joints, Leg, State, WorkingMode
 from fivebar_description.parameters import FiveBar, LegParameters
 
 NAN = math.nan
@@ -100,12 +100,12 @@ def _tip(parameters: LegParameters, leg: Leg) -> tuple[float, float, float, floa
     )
 
 
-def state_from_platform(robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float) -> State:
+def state_from_platform(robot: FiveBar, mode: WorkingMode, x: float, y: float, vx: float, vy: float) -> State:
     """Return the state from the platform's position (m) and velocity (m/s) in a working mode.
 
     Regular on the Type 2 locus. Out of reach all joint quantities are NaN.
     """
-    q = inverse_geometry(robot, mode1, mode2, x, y)
+    q = inverse_geometry(robot, mode, x, y)
     leg1 = leg_from_platform(robot.leg1, q.q11, q.q12, vx, vy)
     leg2 = leg_from_platform(robot.leg2, q.q21, q.q22, vx, vy)
     return State(leg1, leg2, x, y, vx, vy)
@@ -175,7 +175,7 @@ def elbow_side(q2_sine: float) -> int:
     return -1 if q2_sine > 0.0 else 1
 
 
-def working_mode(state: State) -> tuple[int, int]:
+def working_mode(state: State) -> WorkingMode:
     """Return the working mode: for each leg +1 where the elbow is counter-clockwise of the line to the platform."""
     return elbow_side(state.leg1.sin_q2), elbow_side(state.leg2.sin_q2)
 

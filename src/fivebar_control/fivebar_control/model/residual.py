@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from fivebar_control.model.constraint_form import ConstraintForm, DynamicResponse, response_to
+from fivebar_control.model.constraint_form import ConstraintForm, DynamicResponse, Pushed, response_to
 from fivebar_control.model.kinematics import det_a, distal_acceleration_by_motor
 from fivebar_control.model.state import Leg, State
 from fivebar_description.parameters import FiveBar, LegParameters
@@ -81,20 +81,24 @@ def with_residuals(
         state,
         form.per_zz1 * ratio1,
         0.0,
-        form.lever1 * ratio1,
-        across * per_l1,
-        form.per_mass * per_l1 * leg1.u_y,
-        -form.per_mass * per_l1 * leg1.u_x,
+        Pushed(
+            form.lever1 * ratio1,
+            across * per_l1,
+            form.per_mass * per_l1 * leg1.u_y,
+            -form.per_mass * per_l1 * leg1.u_x,
+        ),
     )
     two = response_to(
         form,
         state,
         0.0,
         form.per_zz2 * ratio2,
-        -across * per_l2,
-        form.lever2 * ratio2,
-        form.per_mass * per_l2 * leg2.u_y,
-        -form.per_mass * per_l2 * leg2.u_x,
+        Pushed(
+            -across * per_l2,
+            form.lever2 * ratio2,
+            form.per_mass * per_l2 * leg2.u_y,
+            -form.per_mass * per_l2 * leg2.u_x,
+        ),
     )
     t1 = _turn(leg1, per_l1, ratio1, response.ddq11, response.ax, response.ay)
     t2 = _turn(leg2, per_l2, ratio2, response.ddq21, response.ax, response.ay)

@@ -5,6 +5,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+WorkingMode = tuple[int, int]
+"""For each leg +1 where the elbow lies counter-clockwise of the line from the base to the platform, else -1."""
+
 
 class Leg(NamedTuple):
     """Leg i with all quantities that the equations use; each sine and cosine is computed once.

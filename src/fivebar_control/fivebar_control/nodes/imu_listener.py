@@ -50,7 +50,7 @@ class ImuListener(SamplingNode):
         settings = self.declare_settings(ImuListenerSettings)
         scenario = FileParameters(self, ControlScenario, (*ROBOT, *LEAD, "imu")).file
         RunAgreement(self, scenario.rate_hz, {**start_values(scenario), LEAD_SAMPLES: scenario.lead_samples})
-        self._arguments = (scenario.five_bar(), *scenario.working_mode, scenario.rate_hz, scenario.imu)
+        self._arguments = (scenario.five_bar(), scenario.working_mode, scenario.rate_hz, scenario.imu)
         self._check = ImuCheck(*self._arguments)
         schedule = scenario.imu.schedule(scenario.rate_hz)
         self._longest_gap = LONGEST_GAP * schedule.every + schedule.latency

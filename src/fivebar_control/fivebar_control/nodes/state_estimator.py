@@ -21,6 +21,7 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_control.controller.estimator import instruments_of
 from fivebar_control.estimation.constants import CAMERA_LATENCY, history_samples
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.estimator import StateEstimator
@@ -147,26 +148,16 @@ class StateEstimatorNode(SamplingNode):
         scenario = FileParameters(self, ControlScenario, (*ROBOT, "estimator", "waypoints", *SENSORS)).file
         drives, ekf, passive, known = scenario.drives(), scenario.ekf, scenario.passive, scenario.known_sensors()
         homing, rate_hz, extra = homing_of(scenario), scenario.rate_hz, scenario.extra()
+        self._homing = homing
         agreed = {**start_values(scenario), HOMING: [homing.x, homing.y], LEAD_SAMPLES: drives.delay_samples}
         RunAgreement(self, rate_hz, agreed)
         self._imu = scenario.imu
         self._empty = scenario.five_bar()
         compiled = runs_compiled(settings.mode, rate_hz) if settings.compiled == AUTO else settings.compiled == YES
-        self._arguments = (
-            self._empty,
-            homing,
-            rate_hz,
-            drives,
-            ekf,
-            scenario.known_within(),
-            passive,
-            known,
-            extra,
-        )
-        self._kind = kind_of(compiled)
+        self._kind, self._robot, self._instruments = kind_of(compiled), self._empty, instruments_of(scenario)
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
-        self._estimator = self._kind(*self._arguments)
+        self._estimator = self._kind(self._robot, self._homing, self._instruments)
         with said_if_long(self.get_logger().info, COMPILES) if compiled else nullcontext():
             self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
@@ -208,9 +199,8 @@ class StateEstimatorNode(SamplingNode):
         self.listen_to_payload(self._carry)
 
     def _carry(self, payload: float) -> None:
-        robot = laden(self._empty, payload)
-        self._arguments = (robot, *self._arguments[1:])
-        self._estimator.carry(robot)
+        self._robot = laden(self._empty, payload)
+        self._estimator.carry(self._robot)
 
     def health(self) -> tuple[bytes, str]:
         """Return an error while a fault is latched."""
@@ -225,7 +215,7 @@ class StateEstimatorNode(SamplingNode):
 
     def restart(self) -> None:
         """Start again from the homing posture; a latched fault is cleared."""
-        self._estimator = self._kind(*self._arguments)
+        self._estimator = self._kind(self._robot, self._homing, self._instruments)
         self._resting = self._no_rest()
         self._publish_state(ALL_WELL)
         self._waiting = None
@@ -394,7 +384,7 @@ class StateEstimatorNode(SamplingNode):
             self._state.publish(String(data=state))
 
     def _no_rest(self) -> Resting:
-        return Resting(self._arguments[0], self._mode, self._arguments[2], self._count)
+        return Resting(self._robot, self._mode, self._instruments.rate_hz, self._count)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Begin again where the robot rests, with the next sample."""

@@ -32,12 +32,12 @@ def bent_courses(task: Task, start: Point, goal: Point) -> Iterator[Course]:
     if not has_external_force(task.robot):
         return
     line = StraightWay(*start, *goal)
-    crossed = locus_fractions(task.robot, *task.working_mode, line)
+    crossed = locus_fractions(task.robot, task.working_mode, line)
     if len(crossed) != 1:
         return
     x, y, d_x, d_y, _, _ = line.at(crossed[0])
     length = math.hypot(d_x, d_y)
-    svd = parallel_svd(state_on(task.robot, *task.working_mode, line, crossed[0]))
+    svd = parallel_svd(state_on(task.robot, task.working_mode, line, crossed[0]))
     if abs(svd.t_x * d_x + svd.t_y * d_y) > ACROSS * length:
         return
     force_x, force_y = external_force(task.robot)

@@ -117,7 +117,7 @@ def explained(verdict: Feasibility, robot: FiveBar, plan: Plan) -> Feasibility:
 
         for crossing in plan.crossings:
             motion = plan.path.at(crossing.time)
-            causes.append(fall_problem(robot, *plan.modes_at(crossing.time), motion))
+            causes.append(fall_problem(robot, plan.mode_at(crossing.time), motion))
     return verdict._replace(causes=tuple(filter(None, causes)))
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import NEAR_LOCUS, parallel_svd
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.postures import place_at
 from fivebar_description.parameters import FiveBar
 
@@ -36,7 +37,7 @@ BLOCKED = Sight(False, 0, 0.0)
 
 
 def look_along(
-    robot: FiveBar, working_mode: tuple[int, int], start: Point, end: Point, serial_margin: float, rest: float
+    robot: FiveBar, working_mode: WorkingMode, start: Point, end: Point, serial_margin: float, rest: float
 ) -> Sight:
     """Look along a line between two rests; `rest` is the least kappa (1/cond(A)) at its ends."""
     dx, dy = end[0] - start[0], end[1] - start[1]
@@ -53,7 +54,7 @@ def look_along(
         if place.assembly == -before:
             crossings += 1
             changes_here += 1
-            svd = parallel_svd(state_from_platform(robot, *working_mode, place.x, place.y, 0.0, 0.0))
+            svd = parallel_svd(state_from_platform(robot, working_mode, place.x, place.y, 0.0, 0.0))
             authority = min(authority, abs(dx * svd.t_x + dy * svd.t_y) / length)
         now_inside = place.kappa < NEAR_LOCUS
         if not now_inside:

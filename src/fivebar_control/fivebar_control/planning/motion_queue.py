@@ -140,7 +140,7 @@ class MotionQueue:
     def __init__(self, plan: Plan, rate_hz: int) -> None:
         """Begin with a plan."""
         self._rate_hz = rate_hz
-        self._working_mode = (plan.mode1, plan.mode2)
+        self._working_mode = plan.mode
         self._through_type1 = bool(plan.modes)
         self._motion = ScheduledPath(plan.path, 0)
         self._before = self._motion

@@ -20,7 +20,7 @@ def motor_limits(file: RobotFile) -> MotorLimits:
     """
     drives, usual = file.drives, MotionLimits()
     limits = MotorLimits(drives.torque_limit or usual.torque, drives.joint_speed_limit or usual.motor_speed)
-    home = inverse_geometry(file.five_bar(), *HOME_MODE, *file.home_m)
+    home = inverse_geometry(file.five_bar(), HOME_MODE, *file.home_m)
     if not all(map(math.isfinite, home)):
         return limits
     range1, range2 = (motor_range(file.forbidden, joint, getattr(home, joint)) for joint in ACTIVE_JOINTS)

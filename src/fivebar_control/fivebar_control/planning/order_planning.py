@@ -80,30 +80,26 @@ def plan_timed(conditions: Conditions, order: PlanningRequest, timed: TimedCours
 def plan_order(conditions: Conditions, order: Order) -> Planned:
     """Plan what a request asks for, and screen it with the controller that will follow it."""
     try:
-        robot, mode, rate_hz, follower, limits, sensing = task_of(conditions, order)
+        task = task_of(conditions, order)
+        follower, rate_hz = task.follower, task.rate_hz
         if isinstance(order, StopRequest):
-            return _stopped(plan_stop(robot, order, rate_hz, follower, limits, sensing), follower, rate_hz)
+            return _stopped(plan_stop(task, order), follower, rate_hz)
         if isinstance(order, PlanningRequest):
             transfer = plan_transfer(
-                robot,
-                mode,
+                task,
                 order.start,
                 order.goal,
                 order.assembly or None,
-                rate_hz,
-                follower,
-                limits,
                 order.duration or Speed.COMFORTABLE,
-                sensing,
                 order.via,
                 order.blend_radius or RESTS,
             )
             plan, course, durations = transfer.plan, transfer.course, transfer.durations
         else:
-            plan = plan_points(robot, order, rate_hz, follower, limits, sensing)
+            plan = plan_points(task, order)
             end = plan.path.at(plan.path.duration)
             course, durations = Course((order.place, (end.x, end.y))), (plan.path.duration,)
-        _check_held(conditions, robot, plan, follower)
+        _check_held(conditions, task.robot, plan, follower)
     except (PlanRefused, InputError) as refusal:
         return Planned(str(refusal))
     return Planned("", course, durations, plan.path.segments, references=_references(follower, plan.path, rate_hz))

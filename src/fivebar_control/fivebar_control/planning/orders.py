@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_control.estimation.settings import Sensing
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.course import NO_COURSE, Course
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.line_of_sight import Point
@@ -28,7 +29,7 @@ class PlanningRequest(NamedTuple):
     """
 
     start: Point
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     goal: Point
     assembly: int
     duration: float
@@ -89,7 +90,7 @@ class TrajectoryRequest(NamedTuple):
     joints: tuple[str, str]
     points: tuple[TimedPoint, ...]
     place: Point
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     payload: float = 0.0
     labels: PointLabels = IN_MESSAGE
 
@@ -116,7 +117,7 @@ class StopRequest(NamedTuple):
     """
 
     segments: tuple[AnySegment, ...]
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     earliest: float
     payload: float = 0.0
     pauses: bool = False

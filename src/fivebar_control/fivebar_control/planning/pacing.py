@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from fivebar_control.estimation.settings import Sensing
-from fivebar_control.laws.registry import TunedController
+from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.advice import advice, concerns_tolerances, judge_of
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.feasibility import displaced, screen, screen_run
@@ -60,10 +61,10 @@ class Task(NamedTuple):
     """
 
     robot: FiveBar
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     rate_hz: int
-    follower: TunedController
-    limits: MotionLimits
+    follower: TunedController = default_tuning(CONTROLLERS["unified"])
+    limits: MotionLimits = MotionLimits()
     sensing: Sensing | None = None
 
     def plan(self, course: Course, durations: Sequence[float]) -> Plan:

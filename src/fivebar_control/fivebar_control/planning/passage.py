@@ -24,7 +24,7 @@ from fivebar_control.laws.unified import Box, InputMap, acceleration, box_least_
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import ParallelSvd, parallel_svd
-from fivebar_control.model.state import Leg
+from fivebar_control.model.state import Leg, WorkingMode
 from fivebar_control.planning.predicted_run import Peak
 from fivebar_control.trajectory.desired import desired_along, desired_at, reference_of
 from fivebar_control.trajectory.path_distance import PATH, TIMED, path_place
@@ -127,7 +127,7 @@ def _displacement_at(judged: Judged, crossing: Crossing) -> float:
             held[number] = 1.0 - supervise.at(crossing.time + time, reference_of(row).state).sigma
     passage = JudgedPassage(
         robot,
-        *plan.modes_at(crossing.time),
+        plan.mode_at(crossing.time),
         parallel_svd(here),
         judged.follower.nominal.feedback,
         float(judged.torque_limit),
@@ -171,7 +171,7 @@ class JudgedPassage(NamedTuple):
 
     Attributes:
         robot: as modelled, its numbers floats.
-        mode1, mode2: working mode.
+        mode: working mode.
         here: singular values and vectors at the crossing; loads act along its t_s.
         feedback: of the law.
         limit: of the drives (Nm).
@@ -179,8 +179,7 @@ class JudgedPassage(NamedTuple):
     """
 
     robot: FiveBar
-    mode1: int
-    mode2: int
+    mode: WorkingMode
     here: ParallelSvd
     feedback: Feedback
     limit: float
@@ -300,8 +299,7 @@ def _response(passage: JudgedPassage, instants: list[PassageInstant], path: Floa
     for number, instant in enumerate(instants):
         state = state_from_platform(
             robot,
-            passage.mode1,
-            passage.mode2,
+            passage.mode,
             instant.x + x,
             instant.y + y,
             instant.vx + vx,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import distal_links, inverse_condition_rate
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import Crossing, Plan
@@ -13,13 +13,13 @@ from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
 
 
-def state_along(robot: FiveBar, path: Path, mode: tuple[int, int], t: float) -> State:
+def state_along(robot: FiveBar, path: Path, mode: WorkingMode, t: float) -> State:
     """Return the state of a robot in a working mode on a path at time t (s)."""
     place = path.at(t)
-    return state_from_platform(robot, *mode, place.x, place.y, place.vx, place.vy)
+    return state_from_platform(robot, mode, place.x, place.y, place.vx, place.vy)
 
 
-def plan_along(robot: FiveBar, path: Path, mode: tuple[int, int], rate_hz: int) -> Plan:
+def plan_along(robot: FiveBar, path: Path, mode: WorkingMode, rate_hz: int) -> Plan:
     """Return the plan of a motion along a path in a working mode, without zones."""
 
     def side(t: float) -> float:
@@ -34,4 +34,4 @@ def plan_along(robot: FiveBar, path: Path, mode: tuple[int, int], rate_hz: int) 
             state = state_along(robot, path, mode, t)
             rate, links = inverse_condition_rate(state), distal_links(state)
             crossings.append(Crossing(path.segment_index(t), t, state.x, state.y, 1.0, rate, 0.0, links))
-    return Plan(path, tuple(crossings), *mode, ZoneRule().duration)
+    return Plan(path, tuple(crossings), mode, ZoneRule().duration)

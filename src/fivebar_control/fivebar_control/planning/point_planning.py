@@ -5,15 +5,13 @@ from __future__ import annotations
 
 import math
 
-from fivebar_control.estimation.settings import Sensing
-from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.kinematics import state_from_motors, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.model.state import State
 from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.figures import Feasibility
-from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.orders import TrajectoryRequest
+from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.plan_along import plan_along
 from fivebar_control.planning.timed_points import segment_of
 from fivebar_control.trajectory.path import Path
@@ -23,21 +21,15 @@ from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_description.parameters import FiveBar
 
 
-def plan_points(
-    robot: FiveBar,
-    request: TrajectoryRequest,
-    rate_hz: int,
-    follower: TunedController,
-    limits: MotionLimits,
-    sensing: Sensing | None,
-) -> Plan:
+def plan_points(task: Task, request: TrajectoryRequest) -> Plan:
     """Plan a motion through knots, and screen it as every motion is.
 
     Raises:
         PlanRefused: it is not feasible.
     """
-    plan = plan_knots(robot, request, rate_hz, limits.rest)
-    refuse_infeasible(request, screen_run(robot, plan, rate_hz, follower, limits, sensing))
+    plan = plan_knots(task.robot, request, task.rate_hz, task.limits.rest)
+    verdict = screen_run(task.robot, plan, task.rate_hz, task.follower, task.limits, task.sensing)
+    refuse_infeasible(request, verdict)
     return plan
 
 
@@ -77,7 +69,7 @@ def _check_regular(
     """Refuse an instant without a defined reference: out of reach, or where motors do not fix the platform."""
     at = segment.coordinates_at(t)
     if not segment.assembly:
-        if not _defined(state_from_platform(robot, *request.working_mode, at.one, at.two, 0.0, 0.0)):
+        if not _defined(state_from_platform(robot, request.working_mode, at.one, at.two, 0.0, 0.0)):
             place = f"({at.one:.4f}, {at.two:.4f}) m"
             raise PlanRefused(f"at {t:.3f} s, after {request.label_at(t)}, the platform is out of reach: {place}")
         return

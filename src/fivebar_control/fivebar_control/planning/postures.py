@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, type1_margin
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.safety.stages import is_inside
 from fivebar_control.trajectory.refusal import out_of_reach, place
@@ -34,16 +35,16 @@ class Place(NamedTuple):
     serial: float
 
 
-def place_at(robot: FiveBar, working_mode: tuple[int, int], x: float, y: float) -> Place:
+def place_at(robot: FiveBar, working_mode: WorkingMode, x: float, y: float) -> Place:
     """Return the figures of a rest at (x, y) m."""
-    state = state_from_platform(robot, *working_mode, x, y, 0.0, 0.0)
+    state = state_from_platform(robot, working_mode, x, y, 0.0, 0.0)
     kappa = inverse_condition(state)
     # out of reach of one leg only, the other's margin is still a number
     serial = math.nan if math.isnan(kappa) else type1_margin(state)
     return Place(x, y, assembly_mode(state), kappa, serial)
 
 
-def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: float, limits: MotionLimits) -> str | None:
+def rest_problem(robot: FiveBar, working_mode: WorkingMode, x: float, y: float, limits: MotionLimits) -> str | None:
     """Say why the platform must not rest at (x, y) m, in words; None where it may."""
     if not (math.isfinite(x) and math.isfinite(y)):
         return f"({x}, {y}) m: expected finite coordinates"
@@ -69,7 +70,7 @@ def rest_problem(robot: FiveBar, working_mode: tuple[int, int], x: float, y: flo
 
 
 def assembly_problem(
-    robot: FiveBar, working_mode: tuple[int, int], x: float, y: float, assembly: int, limits: MotionLimits
+    robot: FiveBar, working_mode: WorkingMode, x: float, y: float, assembly: int, limits: MotionLimits
 ) -> str | None:
     """Say why a reachable place does not belong to an assembly mode in a working mode; None where it does."""
     found = place_at(robot, working_mode, x, y).assembly
@@ -95,6 +96,6 @@ def sign_name(sign: int) -> str:
     return "+" if sign > 0 else "-"
 
 
-def mode_name(working_mode: tuple[int, int]) -> str:
+def mode_name(working_mode: WorkingMode) -> str:
     """Return a working mode as a person writes it."""
     return f"({working_mode[0]:+d}, {working_mode[1]:+d})"

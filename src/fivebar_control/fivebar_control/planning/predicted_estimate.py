@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.compiling import as_machine_code, bound, bound_apart
 from fivebar_control.estimation.camera import CAMERA_GATE, seen_at
-from fivebar_control.estimation.constants import EstimatorModel, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, Instrumentation, estimator_model
 from fivebar_control.estimation.covariance import Matrix, X, Y, propagated
 from fivebar_control.estimation.ekf import NO_ERRORS, Belief, Estimate, transition
 from fivebar_control.estimation.encoder import Angle, angle_variance, first_angle
@@ -81,17 +81,10 @@ def predict_estimate(
         predicted: the run, of at least one sample.
         judge: by which distance the motion is judged.
     """
-    model = estimator_model(
-        with_floats(robot),
-        plan.mode1,
-        plan.mode2,
-        rate_hz,
-        sensing.drives,
-        sensing.settings,
-        sensing.tolerances,
-        sensing.passive,
-        extra=sensing.extra,
+    instruments = Instrumentation(
+        rate_hz, sensing.drives, sensing.settings, sensing.tolerances, sensing.passive, extra=sensing.extra
     )
+    model = estimator_model(with_floats(robot), plan.mode, instruments)
     every = np.zeros(SENSORS, dtype=np.int64)
     every[PASSIVE] = sensing.passive.schedule(rate_hz).every if model.elbow else 0
     every[GYROSCOPE] = sensing.gyro_every if sensing.settings.gyro else 0
@@ -174,8 +167,8 @@ def _next(
     middle = _estimate(half_x, half_y, 0.5 * (before.vx + now.vx), 0.5 * (before.vy + now.vy))
     covariance = propagated(belief.covariance, transition(known, middle, before.tau1, before.tau2), known.noise)
     belief = Belief(_estimate(now.x, now.y, now.vx, now.vy), covariance)
-    leg1 = leg_motion(known.robot.leg1, known.mode1, now.x, now.y, now.vx, now.vy)
-    leg2 = leg_motion(known.robot.leg2, known.mode2, now.x, now.y, now.vx, now.vy)
+    leg1 = leg_motion(known.robot.leg1, known.mode[0], now.x, now.y, now.vx, now.vy)
+    leg2 = leg_motion(known.robot.leg2, known.mode[1], now.x, now.y, now.vx, now.vy)
     q11, q21 = _motor_angle(model, leg1), _motor_angle(model, leg2)
     belief = Belief(belief.estimate, corrected(known, belief, q11, q21).belief.covariance)
     if _is_due(every, PASSIVE, number):
@@ -191,7 +184,7 @@ def _next(
         at = seen_at(belief, now.x, now.y, 0.0, model.camera_variance, CAMERA_GATE)
         belief = Belief(belief.estimate, at.belief.covariance)
     if _is_due(every, EXTRA, number):
-        value = extra_expected(model.extra, known.robot, known.mode1, known.mode2, now.x, now.y, now.vx, now.vy).value
+        value = extra_expected(model.extra, known.robot, known.mode, now.x, now.y, now.vx, now.vy).value
         by_extra = extra_taken(model, belief, value, 0.0, model.extra_variance)
         belief = Belief(belief.estimate, by_extra.belief.covariance)
     return belief

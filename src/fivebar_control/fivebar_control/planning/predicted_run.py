@@ -19,6 +19,7 @@ from fivebar_control.laws.registry import TunedController
 from fivebar_control.laws.torque import Torque
 from fivebar_control.loop.closed_loop import (
     Advanced,
+    Answered,
     Known,
     LoopSettings,
     cycle_settings_of,
@@ -26,11 +27,11 @@ from fivebar_control.loop.closed_loop import (
     law_functions,
     run_loop,
 )
-from fivebar_control.loop.cycle import Cycle, CycleSettings
+from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_references, reference_ahead
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.safety.stages import NO_FAULT, distance_from, guard_limits_of
@@ -134,14 +135,14 @@ def prediction_settings(
     rate_hz: int,
     follower: TunedController,
     torque_limit: float,
-    mode: tuple[int, int] | None = None,
+    mode: WorkingMode | None = None,
 ) -> CycleSettings:
     """Return the constants of the control cycle in a prediction, by default in the working mode of the whole plan."""
     # the prediction ends at the first fault, so that nothing is braked
     safety = SafetySettings(torque_limit=torque_limit, request_ratio=math.inf, type1_margin=0.0, brake=False)
     limits, brake = guard_limits_of(safety, rate_hz)._replace(tracking_error=LOST), brake_of(safety, robot, rate_hz)
-    mode1, mode2 = mode or (plan.mode1, plan.mode2)
-    return cycle_settings_of(robot, mode1, mode2, rate_hz, follower, plan.zone_time, limits, brake)
+    mode = mode or plan.mode
+    return cycle_settings_of(robot, mode, rate_hz, follower, plan.zone_time, limits, brake)
 
 
 def judged_by(judge: str, predicted: PredictedRun, plan: Plan, rate_hz: int) -> PredictedRun:
@@ -165,7 +166,7 @@ class Stretch(NamedTuple):
 
     first: int
     last: int
-    mode: tuple[int, int]
+    mode: WorkingMode
 
 
 def stretches_of(plan: Plan, rate_hz: int) -> list[Stretch]:
@@ -176,7 +177,7 @@ def stretches_of(plan: Plan, rate_hz: int) -> list[Stretch]:
         if isinstance(segment, JointSegment):
             joined = False
             continue
-        mode = plan.modes[index] if plan.modes else (plan.mode1, plan.mode2)
+        mode = plan.modes[index] if plan.modes else plan.mode
         first = found.pop().first if joined else math.ceil(segment.start_time * rate_hz - 1e-6)
         # the instant between two segments belongs to the later one
         last = math.ceil((segment.start_time + segment.duration) * rate_hz - 1e-6) - 1
@@ -206,7 +207,7 @@ class _Stretch:
         self._step = settings.period / self._steps
         self._advanced = as_machine_code(advanced)
         start = plan.path.at(stretch.first / self._rate_hz)
-        self._state = state_from_platform(robot, *stretch.mode, start.x, start.y, 0.0, 0.0)
+        self._state = state_from_platform(robot, stretch.mode, start.x, start.y, 0.0, 0.0)
         self._error, self._torque, self._changes, self._moments = *before[:3], list(before.moments)
         self._side = 0.0
 
@@ -217,8 +218,9 @@ class _Stretch:
         ahead = reference_ahead(self._plan, moment, self._rate_hz, self._follower.samples_ahead)
         return plan_sample(self._robot, self._plan, moment / self._rate_hz, ahead)
 
-    def record(self, number: int, known: Known, planned: PlanSample, cycle: Cycle, latched: bool) -> None:
-        t, state, desired, asked = number / self._rate_hz, self._state, planned.platform, cycle.requested
+    def record(self, number: int, known: Known, planned: PlanSample, loop: Answered) -> None:
+        t, state, desired, cycle = number / self._rate_hz, self._state, planned.platform, loop.cycle
+        asked = cycle.requested
         self._error = self._error.or_larger(distance_from(state, desired.x, desired.y), t, state.x, state.y)
         determinant = det_a(state)
         if determinant * self._side < 0.0:
@@ -235,7 +237,7 @@ class _Stretch:
         return fault != NO_FAULT
 
     def advance(self, number: int, command: Torque) -> Advanced:
-        self._state = self._advanced(self._robot, *self._mode, self._state, command, self._step, self._steps)
+        self._state = self._advanced(self._robot, self._mode, self._state, command, self._step, self._steps)
         return Advanced(False)
 
     def conclude(self) -> PredictedRun:
@@ -259,30 +261,30 @@ def _predict_stretch(
     return predicted
 
 
-def advanced(robot: FiveBar, mode1: int, mode2: int, state: State, torque: Torque, step: float, steps: int) -> State:
+def advanced(robot: FiveBar, mode: WorkingMode, state: State, torque: Torque, step: float, steps: int) -> State:
     """Return the state after some Runge-Kutta steps (s) under a torque (Nm)."""
     x, y, vx, vy = state.x, state.y, state.vx, state.vy
     for _ in range(steps):
-        ax1, ay1 = _acceleration(robot, mode1, mode2, x, y, vx, vy, torque)
+        ax1, ay1 = _acceleration(robot, mode, x, y, vx, vy, torque)
         h = 0.5 * step
         vx2, vy2 = vx + h * ax1, vy + h * ay1
-        ax2, ay2 = _acceleration(robot, mode1, mode2, x + h * vx, y + h * vy, vx2, vy2, torque)
+        ax2, ay2 = _acceleration(robot, mode, x + h * vx, y + h * vy, vx2, vy2, torque)
         vx3, vy3 = vx + h * ax2, vy + h * ay2
-        ax3, ay3 = _acceleration(robot, mode1, mode2, x + h * vx2, y + h * vy2, vx3, vy3, torque)
+        ax3, ay3 = _acceleration(robot, mode, x + h * vx2, y + h * vy2, vx3, vy3, torque)
         vx4, vy4 = vx + step * ax3, vy + step * ay3
-        ax4, ay4 = _acceleration(robot, mode1, mode2, x + step * vx3, y + step * vy3, vx4, vy4, torque)
+        ax4, ay4 = _acceleration(robot, mode, x + step * vx3, y + step * vy3, vx4, vy4, torque)
         x += step / 6.0 * (vx + 2.0 * vx2 + 2.0 * vx3 + vx4)
         y += step / 6.0 * (vy + 2.0 * vy2 + 2.0 * vy3 + vy4)
         vx += step / 6.0 * (ax1 + 2.0 * ax2 + 2.0 * ax3 + ax4)
         vy += step / 6.0 * (ay1 + 2.0 * ay2 + 2.0 * ay3 + ay4)
-    return state_from_platform(robot, mode1, mode2, x, y, vx, vy)
+    return state_from_platform(robot, mode, x, y, vx, vy)
 
 
 def _acceleration(
-    robot: FiveBar, mode1: int, mode2: int, x: float, y: float, vx: float, vy: float, torque: Torque
+    robot: FiveBar, mode: WorkingMode, x: float, y: float, vx: float, vy: float, torque: Torque
 ) -> tuple[float, float]:
     """Return the platform's acceleration (m/s^2)."""
-    here = state_from_platform(robot, mode1, mode2, x, y, vx, vy)
+    here = state_from_platform(robot, mode, x, y, vx, vy)
     f1 = lost_torque(robot, robot.leg1, here.leg1.q1, here.leg1.dq1)
     f2 = lost_torque(robot, robot.leg2, here.leg2.q1, here.leg2.dq1)
     response = direct_dynamics(robot, here, torque.tau1, torque.tau2, f1, f2)

@@ -23,7 +23,7 @@ from typing import NamedTuple, TypeVar
 from fivebar_control.laws.torque import ZERO
 from fivebar_control.model.geometry import elbow_position, wrap
 from fivebar_control.model.kinematics import det_a, elbow_side, state_from_motors, state_from_platform, working_mode
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_control.planning.release_drive import (
     COUNTED,
     INSTANTS,
@@ -89,6 +89,25 @@ class ReleaseRefused(InputError):
     """It is not known what a release would come to; says why."""
 
 
+class ReleaseTask(NamedTuple):
+    """The conditions that a release is planned for.
+
+    Attributes:
+        robot, tolerances: the robot as modelled, and how exactly it is known.
+        limits: of the guard, which every posture keeps to which the robot may come.
+        elbows_pass: whether its elbows may pass each other.
+        rate_hz: sampling rate (Hz).
+        loads: that may act while it is driven.
+    """
+
+    robot: FiveBar
+    tolerances: Tolerances
+    limits: Limits
+    elbows_pass: ElbowsPass
+    rate_hz: int
+    loads: Loads = NO_LOADS
+
+
 class ReleasePlan(NamedTuple):
     """A release, and what is known of it beforehand.
 
@@ -116,54 +135,45 @@ PlannedInSlices = Generator[None, None, ReleasePlan]
 
 
 def plan_in_slices(
-    robot: FiveBar,
-    tolerances: Tolerances,
-    limits: Limits,
-    elbows_pass: ElbowsPass,
-    rate_hz: int,
+    task: ReleaseTask,
     q11: float,
     q21: float,
     platform: tuple[float, float] | None = None,
     gyroscope: bool = True,
-    loads: Loads = NO_LOADS,
 ) -> PlannedInSlices:
     """Return how a robot at rest near the locus is released from there, after some slices of a millisecond or so.
 
     Args:
-        robot: as modelled.
-        tolerances: how exactly it is known.
-        limits: of the guard, which every posture keeps to which it may come.
-        elbows_pass: whether its elbows may pass each other.
-        rate_hz: sampling rate (Hz).
+        task: the conditions that it is planned for.
         q11, q21: motor angles (rad).
         platform: where the platform is (m), if known; needed where the elbows of equal distal links are in one place.
         gyroscope: whether one tells to which side it falls; else it is driven to a side first.
-        loads: that may act while it is driven.
 
     Raises:
         ReleaseRefused: it is not near the locus, or it is not known that all goes well.
     """
+    robot = task.robot
     if has_external_force(robot):
         raise ReleaseRefused(
             "gravity or a constant force (forces of the robot file) acts on the platform: which way it goes where no"
             " motor holds it is not planned: expected a hand"
         )
-    stand = standstill_at(robot, tolerances, q11, q21)
+    stand = standstill_at(robot, task.tolerances, q11, q21)
     if not gyroscope and (stand is None or not stand.stretched):
         raise ReleaseRefused(
             "there is no gyroscope, and without one nobody knows to which side the platform goes where the distal links"
             " are folded: expected a hand, or a gyroscope"
         )
     if stand is None or _together(robot, stand):
-        return _opened(robot, limits, elbows_pass, rate_hz, q11, q21, stand, platform)
+        return _opened(task, q11, q21, stand, platform)
     if not stand.near:
         raise ReleaseRefused(
             f"not near the Type 2 locus: the platform is {1e3 * stand.side:.1f} mm beside the elbows' line, and"
             " the motors hold it there: expected a robot whose assembly mode its encoders do not tell"
         )
     if not gyroscope:
-        return (yield from _driven(robot, tolerances, limits, loads, rate_hz, q11, q21, stand))
-    return _pressed(robot, limits, rate_hz, q11, q21, stand)
+        return (yield from _driven(task, q11, q21, stand))
+    return _pressed(task, q11, q21, stand)
 
 
 def finished(slices: Generator[None, None, R]) -> R:
@@ -182,8 +192,9 @@ def _together(robot: FiveBar, stand: Standstill) -> bool:
     return not stand.stretched and distance < TOGETHER + 2.0 * DEVIATIONS * stand.gap_deviation
 
 
-def _pressed(robot: FiveBar, limits: Limits, rate_hz: int, q11: float, q21: float, stand: Standstill) -> ReleasePlan:
+def _pressed(task: ReleaseTask, q11: float, q21: float, stand: Standstill) -> ReleasePlan:
     """Return the release of a robot whose elbows are on a known line."""
+    robot = task.robot
     spread = DEVIATIONS * stand.gap_deviation
     goal = max(gap_of(robot, stand.stretched, CLEAR) + spread, stand.gap + 2.0 * spread, 2.0 * spread)
     way = goal - stand.gap
@@ -203,9 +214,7 @@ def _pressed(robot: FiveBar, limits: Limits, rate_hz: int, q11: float, q21: floa
         / (1.0 / robot.leg1.distal + (1.0 if stand.stretched else -1.0) / robot.leg2.distal)
     )
     release = _release(
-        robot,
-        limits,
-        rate_hz,
+        task,
         (q11, q21),
         (slope1 / squared, slope2 / squared),
         way,
@@ -214,24 +223,16 @@ def _pressed(robot: FiveBar, limits: Limits, rate_hz: int, q11: float, q21: floa
         if stand.stretched or robot.leg2.distal > robot.leg1.distal
         else math.atan2(e2[1] - e1[1], e2[0] - e1[0]),
     )
-    ends = tuple(_end_within(robot, limits, release, mode, (way - spread, way, way + spread)) for mode in (1, -1))
+    ends = tuple(_end_within(task, release, mode, (way - spread, way, way + spread)) for mode in (1, -1))
     return ReleasePlan(release, stand, False, (1, -1), ends)
 
 
-def _driven(
-    robot: FiveBar,
-    tolerances: Tolerances,
-    limits: Limits,
-    loads: Loads,
-    rate_hz: int,
-    q11: float,
-    q21: float,
-    stand: Standstill,
-) -> PlannedInSlices:
+def _driven(task: ReleaseTask, q11: float, q21: float, stand: Standstill) -> PlannedInSlices:
     """Return the release of a robot without a gyroscope: driven along v_1 to one side of the line, then pressed.
 
     Of all drives that are sure enough the shortest is taken, of two of one length the surer one.
     """
+    robot = task.robot
     least, reason = 1.0, "no drive along the distal links stays within reach and keeps the limits"
     for length in DRIVES:
         tried = []
@@ -239,9 +240,9 @@ def _driven(
             drive = _along(robot, q11, q21, stand, sign * length)
             wrong = wrong_side(robot, stand, COUNTED * abs(height_of(robot, state_at(robot, drive, drive.duration))))
             if wrong <= WRONG_SIDE or (least == 1.0 and length == DRIVES[-1]):
-                timed = yield from _timed(robot, limits, rate_hz, drive)
+                timed = yield from _timed(task, drive)
                 if timed is not None:
-                    reach = yield from reach_of(robot, timed, loads)
+                    reach = yield from reach_of(robot, timed, task.loads)
                     timed = timed._replace(side=1 if reach > 0.0 else -1)
                     tried.append((wrong_side(robot, stand, abs(reach)), abs(reach), timed))
         for wrong, reach, drive in sorted(tried):
@@ -254,7 +255,7 @@ def _driven(
                 )
             if wrong <= WRONG_SIDE:
                 try:
-                    return _driven_by(robot, tolerances, limits, rate_hz, (q11, q21), stand, drive, wrong)
+                    return _driven_by(task, (q11, q21), stand, drive, wrong)
                 except ReleaseRefused as error:
                     least, reason = -1.0, str(error)
     raise ReleaseRefused(
@@ -268,11 +269,10 @@ def _along(robot: FiveBar, q11: float, q21: float, stand: Standstill, length: fl
     (x1, y1), (x2, y2) = elbow_position(robot.leg1, q11), elbow_position(robot.leg2, q21)
     share = robot.leg1.distal / (robot.leg1.distal + robot.leg2.distal)
     e_x, e_y = stand.normal_y, -stand.normal_x
-    mode1 = elbow_side(e_y * math.cos(q11) - e_x * math.sin(q11))
-    mode2 = elbow_side(e_x * math.sin(q21) - e_y * math.cos(q21))
+    side1 = elbow_side(e_y * math.cos(q11) - e_x * math.sin(q11))
+    side2 = elbow_side(e_x * math.sin(q21) - e_y * math.cos(q21))
     return NO_DRIVE._replace(
-        mode1=mode1,
-        mode2=mode2,
+        mode=(side1, side2),
         x=x1 + share * (x2 - x1),
         y=y1 + share * (y2 - y1),
         d_x=math.copysign(1.0, length) * e_x,
@@ -282,13 +282,12 @@ def _along(robot: FiveBar, q11: float, q21: float, stand: Standstill, length: fl
     )
 
 
-def _timed(
-    robot: FiveBar, limits: Limits, rate_hz: int, drive: ReleaseDrive
-) -> Generator[None, None, ReleaseDrive | None]:
+def _timed(task: ReleaseTask, drive: ReleaseDrive) -> Generator[None, None, ReleaseDrive | None]:
     """Return a drive as quick as torque and speeds allow, after some slices; None where it breaks a limit.
 
     Speeds go with the inverse of the duration, torques beyond friction with its square.
     """
+    robot, limits = task.robot, task.limits
     strict = limits._replace(type1_margin=max(limits.type1_margin, TYPE_1_MARGIN))
     smooth = (leg._replace(coulomb=0.0, offset=0.0) for leg in (robot.leg1, robot.leg2))
     free = robot._replace(leg1=next(smooth), leg2=next(smooth))
@@ -300,10 +299,10 @@ def _timed(
         time = number / INSTANTS * drive.duration
         state = state_at(robot, drive, time)
         one, two = state.leg1, state.leg2
-        rest = state_from_platform(robot, drive.mode1, drive.mode2, state.x, state.y, 0.0, 0.0)
+        rest = state_from_platform(robot, drive.mode, state.x, state.y, 0.0, 0.0)
         if not math.isfinite(det_a(state)):
             return None
-        if first_fault(strict, robot, drive.mode1, drive.mode2, rest, rest.x, rest.y, ZERO) != NO_FAULT:
+        if first_fault(strict, robot, drive.mode, rest, rest.x, rest.y, ZERO) != NO_FAULT:
             return None
         needed = drive_torque(free, unlimited, time, one.q1, two.q1, one.dq1, two.dq1)
         torque = max(torque, abs(needed.tau1), abs(needed.tau2))
@@ -314,7 +313,7 @@ def _timed(
         return None
     duration = max(
         QUICKEST,
-        SAMPLES / rate_hz,
+        SAMPLES / task.rate_hz,
         speed / (DRIVE_SHARE * min(MOTOR_SPEED, limits.joint_speed)),
         rate / (DRIVE_SHARE * LINK_RATE),
         math.sqrt(torque / left),
@@ -323,10 +322,7 @@ def _timed(
 
 
 def _driven_by(
-    robot: FiveBar,
-    tolerances: Tolerances,
-    limits: Limits,
-    rate_hz: int,
+    task: ReleaseTask,
     begin: tuple[float, float],
     stand: Standstill,
     drive: ReleaseDrive,
@@ -337,10 +333,11 @@ def _driven_by(
     Raises:
         ReleaseRefused: what follows would contradict a limit.
     """
+    robot = task.robot
     end = state_at(robot, drive, drive.duration)
-    there = standstill_at(robot, tolerances, end.leg1.q1, end.leg2.q1)
+    there = standstill_at(robot, task.tolerances, end.leg1.q1, end.leg2.q1)
     assert there is not None
-    pressed = _pressed(robot, limits, rate_hz, end.leg1.q1, end.leg2.q1, there)
+    pressed = _pressed(task, end.leg1.q1, end.leg2.q1, there)
     turned = max(abs(wrap(end.leg1.q1 - begin[0])), abs(wrap(end.leg2.q1 - begin[1])))
     start = state_at(robot, drive, 0.0).leg2
     release = pressed.release._replace(
@@ -370,17 +367,15 @@ def gap_of(robot: FiveBar, stretched: bool, kappa: float) -> float:
 
 
 def _opened(
-    robot: FiveBar,
-    limits: Limits,
-    elbows_pass: ElbowsPass,
-    rate_hz: int,
+    task: ReleaseTask,
     q11: float,
     q21: float,
     stand: Standstill | None,
     platform: tuple[float, float] | None,
 ) -> ReleasePlan:
     """Return the release of a robot whose elbows are in one place, as far as is known."""
-    if elbows_pass is False:
+    robot = task.robot
+    if task.elbows_pass is False:
         raise ReleaseRefused(
             "the elbows are in one place within the tolerances, and the robot's file says that they cannot pass each"
             " other (elbows_pass: false): which is on which side is not known: expected a hand"
@@ -415,9 +410,9 @@ def _opened(
         way2 = (n1_x * way_y - n1_y * way_x) / determinant
         start = math.atan2(u_y, u_x)
         press = 0.5 * GROWTH * GROWTH * robot.mass * length
-        release = _release(robot, limits, rate_hz, (q11, q21), (way1 / wide, way2 / wide), wide, press, start)
+        release = _release(task, (q11, q21), (way1 / wide, way2 / wide), wide, press, start)
         try:
-            end = _end_within(robot, limits, release, mode, (0.5 * wide, wide))
+            end = _end_within(task, release, mode, (0.5 * wide, wide))
         except ReleaseRefused as error:
             reasons.append(str(error))
             continue
@@ -433,29 +428,28 @@ def _in_one_place(platform: tuple[float, float]) -> Standstill:
 
 
 def _release(
-    robot: FiveBar,
-    limits: Limits,
-    rate_hz: int,
+    task: ReleaseTask,
     begin: tuple[float, float],
     per_way: tuple[float, float],
     way: float,
     force: float,
     start: float,
 ) -> Release:
+    robot, torque_limit = task.robot, task.limits.torque_limit
     legs = robot.leg1, robot.leg2
     inertias = [leg.inertia + robot.mass * leg.proximal**2 for leg in legs]
     frictions = [leg.coulomb + abs(leg.offset) for leg in legs]
     # the force acts at the end of the proximal link, at the best across it
     caps = [one + force * leg.proximal for one, leg in zip(frictions, legs, strict=True)]
-    if not all(most <= limits.torque_limit for most in caps):
+    if not all(most <= torque_limit for most in caps):
         raise ReleaseRefused(
             f"the motors need {max(caps):.3g} Nm against friction and to press: expected no more than the torque"
-            f" limit, {limits.torque_limit:.3g} Nm"
+            f" limit, {torque_limit:.3g} Nm"
         )
     travel = [abs(one) * way for one in per_way]
     return Release(
         robot=with_floats(robot),
-        period=1.0 / rate_hz,
+        period=1.0 / task.rate_hz,
         q11=begin[0],
         q21=begin[1],
         per_way1=per_way[0],
@@ -473,26 +467,25 @@ def _release(
         cap1=caps[0],
         cap2=caps[1],
         travel=2.0 * max(travel) + 0.05,
-        motor_speed=min(MOTOR_SPEED, limits.joint_speed),
+        motor_speed=min(MOTOR_SPEED, task.limits.joint_speed),
         link_rate=LINK_RATE,
         start=start,
     )
 
 
-def _end_within(
-    robot: FiveBar, limits: Limits, release: Release, mode: int, ways: tuple[float, ...]
-) -> tuple[float, float]:
+def _end_within(task: ReleaseTask, release: Release, mode: int, ways: tuple[float, ...]) -> tuple[float, float]:
     """Return where the platform comes to in an assembly mode, once no posture on the way contradicts a limit.
 
     Raises:
         ReleaseRefused: one does.
     """
+    robot, limits = task.robot, task.limits
     strict = limits._replace(type1_margin=max(limits.type1_margin, TYPE_1_MARGIN))
     end = math.nan, math.nan
     for state, modes in _postures(robot, release, mode, ways):
-        found = first_fault(strict, robot, *modes, state, state.x, state.y, ZERO)
+        found = first_fault(strict, robot, modes, state, state.x, state.y, ZERO)
         if found != NO_FAULT:
-            fault = fault_of(found, strict, robot, *modes, state, state.x, state.y, ZERO, 0.0)
+            fault = fault_of(found, strict, robot, modes, state, state.x, state.y, ZERO, 0.0)
             raise ReleaseRefused(
                 f"in assembly mode {'+' if mode > 0 else '-'} the robot would come to where a limit is: {fault}"
             )
@@ -504,7 +497,7 @@ def _postures(
     robot: FiveBar, release: Release, mode: int, ways: tuple[float, ...]
 ) -> Iterator[tuple[State, tuple[int, int]]]:
     """Yield the postures after parts of the way in an assembly mode, and the working mode in which it began."""
-    modes: tuple[int, int] | None = None
+    modes: WorkingMode | None = None
     for way in ways:
         q11, q21 = release.q11 + release.per_way1 * way, release.q21 + release.per_way2 * way
         state = state_from_motors(robot, mode, q11, q21, 0.0, 0.0)

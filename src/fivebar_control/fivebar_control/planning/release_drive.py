@@ -18,7 +18,7 @@ from fivebar_control.laws.torque import Torque
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import det_a, joint_acceleration, state_from_platform
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.model.state import Leg, State
+from fivebar_control.model.state import Leg, State, WorkingMode
 from fivebar_control.planning.standstill import Standstill
 from fivebar_control.trajectory.time_law import rest_to_rest
 from fivebar_description.imu import STANDARD_GRAVITY
@@ -45,7 +45,7 @@ class ReleaseDrive(NamedTuple):
     """A straight motion of the platform along v_1.
 
     Attributes:
-        mode1, mode2: working mode.
+        mode: working mode.
         x, y: where it begins, on the elbows' line (m).
         d_x, d_y: its direction.
         length: m; 0 for none.
@@ -55,8 +55,7 @@ class ReleaseDrive(NamedTuple):
         side: assembly mode to which it leaves the locus, 0 for none.
     """
 
-    mode1: int
-    mode2: int
+    mode: WorkingMode
     x: float
     y: float
     d_x: float
@@ -69,7 +68,7 @@ class ReleaseDrive(NamedTuple):
     side: int
 
 
-NO_DRIVE = ReleaseDrive(1, 1, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0)
+NO_DRIVE = ReleaseDrive((1, 1), 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0)
 """A release that presses at once."""
 
 
@@ -78,7 +77,7 @@ def state_at(robot: FiveBar, drive: ReleaseDrive, time: float) -> State:
     s, ds, _ = rest_to_rest(time / drive.duration)
     way, rate = s * drive.length, ds * drive.length / drive.duration
     x, y = drive.x + way * drive.d_x, drive.y + way * drive.d_y
-    return state_from_platform(robot, drive.mode1, drive.mode2, x, y, rate * drive.d_x, rate * drive.d_y)
+    return state_from_platform(robot, drive.mode, x, y, rate * drive.d_x, rate * drive.d_y)
 
 
 def drive_torque(
@@ -153,7 +152,7 @@ def _dragged(robot: FiveBar, drive: ReleaseDrive, moment: float) -> Generator[No
             yield
         state = state_at(robot, drive, (number + 0.5) * step)
         svd = parallel_svd(state)
-        slopes = _rates(state_from_platform(robot, drive.mode1, drive.mode2, state.x, state.y, svd.t_x, svd.t_y))
+        slopes = _rates(state_from_platform(robot, drive.mode, state.x, state.y, svd.t_x, svd.t_y))
         rates = (rate + slope * speed for rate, slope in zip(_rates(state), slopes, strict=True))
         pull = sum(math.copysign(moment, rate) * slope for rate, slope in zip(rates, slopes, strict=True))
         speed -= pull / robot.mass * step

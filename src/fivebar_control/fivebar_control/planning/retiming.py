@@ -79,9 +79,9 @@ def retimed_points(task: Task, points: TimedPoints, start: Point) -> TimedPoints
     _refuse_out_of_reach(task, points)
     _refuse_off_path(way, places)
     grid = _grid_of(way)
-    mode1, mode2 = task.working_mode
-    crossed = crossings_on(task.robot, mode1, mode2, way, grid.tolist())
-    terms = [criterion_terms(task.robot, mode1, mode2, way, share) for share in crossed]
+    mode = task.working_mode
+    crossed = crossings_on(task.robot, mode, way, grid.tolist())
+    terms = [criterion_terms(task.robot, mode, way, share) for share in crossed]
     ratios, pushes = tuple(one.ratio for one in terms), [one.push for one in terms]
     path = CrossedWay(way, crossed, ratios)  # type: ignore[arg-type]
     rows = _limited(task, path, pushes, grid)
@@ -159,14 +159,14 @@ def _limited(task: Task, path: CrossedWay, pushes: Sequence[float], grid: FloatA
     from fivebar_control.trajectory.passage_torques import friction_along, torques_along
 
     robot, way, limits = task.robot, path.way, task.limits
-    mode1, mode2 = task.working_mode
-    torques = torques_along(robot, mode1, mode2, way, grid)
-    torques[0] += friction_along(robot, mode1, mode2, way, grid)
+    mode = task.working_mode
+    torques = torques_along(robot, mode, way, grid)
+    torques[0] += friction_along(robot, mode, way, grid)
     torques /= limits.torque_share * limits.torque
     speeds = np.zeros((3, len(grid), 2))
     for number, share in enumerate(grid.tolist()):
         x, y, d_x, d_y, _, _ = way.at(share)
-        state = state_from_platform(robot, mode1, mode2, x, y, d_x, d_y)
+        state = state_from_platform(robot, mode, x, y, d_x, d_y)
         speeds[2, number] = state.leg1.dq1**2, state.leg2.dq1**2
     speeds /= (limits.speed_share * limits.motor_speed) ** 2
     held = np.zeros((3, len(grid), 1))
@@ -199,7 +199,7 @@ def _sampled(
 def _refuse_out_of_reach(task: Task, points: TimedPoints) -> None:
     for number, point in enumerate(points.points):
         x, y = point.position
-        state = state_from_platform(task.robot, *task.working_mode, x, y, 0.0, 0.0)
+        state = state_from_platform(task.robot, task.working_mode, x, y, 0.0, 0.0)
         if not all(math.isfinite(value) for value in (state.leg1.q1, state.leg2.q1)):
             raise PlanRefused(f"{points.labels.of(number)}: {place(x, y)} is out of reach")
 

@@ -19,7 +19,7 @@ from fivebar_control.laws.law import MIN_AUTHORITY
 from fivebar_control.model.geometry import workspace_bounds
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import FOLDED, distal_links, parallel_svd
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_control.planning.line_of_sight import Point, look_along
 from fivebar_control.planning.postures import Place, place_at
 from fivebar_control.root_search import zero_between
@@ -81,7 +81,7 @@ class Roadmap:
     def __init__(
         self,
         robot: FiveBar,
-        working_mode: tuple[int, int],
+        working_mode: WorkingMode,
         serial_margin: float,
         rest: float,
         elbows_pass: ElbowsPass = UNKNOWN,
@@ -200,7 +200,7 @@ class Roadmap:
                     continue
                 point = self._on_locus((place.x, place.y), (other.x, other.y))
                 if all(math.dist(point, near) >= GATE_DISTANCE for near in taken):
-                    state = state_from_platform(self._robot, *self._working_mode, *point, 0.0, 0.0)
+                    state = state_from_platform(self._robot, self._working_mode, *point, 0.0, 0.0)
                     folded = distal_links(state) == FOLDED
                     gate = None if folded and self._elbows_pass is False else self._gate_at(state)
                     if gate is not None:
@@ -213,7 +213,7 @@ class Roadmap:
             return start[0] + (end[0] - start[0]) * s, start[1] + (end[1] - start[1]) * s
 
         def determinant(s: float) -> float:
-            return det_a(state_from_platform(self._robot, *self._working_mode, *at(s), 0.0, 0.0))
+            return det_a(state_from_platform(self._robot, self._working_mode, *at(s), 0.0, 0.0))
 
         return at(zero_between(determinant, 0.0, 1.0))
 
@@ -231,7 +231,7 @@ class Roadmap:
 
 def roadmap(
     robot: FiveBar,
-    working_mode: tuple[int, int],
+    working_mode: WorkingMode,
     serial_margin: float,
     rest: float,
     elbows_pass: ElbowsPass = UNKNOWN,
@@ -244,7 +244,7 @@ roadmap_of_geometry = lru_cache(maxsize=8)(Roadmap)
 """The map for a geometry: lengths alone decide where the robot can go."""
 
 
-def _grid(robot: FiveBar, working_mode: tuple[int, int], serial_margin: float) -> dict[tuple[int, int], Place]:
+def _grid(robot: FiveBar, working_mode: WorkingMode, serial_margin: float) -> dict[tuple[int, int], Place]:
     """Return all places on a grid that keep the Type 1 margin, by their numbers in x and y."""
     left, right, bottom, top = workspace_bounds(robot)
     columns, rows = math.ceil((right - left) / SPACING), math.ceil((top - bottom) / SPACING)

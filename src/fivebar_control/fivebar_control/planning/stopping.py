@@ -5,12 +5,10 @@ from __future__ import annotations
 
 import math
 
-from fivebar_control.estimation.settings import Sensing
-from fivebar_control.laws.registry import TunedController
 from fivebar_control.model.singularity import inverse_condition
 from fivebar_control.planning.feasibility import screen_run
-from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.orders import Stop, StopRequest
+from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.plan_along import plan_along, state_along
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.refusal import PlanRefused
@@ -27,32 +25,25 @@ MOST_SCREENED = 20
 """Stops that are screened."""
 
 
-def plan_stop(
-    robot: FiveBar,
-    request: StopRequest,
-    rate_hz: int,
-    follower: TunedController,
-    limits: MotionLimits,
-    sensing: Sensing | None,
-) -> Stop:
+def plan_stop(task: Task, request: StopRequest) -> Stop:
     """Return the earliest and quickest stop that keeps the limits; one from which the motion can go on, if it pauses.
 
     Raises:
         PlanRefused: there is none before the motion ends.
     """
-    path = Path(request.segments)
+    robot, rate_hz, path = task.robot, task.rate_hz, Path(request.segments)
     screened, reason = 0, "it ends before it could"
 
     def judged(motion: StoppedSegment | ResumedSegment) -> str:
         """Return why a motion is not feasible, "" if it is."""
         plan = plan_along(robot, motion.as_path(), request.working_mode, rate_hz)
-        return "; ".join(screen_run(robot, plan, rate_hz, follower, limits, sensing).reasons)
+        return "; ".join(screen_run(robot, plan, rate_hz, task.follower, task.limits, task.sensing).reasons)
 
     begin = request.earliest
     while begin < path.duration and screened < MOST_SCREENED:
         for slowing in SLOWING:
             stop = StoppedSegment(path, begin, slowing)
-            if stop.end >= path.duration or _nearest(robot, request, stop, rate_hz) < limits.rest:
+            if stop.end >= path.duration or _nearest(robot, request, stop, rate_hz) < task.limits.rest:
                 continue
             screened += 1
             refused = judged(stop)

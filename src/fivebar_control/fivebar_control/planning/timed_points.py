@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import LONGEST_MOTION, GoalRefused
 from fivebar_control.planning.orders import IN_MESSAGE, PointLabels, TimedPoint, TrajectoryRequest
@@ -115,7 +116,7 @@ def _read_point(label: str, point: TimedPoint, first: TimedPoint, order: Sequenc
 
 
 def request_from(
-    robot: FiveBar, wanted: TimedPoints, place: Point, mode: tuple[int, int], angles: Pair, payload: float
+    robot: FiveBar, wanted: TimedPoints, place: Point, mode: WorkingMode, angles: Pair, payload: float
 ) -> TrajectoryRequest:
     """Return the request to the planner for a robot at rest.
 
@@ -173,9 +174,9 @@ def _pair(values: Sequence[float]) -> Pair | None:
     return (values[0], values[1]) if values else None
 
 
-def _motors_at(robot: FiveBar, mode: tuple[int, int], place: Point, angles: Pair) -> Pair:
+def _motors_at(robot: FiveBar, mode: WorkingMode, place: Point, angles: Pair) -> Pair:
     """Return the motors' angles at a place of the platform (rad), in the turns in which they are measured."""
-    state = state_from_platform(robot, *mode, *place, 0.0, 0.0)
+    state = state_from_platform(robot, mode, *place, 0.0, 0.0)
     q11, q21 = (
         angle + math.tau * round((measured - angle) / math.tau) if math.isfinite(measured) else angle
         for angle, measured in zip((state.leg1.q1, state.leg2.q1), angles, strict=True)
@@ -192,7 +193,7 @@ def end_of(robot: FiveBar, request: TrajectoryRequest) -> Point:
 
 
 def _assembly(robot: FiveBar, request: TrajectoryRequest) -> int:
-    return assembly_mode(state_from_platform(robot, *request.working_mode, *request.place, 0.0, 0.0))
+    return assembly_mode(state_from_platform(robot, request.working_mode, *request.place, 0.0, 0.0))
 
 
 def segment_of(robot: FiveBar, request: TrajectoryRequest) -> SplineSegment:

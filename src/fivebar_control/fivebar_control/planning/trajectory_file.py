@@ -15,6 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.orders import IN_FILE, TimedPoint, TrajectoryRequest
@@ -139,7 +140,7 @@ class FollowedFile(NamedTuple):
 
     file: TrajectoryFile
     place: Point
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     payload: float = 0.0
 
 

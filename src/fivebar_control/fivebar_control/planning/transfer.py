@@ -15,13 +15,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from fivebar_control.estimation.settings import Sensing
-from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_tuning
 from fivebar_control.planning.alternative_courses import TimedCourse, chart_for
 from fivebar_control.planning.bent_courses import bent_courses
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.figures import Feasibility
-from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.line_of_sight import Point, look_along
 from fivebar_control.planning.pacing import NoPace, Task, slowest_pace
 from fivebar_control.planning.postures import assembly_problem, mode_name, place_at, rest_problem
@@ -31,10 +28,6 @@ from fivebar_control.planning.via_points import along
 from fivebar_control.trajectory.planner import Crossing, Plan, PlanRefused
 from fivebar_control.trajectory.refusal import place
 from fivebar_control.trajectory.rounded import RESTS, radii_at
-from fivebar_description.parameters import FiveBar
-
-DEFAULT_FOLLOWER, DEFAULT_LIMITS = default_tuning(CONTROLLERS["unified"]), MotionLimits()
-"""The law without switching, within the limits as they come."""
 
 SAME_PLACE = 1e-6
 """Distance (m) below which two rests are the same."""
@@ -82,39 +75,29 @@ class Transfer(NamedTuple):
 
 
 def plan_transfer(
-    robot: FiveBar,
-    working_mode: tuple[int, int],
+    task: Task,
     start: Point,
     goal: Point,
-    assembly: int | None,
-    rate_hz: int,
-    follower: TunedController = DEFAULT_FOLLOWER,
-    limits: MotionLimits = DEFAULT_LIMITS,
+    assembly: int | None = None,
     duration: float | Speed = Speed.COMFORTABLE,
-    sensing: Sensing | None = None,
     via: Sequence[Point] = (),
     blend_radius: Sequence[float] = RESTS,
 ) -> Transfer:
     """Plan a motion from a rest at `start` to one at `goal` (m) in an assembly mode, the sign of det A.
 
     Args:
-        robot: to be moved.
-        working_mode: of the whole motion.
+        task: the conditions that the motion is planned for.
         start: where it rests now.
         goal: where it shall rest.
         assembly: +1, -1, or None for the one that the goal has in the working mode.
-        rate_hz: of the controllers.
-        follower: which controller is to follow.
-        limits: what the motion has to keep.
         duration: of the whole motion (s), or how to choose it.
-        sensing: what the estimator has, None without one.
         via: points (m) on the way, straight lines between them.
         blend_radius: within which each corner there is rounded (m), 0 for a rest; one for all, or one for each.
 
     Raises:
         TransferRefused: there is no feasible motion, or none was found.
     """
-    task = Task(robot, working_mode, rate_hz, follower, limits, sensing)
+    robot, working_mode, limits = task.robot, task.working_mode, task.limits
     for name, point in (("start", start), ("goal", goal)):
         problem = rest_problem(robot, working_mode, *point, limits)
         if problem is not None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from fivebar_control.fault import Fault
 from fivebar_control.laws.blend import blend
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_control.safety.brake import brake_of, braking_after, stopping
 from fivebar_control.safety.settings import SafetySettings
 from fivebar_control.safety.stages import (
@@ -58,12 +58,12 @@ class Guard:
     """Blends the candidate torques, applies the stages of `safety` to them, and latches the first fault."""
 
     def __init__(
-        self, robot: FiveBar, working_mode: tuple[int, int], rate_hz: int, settings: SafetySettings | None = None
+        self, robot: FiveBar, working_mode: WorkingMode, rate_hz: int, settings: SafetySettings | None = None
     ) -> None:
         """Make a guard of a robot in a working mode, at a sampling rate (Hz)."""
         self._robot = robot
         self._rate_hz = rate_hz
-        self._mode1, self._mode2 = working_mode
+        self._mode = working_mode
         self._settings = settings if settings is not None else SafetySettings()
         self._limits = guard_limits_of(self._settings, rate_hz)
         self._brake = brake_of(self._settings, robot, rate_hz)
@@ -154,13 +154,13 @@ class Guard:
             nominal: candidate for sigma = 0.
             constraint: candidate for sigma = 1.
         """
-        limits, robot, mode1, mode2 = self._limits, self._robot, self._mode1, self._mode2
+        limits, robot, mode = self._limits, self._robot, self._mode
         requested = blend(sigma, nominal, constraint)
         self._excess = excess_samples(limits, requested, self._excess)
-        number = first_fault(limits, robot, mode1, mode2, state, *desired, requested, self._excess)
+        number = first_fault(limits, robot, mode, state, *desired, requested, self._excess)
         found = None
         if number != NO_FAULT:
-            found = fault_of(number, limits, robot, mode1, mode2, state, *desired, requested, sigma)
+            found = fault_of(number, limits, robot, mode, state, *desired, requested, sigma)
         if self.fault is not None:
             self._obstacle = str(found) if found is not None else motion_left(state, self._settings.rest_speed)
             return Decision(None, ZERO)

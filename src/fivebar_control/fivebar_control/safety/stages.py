@@ -15,7 +15,7 @@ from typing import NamedTuple
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.geometry import workspace_margin
-from fivebar_control.model.state import Leg, State
+from fivebar_control.model.state import Leg, State, WorkingMode
 from fivebar_control.safety.forbidden import (
     FORESEEN,
     NONE_FORBIDDEN,
@@ -94,8 +94,7 @@ def guard_limits_of(settings: SafetySettings, rate_hz: int) -> Limits:
 def first_fault(
     limits: Limits,
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     state: State,
     x: float,
     y: float,
@@ -107,7 +106,7 @@ def first_fault(
     Args:
         limits: of the stages.
         robot: nominal robot of the controllers.
-        mode1, mode2: its working mode.
+        mode: its working mode.
         state: measured or estimated state.
         x, y: where the platform should be (m).
         requested: the blended torque (Nm).
@@ -121,7 +120,7 @@ def first_fault(
         return OUT_OF_WORKSPACE
     if time_to_forbidden(limits.forbidden, state) <= FORESEEN:
         return FORBIDDEN_POSTURE
-    if not is_clear_of_type_1(state, mode1, mode2, limits.type1_margin):
+    if not is_clear_of_type_1(state, mode, limits.type1_margin):
         return NEAR_TYPE_1
     if not distance_from(state, x, y) <= limits.tracking_error:
         return TRACKING_LOST
@@ -166,13 +165,13 @@ def type1_clearance(leg: Leg, mode: int) -> float:
     return -mode * leg.sin_q2
 
 
-def is_clear_of_type_1(state: State, mode1: int, mode2: int, margin: float) -> bool:
+def is_clear_of_type_1(state: State, mode: WorkingMode, margin: float) -> bool:
     """Return whether both legs keep the margin on the side of the working mode; 0 is for motions through Type 1.
 
     The sign is tested because near Type 1 a leg moves fast: it may pass the boundary between two samples.
     """
     return margin <= 0.0 or (
-        type1_clearance(state.leg1, mode1) >= margin and type1_clearance(state.leg2, mode2) >= margin
+        type1_clearance(state.leg1, mode[0]) >= margin and type1_clearance(state.leg2, mode[1]) >= margin
     )
 
 
@@ -193,8 +192,7 @@ def fault_of(
     number: int,
     limits: Limits,
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     state: State,
     x: float,
     y: float,
@@ -227,7 +225,7 @@ def fault_of(
             f" the robot {reached} forbidden posture {which}",
         )
     if number == NEAR_TYPE_1:
-        clear1, clear2 = type1_clearance(state.leg1, mode1), type1_clearance(state.leg2, mode2)
+        clear1, clear2 = type1_clearance(state.leg1, mode[0]), type1_clearance(state.leg2, mode[1])
         margin = limits.type1_margin
         return Fault(name, f"sin q_i2 is {clear1:.4f} and {clear2:.4f} from Type 1, margin {margin:g}")
     if number == TORQUE_EXCESSIVE:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from fivebar_control.laws.torque import Torque
 from fivebar_control.model.geometry import direct_geometry
-from fivebar_control.planning.release import PlannedInSlices, ReleasePlan, finished, plan_in_slices
+from fivebar_control.planning.release import PlannedInSlices, ReleasePlan, ReleaseTask, finished, plan_in_slices
 from fivebar_control.planning.release_step import (
     DRIVING,
     ENDINGS,
@@ -39,18 +39,15 @@ def release_in_slices(
     Raises:
         ReleaseRefused: a slice, as `plan_in_slices`.
     """
-    return plan_in_slices(
+    task = ReleaseTask(
         scenario.five_bar(),
         scenario.known_within(),
         guard_limits_of(scenario.safety_settings(), scenario.rate_hz),
         scenario.elbows_pass(),
         scenario.rate_hz,
-        q11,
-        q21,
-        platform,
-        scenario.gyro or not scenario.estimated,
         scenario.to_bear(),
     )
+    return plan_in_slices(task, q11, q21, platform, scenario.gyro or not scenario.estimated)
 
 
 class RobotRelease:

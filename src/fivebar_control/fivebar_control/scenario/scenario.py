@@ -247,8 +247,8 @@ class ControlScenario(MotionFile):
         """
         robot = self.five_bar()
         if self.stands is not None:
-            x, y, mode1, mode2 = self.stands
-            joints = inverse_geometry(robot, int(mode1), int(mode2), x, y)
+            x, y, *signs = self.stands
+            joints = inverse_geometry(robot, (int(signs[0]), int(signs[1])), x, y)
             if not all(map(math.isfinite, joints)):
                 raise InputError(f"stands: ({x:.4f}, {y:.4f}) m is out of reach")
             return joints

@@ -36,5 +36,5 @@ def sensing_of(scenario: ControlScenario) -> Sensing | None:
 
 def homing_of(scenario: ControlScenario) -> Homing:
     """Return the posture in which a scenario's robot starts, as the estimator takes it."""
-    (x, y), (mode1, mode2) = scenario.waypoints[0], scenario.working_mode
-    return homing_at(scenario.five_bar(), mode1, mode2, x, y)
+    (x, y), mode = scenario.waypoints[0], scenario.working_mode
+    return homing_at(scenario.five_bar(), mode, x, y)

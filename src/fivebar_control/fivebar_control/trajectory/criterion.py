@@ -25,7 +25,7 @@ import numpy as np
 from fivebar_control.model.dynamics import distal_row
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.model.state import Platform
+from fivebar_control.model.state import Platform, WorkingMode
 from fivebar_control.root_search import minimum_between, zero_between
 from fivebar_control.trajectory.path import Segment, way_of
 from fivebar_control.trajectory.pushed_law import CriterionTerms, Demand, pushed_law
@@ -170,19 +170,19 @@ class Passed(Protocol):
         """Return the platform at a share of the way, given its two derivatives by time (1/s, 1/s^2)."""
 
 
-def criterion_terms(robot: FiveBar, mode1: int, mode2: int, segment: Passed, s: float) -> CriterionTerms:
+def criterion_terms(robot: FiveBar, mode: WorkingMode, segment: Passed, s: float) -> CriterionTerms:
     """Return what the criterion asks for at a share of a way on the locus."""
     free = without_external_force(robot)
     return CriterionTerms(
-        criterion_residual(free, mode1, mode2, segment.moved(s, 0.0, 1.0)),
-        criterion_residual(free, mode1, mode2, segment.moved(s, 1.0, 0.0)),
-        -criterion_residual(robot, mode1, mode2, segment.moved(s, 0.0, 0.0)),
+        criterion_residual(free, mode, segment.moved(s, 0.0, 1.0)),
+        criterion_residual(free, mode, segment.moved(s, 1.0, 0.0)),
+        -criterion_residual(robot, mode, segment.moved(s, 0.0, 0.0)),
     )
 
 
-def criterion_residual(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> float:
+def criterion_residual(robot: FiveBar, mode: WorkingMode, motion: Platform) -> float:
     """Return t_s^T (m xddot - w_e + sum p_i M_i) (N) of a motion: which the criterion (1.19) requires to vanish."""
-    state = state_from_platform(robot, mode1, mode2, motion.x, motion.y, motion.vx, motion.vy)
+    state = state_from_platform(robot, mode, motion.x, motion.y, motion.vx, motion.vy)
     svd = parallel_svd(state)
     force_x, force_y = external_force(robot)
     force = robot.mass * (svd.t_x * motion.ax + svd.t_y * motion.ay) - (svd.t_x * force_x + svd.t_y * force_y)
@@ -201,7 +201,7 @@ def through_criterion(untimed: Untimed) -> Segment | RoundedSegment:
     Raises:
         PlanRefused: it crosses more than once, or no such time law only goes forwards.
     """
-    robot, mode1, mode2, segment, number, crossed = untimed
+    robot, mode, segment, number, crossed = untimed
     if not crossed:
         return segment
     if len(crossed) > 1:
@@ -209,7 +209,7 @@ def through_criterion(untimed: Untimed) -> Segment | RoundedSegment:
             f"segment {number}: crosses the Type 2 locus {len(crossed)} times: expected at most one crossing per"
             " segment to meet the dynamic criterion"
         )
-    terms = criterion_terms(robot, mode1, mode2, segment, crossed[0])
+    terms = criterion_terms(robot, mode, segment, crossed[0])
     bent = isinstance(segment, RoundedSegment) and abs(terms.bend) > MOST_BENT * abs(terms.along)
     if has_external_force(robot):
         return _falling(untimed, Demand(crossed[0], terms, segment.duration, bent))
@@ -231,30 +231,30 @@ def through_criterion(untimed: Untimed) -> Segment | RoundedSegment:
 
 def _falling(untimed: Untimed, demand: Demand) -> Segment | RoundedSegment:
     """Return a segment with the time law that gravity or a constant force needs where it crosses."""
-    robot, mode1, mode2, segment, number, _ = untimed
-    law = pushed_law(robot, mode1, mode2, way_of(segment), demand)
+    robot, mode, segment, number, _ = untimed
+    law = pushed_law(robot, mode, way_of(segment), demand)
     if law is None:
         raise PlanRefused(f"segment {number}: {_why_not_falling(untimed, demand)}")
     return segment._replace(time_law=law.__call__)
 
 
 def _why_not_falling(untimed: Untimed, demand: Demand) -> str:
-    robot, mode1, mode2, segment, _, (crossed,) = untimed
+    robot, mode, segment, _, (crossed,) = untimed
     pace = demand.terms.pace
     at = segment.moved(crossed, pace if math.isfinite(pace) else 1.0, 0.0)
-    return fall_problem(robot, mode1, mode2, at) or (
+    return fall_problem(robot, mode, at) or (
         f"crosses the Type 2 locus at {place(at.x, at.y)}, where gravity or the constant force accelerates the platform"
         f" by {demand.terms.push:.3g} of its way per s^2: no motion that only goes forwards meets the dynamic criterion"
         " there: expected a longer way on either side of the locus, or another place"
     )
 
 
-def fall_problem(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> str:
+def fall_problem(robot: FiveBar, mode: WorkingMode, motion: Platform) -> str:
     """Return why a path that goes across t_s does not follow the platform's fall, and what would; "" where it does.
 
     Args:
         robot: on which forces act all the time.
-        mode1, mode2: working mode.
+        mode: working mode.
         motion: of the reference on the Type 2 locus; at rest there is no path to judge.
     """
     x, y, vx, vy, ax, ay = motion
@@ -266,11 +266,11 @@ def fall_problem(robot: FiveBar, mode1: int, mode2: int, motion: Platform) -> st
     bend_x, bend_y = (ax - along * d_x) / speed**2, (ay - along * d_y) / speed**2
     free = without_external_force(robot)
     terms = CriterionTerms(
-        criterion_residual(free, mode1, mode2, Platform(x, y, 0.0, 0.0, d_x, d_y)),
-        criterion_residual(free, mode1, mode2, Platform(x, y, d_x, d_y, bend_x, bend_y)),
-        -criterion_residual(robot, mode1, mode2, Platform(x, y, 0.0, 0.0, 0.0, 0.0)),
+        criterion_residual(free, mode, Platform(x, y, 0.0, 0.0, d_x, d_y)),
+        criterion_residual(free, mode, Platform(x, y, d_x, d_y, bend_x, bend_y)),
+        -criterion_residual(robot, mode, Platform(x, y, 0.0, 0.0, 0.0, 0.0)),
     )
-    svd = parallel_svd(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0))
+    svd = parallel_svd(state_from_platform(robot, mode, x, y, 0.0, 0.0))
     if abs(svd.t_x * d_x + svd.t_y * d_y) >= ACROSS or abs(terms.fall) < LITTLE * math.hypot(*external_force(robot)):
         return ""
     if terms.pace < SLOWEST_BEND:

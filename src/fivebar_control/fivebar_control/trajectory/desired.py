@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.compiling import as_machine_code
 from fivebar_control.laws.reference import Reference, reference_at_rest, reference_from_motors, reference_from_platform
-from fivebar_control.model.state import Leg, Platform, State
+from fivebar_control.model.state import Leg, Platform, State, WorkingMode
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar, with_floats
@@ -39,7 +39,7 @@ def desired_at(robot: FiveBar, plan: Plan, t: float, platform: Platform) -> Refe
             return reference_at_rest(robot, state._replace(x=platform.x, y=platform.y, vx=0.0, vy=0.0))
         motors = segment.motors_at(t)
         return reference_from_motors(robot, state, platform.ax, platform.ay, motors.ddq11, motors.ddq21)
-    return reference_from_platform(robot, *plan.modes_at(t), platform)
+    return reference_from_platform(robot, plan.mode_at(t), platform)
 
 
 def desired_along(robot: FiveBar, plan: Plan, times: Sequence[float]) -> FloatArray:
@@ -51,16 +51,16 @@ def desired_along(robot: FiveBar, plan: Plan, times: Sequence[float]) -> FloatAr
             write_reference(desired_at(robot, plan, t, platform), row)
     else:
         motion = np.array(platforms, dtype=np.float64).reshape(len(times), len(Platform._fields))
-        as_machine_code(write_references)(with_floats(robot), plan.mode1, plan.mode2, motion, rows)
+        as_machine_code(write_references)(with_floats(robot), plan.mode, motion, rows)
     return rows
 
 
-def write_references(robot: FiveBar, mode1: int, mode2: int, motion: FloatArray, rows: FloatArray) -> None:
+def write_references(robot: FiveBar, mode: WorkingMode, motion: FloatArray, rows: FloatArray) -> None:
     """Write the desired instants of a platform motion in a working mode, [N, 6] as in `Platform`, into rows."""
     for number in range(len(motion)):
         m = motion[number]
         platform = Platform(float(m[0]), float(m[1]), float(m[2]), float(m[3]), float(m[4]), float(m[5]))
-        write_reference(reference_from_platform(robot, mode1, mode2, platform), rows[number])
+        write_reference(reference_from_platform(robot, mode, platform), rows[number])
 
 
 def write_reference(reference: Reference, row: NDArray[np.float64]) -> None:

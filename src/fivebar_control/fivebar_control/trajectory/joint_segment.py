@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from fivebar_control.model.kinematics import platform_acceleration, state_from_motors, working_mode
 from fivebar_control.model.line import Line
-from fivebar_control.model.state import MotorMotion, Platform, State
+from fivebar_control.model.state import MotorMotion, Platform, State, WorkingMode
 from fivebar_control.trajectory.time_law import rest_to_rest_without_jerk
 from fivebar_description.parameters import FiveBar
 
@@ -65,7 +65,7 @@ class JointSegment(NamedTuple):
         state = state_from_motors(self.robot, self.assembly, q11, q21, dq11, dq21)
         return Platform(state.x, state.y, state.vx, state.vy, *platform_acceleration(state, ddq11, ddq21))
 
-    def modes_at(self, t: float) -> tuple[int, int]:
+    def mode_at(self, t: float) -> WorkingMode:
         """Return the working mode at time t (s); on the boundary that of sin q_i2 < 0."""
         return working_mode(self.state_at(t))
 

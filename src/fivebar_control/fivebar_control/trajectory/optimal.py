@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.criterion import criterion_terms
 from fivebar_control.trajectory.path import Segment, Way, way_of
@@ -164,7 +165,7 @@ class CrossedWay(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def optimal_law(robot: FiveBar, mode1: int, mode2: int, path: CrossedWay) -> OptimalLaw | None:
+def optimal_law(robot: FiveBar, mode: WorkingMode, path: CrossedWay) -> OptimalLaw | None:
     """Return the averaged quickest passage of a path for torque limits beyond friction, in a working mode.
 
     None where there is none that keeps going forwards and meets the criterion.
@@ -172,7 +173,7 @@ def optimal_law(robot: FiveBar, mode1: int, mode2: int, path: CrossedWay) -> Opt
     # loaded by plans with this time law only
     from fivebar_control.trajectory.passage_torques import torques_along
 
-    found = quickest_passage(path.way, torques_along(robot, mode1, mode2, path.way, POINTS))
+    found = quickest_passage(path.way, torques_along(robot, mode, path.way, POINTS))
     return None if found is None else bent_at_crossings(found.law, path)
 
 
@@ -333,7 +334,7 @@ def least_torque(untimed: Untimed) -> Segment | RoundedSegment:
         PlanRefused: gravity or a constant force acts on the robot, or there is no such time law.
     """
     way = crossed_way(untimed, OPTIMAL)
-    return with_law(untimed, optimal_law(untimed.robot, untimed.mode1, untimed.mode2, way))
+    return with_law(untimed, optimal_law(untimed.robot, untimed.mode, way))
 
 
 def crossed_way(untimed: Untimed, name: str) -> CrossedWay:
@@ -342,13 +343,13 @@ def crossed_way(untimed: Untimed, name: str) -> CrossedWay:
     Raises:
         PlanRefused: gravity or a constant force acts on the robot, of which the time law of that name knows nothing.
     """
-    robot, mode1, mode2, segment, number, crossed = untimed
+    robot, mode, segment, number, crossed = untimed
     if has_external_force(robot):
         raise PlanRefused(
             f"segment {number}: the time law {name} knows nothing of gravity or a constant force (forces of the"
             f" robot file): expected {CRITERION}, or {QUINTIC}"
         )
-    ratios = tuple(criterion_terms(robot, mode1, mode2, segment, s).ratio for s in crossed)
+    ratios = tuple(criterion_terms(robot, mode, segment, s).ratio for s in crossed)
     return CrossedWay(way_of(segment), crossed, ratios)
 
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.trajectory.optimal import (
     POINTS,
     CrossedWay,
@@ -58,31 +59,31 @@ HELD_WITHIN = 1.0 / 300.0
 
 
 def optimal_law_with_friction(
-    robot: FiveBar, mode1: int, mode2: int, path: CrossedWay, duration: float
+    robot: FiveBar, mode: WorkingMode, path: CrossedWay, duration: float
 ) -> OptimalLaw | None:
     """Return the time law of a path that needs the least torque for a duration (s), in a working mode.
 
     None where there is none that keeps going forwards and meets the criterion.
     """
-    laws = [optimal_law(robot, mode1, mode2, path)]
+    laws = [optimal_law(robot, mode, path)]
     for held in (False, True):
-        share = _share(robot, mode1, mode2, path, held, duration)
-        found = _passage(robot, mode1, mode2, path, held, share)
+        share = _share(robot, mode, path, held, duration)
+        found = _passage(robot, mode, path, held, share)
         laws.append(None if found is None else bent_at_crossings(found.law, path))
     return min(
         (law for law in laws if law is not None),
-        key=lambda law: _torque(robot, mode1, mode2, path.way, law, duration),
+        key=lambda law: _torque(robot, mode, path.way, law, duration),
         default=None,
     )
 
 
-def _torque(robot: FiveBar, mode1: int, mode2: int, way: Way, law: OptimalLaw, duration: float) -> float:
+def _torque(robot: FiveBar, mode: WorkingMode, way: Way, law: OptimalLaw, duration: float) -> float:
     """Return the largest torque (Nm) along a way that is passed by a law in a duration (s), friction included."""
     largest = 0.0
     for instant in range(1, INSTANTS):
         s, ds, dds = progress(law.__call__, instant / INSTANTS * duration, duration)
         x, y, d_x, d_y, b_x, b_y = way.at(s)
-        state = state_from_platform(robot, mode1, mode2, x, y, d_x * ds, d_y * ds)
+        state = state_from_platform(robot, mode, x, y, d_x * ds, d_y * ds)
         f1, f2 = friction_torque(robot.leg1, state.leg1.dq1), friction_torque(robot.leg2, state.leg2.dq1)
         a_x, a_y = d_x * dds + b_x * ds * ds, d_y * dds + b_y * ds * ds
         torques = inverse_dynamics_of_platform(robot, state, a_x, a_y, f1, f2)
@@ -91,12 +92,12 @@ def _torque(robot: FiveBar, mode1: int, mode2: int, way: Way, law: OptimalLaw, d
     return largest
 
 
-def _share(robot: FiveBar, mode1: int, mode2: int, path: CrossedWay, held: bool, duration: float) -> int:
+def _share(robot: FiveBar, mode: WorkingMode, path: CrossedWay, held: bool, duration: float) -> int:
     """Return the share, in steps, of the larger friction in the least limit under which a path takes a duration (s)."""
     friction = largest_friction(robot)
 
     def too_slow(share: int) -> bool:
-        passage = _passage(robot, mode1, mode2, path, held, share)
+        passage = _passage(robot, mode, path, held, share)
         return passage is None or passage.duration * math.sqrt(share / SHARES / friction) > duration
 
     if friction == 0.0:
@@ -106,14 +107,14 @@ def _share(robot: FiveBar, mode1: int, mode2: int, path: CrossedWay, held: bool,
 
 
 @lru_cache(maxsize=128)
-def _passage(robot: FiveBar, mode1: int, mode2: int, path: CrossedWay, held: bool, share: int) -> QuickPassage | None:
+def _passage(robot: FiveBar, mode: WorkingMode, path: CrossedWay, held: bool, share: int) -> QuickPassage | None:
     """Return the quickest passage under a limit of which the larger friction takes a share, in steps."""
     # loaded by plans with this time law only
     from fivebar_control.trajectory.passage_torques import friction_along, torques_along
 
-    torques = torques_along(robot, mode1, mode2, path.way, POINTS)
+    torques = torques_along(robot, mode, path.way, POINTS)
     if share > 0:
-        torques[0] += share / SHARES / largest_friction(robot) * friction_along(robot, mode1, mode2, path.way, POINTS)
+        torques[0] += share / SHARES / largest_friction(robot) * friction_along(robot, mode, path.way, POINTS)
     if held:
         torques = np.concatenate((torques, _held(path, float(np.nanmedian(np.abs(torques[1]))))), axis=2)
     return quickest_passage(path.way, torques)
@@ -139,6 +140,6 @@ def least_torque_with_friction(untimed: Untimed) -> Segment | RoundedSegment:
     Raises:
         PlanRefused: gravity or a constant force acts on the robot, or there is no such time law.
     """
-    robot, mode1, mode2, segment, *_ = untimed
+    robot, mode, segment, *_ = untimed
     way = crossed_way(untimed, OPTIMAL_WITH_FRICTION)
-    return with_law(untimed, optimal_law_with_friction(robot, mode1, mode2, way, segment.duration))
+    return with_law(untimed, optimal_law_with_friction(robot, mode, way, segment.duration))

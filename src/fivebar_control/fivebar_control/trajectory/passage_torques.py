@@ -15,6 +15,7 @@ from toppra.constraint import LinearConstraint
 from fivebar_control.compiling import as_machine_code
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.trajectory.path import AnyWay
 from fivebar_description.parameters import FiveBar, with_floats
 
@@ -24,47 +25,47 @@ OFF_LOCUS = 1e-7
 """Share of the way by which a point of the grid is moved that has no inverse dynamics."""
 
 
-def torques_along(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, grid: FloatArray) -> FloatArray:
+def torques_along(robot: FiveBar, mode: WorkingMode, way: AnyWay, grid: FloatArray) -> FloatArray:
     """Return the motors' torques beyond friction (Nm) at points of a way, [3, N, 2].
 
     They are those at rest, what comes on top with sddot = 1, and with sdot = 1 (1/s^2, 1/s), NaN where there are none.
     """
     places = np.array([way.at(s) for s in grid.tolist()])
-    found = _torques_at(robot, mode1, mode2, places)
+    found = _torques_at(robot, mode, places)
     undefined = ~np.all(np.isfinite(found), axis=(0, 2))
     if np.any(undefined):
         places[undefined] = [way.at(s + OFF_LOCUS) for s in grid[undefined].tolist()]
-        found = _torques_at(robot, mode1, mode2, places)
+        found = _torques_at(robot, mode, places)
     found[1:] -= found[0]
     return found
 
 
-def friction_along(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, grid: FloatArray) -> FloatArray:
+def friction_along(robot: FiveBar, mode: WorkingMode, way: AnyWay, grid: FloatArray) -> FloatArray:
     """Return the motors' friction (Nm) on the way forwards, [N, 2], without its smoothing at rest."""
     friction = np.empty((len(grid), 2))
     for number, s in enumerate(grid.tolist()):
         x, y, d_x, d_y, _, _ = way.at(s)
-        state = state_from_platform(robot, mode1, mode2, x, y, d_x, d_y)
+        state = state_from_platform(robot, mode, x, y, d_x, d_y)
         for motor, (leg, moving) in enumerate(((robot.leg1, state.leg1), (robot.leg2, state.leg2))):
             friction[number, motor] = leg.coulomb * np.sign(moving.dq1) + leg.offset
     return friction
 
 
-def _torques_at(robot: FiveBar, mode1: int, mode2: int, places: FloatArray) -> FloatArray:
+def _torques_at(robot: FiveBar, mode: WorkingMode, places: FloatArray) -> FloatArray:
     torques = np.empty((3, len(places), 2))
-    as_machine_code(write_torques)(with_floats(robot), mode1, mode2, places, torques)
+    as_machine_code(write_torques)(with_floats(robot), mode, places, torques)
     return torques
 
 
-def write_torques(robot: FiveBar, mode1: int, mode2: int, places: FloatArray, torques: FloatArray) -> None:
+def write_torques(robot: FiveBar, mode: WorkingMode, places: FloatArray, torques: FloatArray) -> None:
     """Write the torques (Nm) at places and derivatives (m) of a way, [N, 6], for sdot, sddot = 0, 0; 0, 1; 1, 0."""
     for number in range(len(places)):
         # as plain numbers, with which Python computes faster
         x, y = float(places[number, 0]), float(places[number, 1])
         d_x, d_y = float(places[number, 2]), float(places[number, 3])
         b_x, b_y = float(places[number, 4]), float(places[number, 5])
-        rests = state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
-        moves = state_from_platform(robot, mode1, mode2, x, y, d_x, d_y)
+        rests = state_from_platform(robot, mode, x, y, 0.0, 0.0)
+        moves = state_from_platform(robot, mode, x, y, d_x, d_y)
         still = inverse_dynamics_of_platform(robot, rests, 0.0, 0.0, 0.0, 0.0)
         accelerated = inverse_dynamics_of_platform(robot, rests, d_x, d_y, 0.0, 0.0)
         moved = inverse_dynamics_of_platform(robot, moves, b_x, b_y, 0.0, 0.0)

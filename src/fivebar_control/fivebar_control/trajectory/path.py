@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from fivebar_control.compiling import as_machine_code
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.line import Line
-from fivebar_control.model.state import Platform, State
+from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.rounded import RoundedPolyline, RoundedSegment
@@ -169,27 +169,27 @@ class AnyWay(Protocol):
         """Return the place (m) at a share s of the way, with its first and second derivative by s (m)."""
 
 
-def state_on(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, s: float) -> State:
+def state_on(robot: FiveBar, mode: WorkingMode, way: AnyWay, s: float) -> State:
     """Return the robot at rest in a working mode, at a share of a way."""
     x, y = way.at(s)[:2]
-    return state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
+    return state_from_platform(robot, mode, x, y, 0.0, 0.0)
 
 
 @lru_cache(maxsize=64)
-def locus_fractions(robot: FiveBar, mode1: int, mode2: int, way: Way) -> tuple[float, ...]:
+def locus_fractions(robot: FiveBar, mode: WorkingMode, way: Way) -> tuple[float, ...]:
     """Return the fractions of a way at which det A changes its sign; the same for all durations and time laws."""
-    return crossings_on(robot, mode1, mode2, way, grid_along(way))
+    return crossings_on(robot, mode, way, grid_along(way))
 
 
-def crossings_on(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, grid: Sequence[float]) -> tuple[float, ...]:
+def crossings_on(robot: FiveBar, mode: WorkingMode, way: AnyWay, grid: Sequence[float]) -> tuple[float, ...]:
     """Return the fractions of a way at which det A changes its sign between points of a grid."""
 
     def assembly(s: float) -> float:
-        return det_a(state_on(robot, mode1, mode2, way, s))
+        return det_a(state_on(robot, mode, way, s))
 
     determinants = np.empty(len(grid))
     places = np.array([way.at(s)[:2] for s in grid])
-    as_machine_code(write_determinants)(with_floats(robot), mode1, mode2, places, determinants)
+    as_machine_code(write_determinants)(with_floats(robot), mode, places, determinants)
     sides = (determinants > 0.0).tolist()
     return tuple(
         zero_between(assembly, grid[step], grid[step + 1], 1e-15)
@@ -199,9 +199,9 @@ def crossings_on(robot: FiveBar, mode1: int, mode2: int, way: AnyWay, grid: Sequ
 
 
 def write_determinants(
-    robot: FiveBar, mode1: int, mode2: int, places: NDArray[np.float64], determinants: NDArray[np.float64]
+    robot: FiveBar, mode: WorkingMode, places: NDArray[np.float64], determinants: NDArray[np.float64]
 ) -> None:
     """Write det A in a working mode, [N], for places of the platform (m), [N, 2]."""
     for number in range(len(places)):
         x, y = float(places[number, 0]), float(places[number, 1])
-        determinants[number] = det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0))
+        determinants[number] = det_a(state_from_platform(robot, mode, x, y, 0.0, 0.0))

@@ -18,6 +18,7 @@ from fivebar_control.model.singularity import (
     inverse_condition_rate,
     parallel_svd,
 )
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.root_search import minimum_between
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import (
@@ -36,7 +37,6 @@ from fivebar_control.trajectory.time_laws import QUINTIC, Untimed, timed_by
 from fivebar_control.trajectory.type1 import (
     TYPE_1_CLEARANCE,
     Meeting,
-    Mode,
     meetings_of,
     planned_mode_changes,
     segments_between,
@@ -81,7 +81,7 @@ class Plan(NamedTuple):
     Attributes:
         path: the reference.
         crossings: of the Type 2 locus.
-        mode1, mode2: working mode at the start.
+        mode: working mode at the start.
         zone_time: time (s) for which sigma is meant to be 1 at a crossing, under the ballistic rule.
         modes: working mode of each straight segment, () where it is that of the start throughout.
         meetings: with Type 1, in order of time.
@@ -90,20 +90,19 @@ class Plan(NamedTuple):
 
     path: Path
     crossings: tuple[Crossing, ...]
-    mode1: int
-    mode2: int
+    mode: WorkingMode
     zone_time: float
-    modes: tuple[Mode, ...] = ()
+    modes: tuple[WorkingMode, ...] = ()
     meetings: tuple[Meeting, ...] = ()
     working_mode_changes: int = 0
 
-    def modes_at(self, t: float) -> Mode:
+    def mode_at(self, t: float) -> WorkingMode:
         """Return the working mode at time t (s)."""
         if not self.modes:
-            return self.mode1, self.mode2
+            return self.mode
         index = self.path.segment_index(t)
         segment = self.path.segments[index]
-        return segment.modes_at(t) if isinstance(segment, JointSegment) else self.modes[index]
+        return segment.mode_at(t) if isinstance(segment, JointSegment) else self.modes[index]
 
     def epsilon_at(self, t: float) -> float:
         """Return the zone width that holds at time t (s): that of the crossing nearest in time, 0 without one."""
@@ -150,30 +149,30 @@ def plan_motion(
     )
     zone_time = rule.lasts(rate_hz)
     crossings: list[Crossing] = []
-    for index, (segment, (mode1, mode2)) in enumerate(zip(segments, modes[: len(segments)], strict=True)):
+    for index, (segment, mode) in enumerate(zip(segments, modes[: len(segments)], strict=True)):
         if not isinstance(segment, Segment | RoundedSegment):
             continue
         for leg_number, leg in enumerate((robot.leg1, robot.leg2), start=1):
             _refuse_unreachable(segment, index + 1, leg, leg_number)
-        fractions = locus_fractions(robot, mode1, mode2, way_of(segment))
-        timed = timed_by(time_law, Untimed(robot, mode1, mode2, segment, index + 1, fractions))
+        fractions = locus_fractions(robot, mode, way_of(segment))
+        timed = timed_by(time_law, Untimed(robot, mode, segment, index + 1, fractions))
         segments[index] = timed
-        met = [crossing_at(robot, mode1, mode2, timed, index, s, zone_time, rule.epsilon) for s in fractions]
+        met = [crossing_at(robot, mode, timed, index, s, zone_time, rule.epsilon) for s in fractions]
         _refuse_uncontrollable(met, min_authority)
         if min_authority > 0.0:
             _refuse_zone_everywhere(timed.duration, index + 1, met, zone_time)
             if isinstance(timed, RoundedSegment):
-                _refuse_zone_in_corner(robot, mode1, mode2, timed, index + 1, met)
+                _refuse_zone_in_corner(robot, mode, timed, index + 1, met)
         crossings += met
     # a law that holds the path by no normal is blended with none: it has no zones
     rests = [number for number, radius in enumerate((0.0, *radii, 0.0)) if radius == 0.0]
     _refuse_rest_in_zone(robot, crossings if min_authority > 0.0 else (), modes, waypoints, rests)
     if len(working_mode) == 2:
-        return Plan(Path(segments), tuple(crossings), *modes[0], zone_time)
+        return Plan(Path(segments), tuple(crossings), modes[0], zone_time)
     return Plan(
         Path(segments),
         tuple(crossings),
-        *modes[0],
+        modes[0],
         zone_time,
         modes=tuple(modes[:-1]),
         meetings=tuple(
@@ -201,7 +200,7 @@ def _rounded(
     return segments
 
 
-def _modes_of_waypoints(working_mode: Sequence[int], count: int) -> list[Mode]:
+def _modes_of_waypoints(working_mode: Sequence[int], count: int) -> list[WorkingMode]:
     pairs = list(zip(working_mode[::2], working_mode[1::2], strict=True))
     return pairs * count if len(pairs) == 1 else pairs
 
@@ -296,8 +295,7 @@ def _refuse_zone_everywhere(duration: float, number: int, crossings: Sequence[Cr
 
 def _refuse_zone_in_corner(
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     segment: RoundedSegment,
     number: int,
     crossings: Sequence[Crossing],
@@ -307,7 +305,7 @@ def _refuse_zone_in_corner(
     grid = grid_along(segment.curve) if edge > 0.0 else []
     for start, end in segment.curve.corners():
         for s in (s for s in grid if start <= s <= end):
-            state = state_on(robot, mode1, mode2, segment.curve, s)
+            state = state_on(robot, mode, segment.curve, s)
             if inverse_condition(state) < edge:
                 raise PlanRefused(
                     f"segment {number}: the corner at {place(state.x, state.y)} is inside the blending zone of the"
@@ -328,8 +326,7 @@ def _refuse_uncontrollable(crossings: Sequence[Crossing], min_authority: float) 
 
 def crossing_at(
     robot: FiveBar,
-    mode1: int,
-    mode2: int,
+    mode: WorkingMode,
     segment: Segment | RoundedSegment,
     index: int,
     s: float,
@@ -339,7 +336,7 @@ def crossing_at(
     """Return the crossing at a share of a segment's way, with a zone of a time (s), or of a width in 1/cond(A)."""
     time = segment.time_at(s)
     reference = segment.at(time)
-    state = state_from_platform(robot, mode1, mode2, reference.x, reference.y, reference.vx, reference.vy)
+    state = state_from_platform(robot, mode, reference.x, reference.y, reference.vx, reference.vy)
     svd = parallel_svd(state)
     line = segment.line_at(time)
     authority = abs(line.direction_y * svd.v_x - line.direction_x * svd.v_y)
@@ -351,14 +348,14 @@ def crossing_at(
 def _refuse_rest_in_zone(
     robot: FiveBar,
     crossings: Sequence[Crossing],
-    modes: Sequence[Mode],
+    modes: Sequence[WorkingMode],
     waypoints: Sequence[tuple[float, float]],
     rests: Sequence[int],
 ) -> None:
     """Raise where a rest is in a zone; `rests` are the indices of the waypoints at which the motion rests."""
     widest = max((crossing.epsilon for crossing in crossings), default=0.0)
     for number, mode, (x, y) in ((one + 1, modes[one], waypoints[one]) for one in rests):
-        kappa = inverse_condition(state_from_platform(robot, *mode, x, y, 0.0, 0.0))
+        kappa = inverse_condition(state_from_platform(robot, mode, x, y, 0.0, 0.0))
         if kappa < ON_LOCUS:
             raise PlanRefused(f"waypoint {number}: a rest at {place(x, y)} is on the Type 2 locus")
         if kappa < 2.0 * widest:

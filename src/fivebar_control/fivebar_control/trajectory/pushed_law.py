@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.trajectory.path import Way
 from fivebar_description.parameters import FiveBar, weight_torque
 
@@ -140,14 +141,14 @@ class TorqueRows(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def torque_rows(robot: FiveBar, mode1: int, mode2: int, way: Way) -> TorqueRows:
+def torque_rows(robot: FiveBar, mode: WorkingMode, way: Way) -> TorqueRows:
     """Return the torques along a way at `WAYS` + 1 even shares."""
     found: list[tuple[float, ...]] = []
     for number in range(WAYS + 1):
         # beside the locus, on which there are none
         x, y, d_x, d_y, b_x, b_y = way.at(min(number / WAYS + 1e-9, 1.0))
-        rests = state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0)
-        moves = state_from_platform(robot, mode1, mode2, x, y, d_x, d_y)
+        rests = state_from_platform(robot, mode, x, y, 0.0, 0.0)
+        moves = state_from_platform(robot, mode, x, y, d_x, d_y)
         still = inverse_dynamics_of_platform(robot, rests, 0.0, 0.0, 0.0, 0.0)
         pushed = inverse_dynamics_of_platform(robot, rests, d_x, d_y, 0.0, 0.0)
         moved = inverse_dynamics_of_platform(robot, moves, b_x, b_y, 0.0, 0.0)
@@ -212,9 +213,9 @@ class Demand(NamedTuple):
 
 
 @lru_cache(maxsize=64)
-def pushed_law(robot: FiveBar, mode1: int, mode2: int, way: Way, demand: Demand) -> PushedLaw | None:
+def pushed_law(robot: FiveBar, mode: WorkingMode, way: Way, demand: Demand) -> PushedLaw | None:
     """Return the law of least torque that meets a demand on a way, in a working mode; None for none."""
-    rows = torque_rows(robot, mode1, mode2, way)
+    rows = torque_rows(robot, mode, way)
     points = starts_for(demand)
     costs = largest_torques(points, demand, rows)
     best = np.argsort(costs, kind="stable")[:REFINED]

@@ -59,8 +59,8 @@ class SplineSegment(NamedTuple):
                 return Knot(since, end.one, end.two, 0.0, 0.0, 0.0, 0.0)
         number = bisect_right(self.knots, since, key=lambda knot: knot.time)
         begin, end = self.knots[number - 1], self.knots[number]
-        one = _between(begin.time, end.time, since, *begin[1::2], *end[1::2])
-        two = _between(begin.time, end.time, since, *begin[2::2], *end[2::2])
+        one = _between((begin.time, *begin[1::2]), (end.time, *end[1::2]), since)
+        two = _between((begin.time, *begin[2::2]), (end.time, *end[2::2]), since)
         return Knot(since, one[0], two[0], one[1], two[1], one[2], two[2])
 
     def at(self, t: float) -> Platform:
@@ -87,8 +87,8 @@ class SplineWay(NamedTuple):
         gone = min(max(s, 0.0), 1.0) * length
         number = min(bisect_right(self.knots, gone, key=lambda knot: knot.time), len(self.knots) - 1)
         begin, end = self.knots[number - 1], self.knots[number]
-        x, d_x, b_x = _between(begin.time, end.time, gone, *begin[1::2], *end[1::2])
-        y, d_y, b_y = _between(begin.time, end.time, gone, *begin[2::2], *end[2::2])
+        x, d_x, b_x = _between((begin.time, *begin[1::2]), (end.time, *end[1::2]), gone)
+        y, d_y, b_y = _between((begin.time, *begin[2::2]), (end.time, *end[2::2]), gone)
         return x, y, d_x * length, d_y * length, b_x * length * length, b_y * length * length
 
     def moved(self, s: float, ds: float, dds: float) -> Platform:
@@ -97,11 +97,12 @@ class SplineWay(NamedTuple):
         return Platform(x, y, d_x * ds, d_y * ds, d_x * dds + b_x * ds * ds, d_y * dds + b_y * ds * ds)
 
 
-def _between(
-    begin: float, end: float, t: float, p0: float, v0: float, a0: float, p1: float, v1: float, a1: float
-) -> tuple[float, float, float]:
-    """Return the polynomial of fifth degree that has both ends' values and derivatives, and its derivatives."""
-    h, s = end - begin, t - begin
+def _between(begin: Sequence[float], end: Sequence[float], t: float) -> tuple[float, float, float]:
+    """Return the polynomial of fifth degree at a time, and its derivatives, from time, value and both derivatives of
+    its ends.
+    """
+    (t0, p0, v0, a0), (t1, p1, v1, a1) = begin, end
+    h, s = t1 - t0, t - t0
     # what is left to the end value, speed and acceleration of the parabola from the beginning
     gap = p1 - p0 - h * (v0 + 0.5 * h * a0)
     speed, bend = (v1 - v0 - h * a0) * h, (a1 - a0) * h * h

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Annotated, NamedTuple
 
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.rounded import RoundedSegment
 from fivebar_control.trajectory.time_law import rest_to_rest_without_jerk
@@ -35,15 +36,14 @@ class Untimed(NamedTuple):
     """A segment for which a time law is sought.
 
     Attributes:
-        robot, mode1, mode2: the robot and its working mode.
+        robot, mode: the robot and its working mode.
         segment: with the usual time law.
         number: of the segment, from 1 on.
         crossed: shares of its way at which it crosses the Type 2 locus.
     """
 
     robot: FiveBar
-    mode1: int
-    mode2: int
+    mode: WorkingMode
     segment: Segment | RoundedSegment
     number: int
     crossed: tuple[float, ...]

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from fivebar_control.model.geometry import leg_angles, reach_margin, wrap
 from fivebar_control.model.kinematics import state_from_motors
 from fivebar_control.model.singularity import inverse_condition
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.path import AnySegment, Segment
@@ -38,8 +38,6 @@ ROUNDING = 1e-6
 STEPS = 400
 """Points per segment at which such a motion is sampled."""
 
-Mode = tuple[int, int]
-
 
 class Meeting(NamedTuple):
     """One planned moment at which a leg is stretched or folded: its number, the time (s) and the place (m)."""
@@ -60,7 +58,7 @@ class Rest(NamedTuple):
     stretched: tuple[int, ...]
 
 
-def rest_at(robot: FiveBar, mode: Mode, number: int, x: float, y: float) -> Rest:
+def rest_at(robot: FiveBar, mode: WorkingMode, number: int, x: float, y: float) -> Rest:
     """Return a waypoint in a working mode, on the Type 1 boundary if it is within `TYPE_1_CLEARANCE` of it.
 
     Raises:
@@ -91,7 +89,7 @@ def _onto_boundary(leg: LegParameters, number: int, x: float, y: float) -> tuple
 
 
 def segments_between(
-    robot: FiveBar, modes: Sequence[Mode], waypoints: Sequence[tuple[float, float]], durations: Sequence[float]
+    robot: FiveBar, modes: Sequence[WorkingMode], waypoints: Sequence[tuple[float, float]], durations: Sequence[float]
 ) -> list[Segment | JointSegment]:
     """Return one segment per pair of waypoints.
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from fivebar_control.model.geometry import elbow_position, reach_margin, workspace_margin
 from fivebar_control.model.kinematics import det_a, state_from_motors, state_from_platform, working_mode
 from fivebar_control.model.singularity import inverse_condition, type2_distance
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.postures import WORKING_MODES
 from fivebar_control.workspace.loci import Loci
 from fivebar_description.parameters import FiveBar
@@ -133,13 +134,13 @@ def platform_grid(robot: FiveBar, low: FloatArray, high: FloatArray, count: int)
 
 
 def platform_field(
-    robot: FiveBar, modes: tuple[int, int], grid: PlatformGrid, progress: Callable[[], None] = lambda: None
+    robot: FiveBar, modes: WorkingMode, grid: PlatformGrid, progress: Callable[[], None] = lambda: None
 ) -> PlatformField:
     """Return a working mode on a grid; `progress` is called after every row."""
     field = PlatformField(*(np.full(grid.reach.shape, math.nan) for _ in range(3)))
     for row, y in enumerate(grid.y.tolist()):
         for column in np.flatnonzero(grid.reach[row] > 0.0).tolist():
-            state = state_from_platform(robot, *modes, float(grid.x[column]), y, 0.0, 0.0)
+            state = state_from_platform(robot, modes, float(grid.x[column]), y, 0.0, 0.0)
             determinant = det_a(state)
             field.det_a[row, column] = determinant
             field.kappa[row, column] = inverse_condition(state)

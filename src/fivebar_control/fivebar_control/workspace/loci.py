@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from fivebar_control.model.geometry import leg_angles, leg_cosine, wrap
 from fivebar_control.model.kinematics import assembly_mode, det_a, elbow_side, state_from_joints
 from fivebar_control.model.singularity import DistalLinks
-from fivebar_control.model.state import JointAngles, State
+from fivebar_control.model.state import JointAngles, State, WorkingMode
 from fivebar_control.root_search import zero_between
 from fivebar_description.parameters import FiveBar, LegParameters
 
@@ -68,7 +68,7 @@ class Type2(NamedTuple):
     """A piece of the Type 2 locus: distal links stretched or folded onto each other, in one working mode."""
 
     shape: Shape
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     curve: Curve
 
 

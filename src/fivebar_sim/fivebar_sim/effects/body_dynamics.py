@@ -54,19 +54,32 @@ class LegDynamics(NamedTuple):
     yy: float
 
 
-def chain(
-    leg: LegNumbers,
-    q1: float,
-    theta: float,
-    dq1: float,
-    dtheta: float,
-    torque: float,
-    distal_torque: float,
-    weight_x: float,
-    weight_y: float,
-    tip_mass: float,
-) -> LegDynamics:
-    """Return a leg under torques (Nm) on its links and weight (N/kg)."""
+class LinkAngles(NamedTuple):
+    """The absolute angles of a leg's links (rad), and their rates (rad/s)."""
+
+    q1: float
+    theta: float
+    dq1: float
+    dtheta: float
+
+
+class LegLoad(NamedTuple):
+    """What acts on a leg: torques on its links (Nm), weight (N/kg), and the mass at its tip (kg)."""
+
+    torque: float
+    distal_torque: float
+    weight_x: float
+    weight_y: float
+    tip_mass: float
+
+
+UNLOADED = LegLoad(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def chain(leg: LegNumbers, angles: LinkAngles, load: LegLoad) -> LegDynamics:
+    """Return a leg as it moves under a load."""
+    q1, theta, dq1, dtheta = angles
+    torque, distal_torque, weight_x, weight_y, tip_mass = load
     r_x, r_y, u_x, u_y = math.cos(q1), math.sin(q1), math.cos(theta), math.sin(theta)
     cos, sin = r_x * u_x + r_y * u_y, r_x * u_y - r_y * u_x
     # columns of the tip's Jacobian
@@ -144,13 +157,10 @@ def accelerations(
     elbow2 = friction(leg2.elbow_friction, bristles.elbow2, rate.distal2 - rate.link2)
     between = friction(mechanism.platform_friction, bristles.platform, rate.distal1 - rate.distal2)
     weight, mass = felt_weight(mechanism.shaking, mechanism.weight_x, mechanism.weight_y, time), mechanism.tip_mass
-    g_x, g_y = weight.x, weight.y
-    one = chain(
-        leg1, at.link1, at.distal1, rate.link1, rate.distal1, torque1 + elbow1, -elbow1 - between, g_x, g_y, mass
-    )
-    two = chain(
-        leg2, at.link2, at.distal2, rate.link2, rate.distal2, torque2 + elbow2, between - elbow2, g_x, g_y, mass
-    )
+    load1 = LegLoad(torque1 + elbow1, -elbow1 - between, weight.x, weight.y, mass)
+    load2 = LegLoad(torque2 + elbow2, between - elbow2, weight.x, weight.y, mass)
+    one = chain(leg1, LinkAngles(at.link1, at.distal1, rate.link1, rate.distal1), load1)
+    two = chain(leg2, LinkAngles(at.link2, at.distal2, rate.link2, rate.distal2), load2)
     push = push_at(mechanism.push, time, one.u_x, one.u_y)
     pull = cable_force(mechanism.cable, 0.5 * (one.x + two.x), 0.5 * (one.y + two.y))
     half_x = 0.5 * (push.x + pull.x + mechanism.force_x)

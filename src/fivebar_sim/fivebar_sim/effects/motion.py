@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from fivebar_sim.effects.body_dynamics import LegDynamics, accelerations, chain, closing_force
+from fivebar_sim.effects.body_dynamics import UNLOADED, LegDynamics, LinkAngles, accelerations, chain, closing_force
 from fivebar_sim.effects.encoders import EncoderReading, angle_seen_as, read_at
 from fivebar_sim.effects.friction import bristle_after
 from fivebar_sim.effects.heating import heat_after
@@ -109,8 +109,8 @@ def _changed(state: MechanismState, at: PerBody, rate: PerBody, bristles: Bristl
 def closed(mechanism: Mechanism, state: MechanismState) -> Moved:
     """Put a state back onto a rigid loop, as impulses at the tips would; an elastic one is only measured."""
     at, rate = state.at, state.rate
-    one = chain(mechanism.leg1, at.link1, at.distal1, rate.link1, rate.distal1, 0.0, 0.0, 0.0, 0.0, 0.0)
-    two = chain(mechanism.leg2, at.link2, at.distal2, rate.link2, rate.distal2, 0.0, 0.0, 0.0, 0.0, 0.0)
+    one = chain(mechanism.leg1, LinkAngles(at.link1, at.distal1, rate.link1, rate.distal1), UNLOADED)
+    two = chain(mechanism.leg2, LinkAngles(at.link2, at.distal2, rate.link2, rate.distal2), UNLOADED)
     gap_x, gap_y = one.x - two.x, one.y - two.y
     gap = math.sqrt(gap_x * gap_x + gap_y * gap_y)
     if mechanism.compliant:

@@ -60,7 +60,7 @@ class HandAtTheEmulation:
         motors.go_home()
         if "Put the platform" in request:
             x, y = (1e-3 * float(request.partition(f"{axis} = ")[2].split()[0]) for axis in "xy")
-            joints = inverse_geometry(robot.five_bar(), 1, -1, x, y)
+            joints = inverse_geometry(robot.five_bar(), (1, -1), x, y)
             for motor, angle in zip(motors.motors, (joints.q11, joints.q21), strict=True):
                 motor.place(angle)
         return "yes\n"

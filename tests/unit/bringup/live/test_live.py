@@ -203,7 +203,7 @@ def test_every_fault_of_the_graph_is_explained() -> None:
 
 def test_a_row_is_where_the_robot_is() -> None:
     robot = load_robot("dextar")
-    position = inverse_geometry(robot, 1, -1, 0.01, 0.12)
+    position = inverse_geometry(robot, (1, -1), 0.01, 0.12)
     values = row(robot, 500_000_000, JointStateSample(tuple(position), (0.1, -0.2)), (0.01, 0.119), None)
     assert tuple(values) == COLUMNS
     assert values["time"] == 0.5

@@ -81,7 +81,7 @@ def test_the_motors_of_the_urdf_are_commanded_and_all_joints_are_read() -> None:
         assert [one.get("name") for one in joint.findall("state_interface")] == ["position", "velocity"]
     begins = [float(str(one.text)) for one in section.findall("joint/state_interface/param")]
     file = read_robot("dextar")
-    assert begins == list(inverse_geometry(file.five_bar(), 1, -1, *file.home_m))
+    assert begins == list(inverse_geometry(file.five_bar(), (1, -1), *file.home_m))
     root.remove(section)
     # all else is what `fivebar urdf` prints
     told = ElementTree.fromstring(described_robot("dextar"))
@@ -153,7 +153,7 @@ def test_drake_reads_the_sdf_as_the_robot_that_the_urdf_is(robot: str) -> None:
     ]
     np.testing.assert_allclose(ends[0].translation(), ends[1].translation(), atol=1e-12)
     file = read_robot(robot)
-    home = np.array(inverse_geometry(file.five_bar(), 1, -1, *file.home_m))
+    home = np.array(inverse_geometry(file.five_bar(), (1, -1), *file.home_m))
     ours = pin.buildModelFromXML(robot_description(file.five_bar(), file.name, weighed=file.weighed()))
     random = np.random.default_rng(3)
     for _ in range(5):
@@ -213,7 +213,7 @@ def test_the_limits_of_a_model_are_those_of_the_robot(tmp_path: Path) -> None:
         assert model.velocityLimit[[1, 3]].min() >= 1e9
         np.testing.assert_allclose((model.lowerPositionLimit[0], model.upperPositionLimit[0]), (1.0, 2.5))
     file = read_robot(robot)
-    home = dict(zip(JOINTS, inverse_geometry(file.five_bar(), 1, -1, *file.home_m), strict=True))
+    home = dict(zip(JOINTS, inverse_geometry(file.five_bar(), (1, -1), *file.home_m), strict=True))
     root = ElementTree.fromstring(model_text(ModelFormat.SDF, robot))
     limits = {
         joint.get("name"): {one.tag: float(str(one.text)) for one in joint.findall("axis/limit/*")}
@@ -226,6 +226,6 @@ def test_the_limits_of_a_model_are_those_of_the_robot(tmp_path: Path) -> None:
 
 def test_the_sdf_tells_how_its_angles_become_those_of_the_urdf() -> None:
     file = read_robot("unequal")
-    home = inverse_geometry(file.five_bar(), 1, -1, *file.home_m)
+    home = inverse_geometry(file.five_bar(), (1, -1), *file.home_m)
     told = ", ".join(f"{name} + {angle!r}" for name, angle in zip(JOINTS, home, strict=True))
     assert f"Those of the URDF and of joint_states are {told} (rad)" in model_text(ModelFormat.SDF, "unequal")

@@ -121,7 +121,7 @@ def record(tmp_path: Path) -> Record:
 
 def joints_at(x: float, y: float, vx: float, vy: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Joint angles (rad) and rates (rad/s) of the elbows-outwards robot with its platform at a place (m, m/s)."""
-    state = state_from_platform(DOWN.five_bar(), 1, -1, x, y, vx, vy)
+    state = state_from_platform(DOWN.five_bar(), (1, -1), x, y, vx, vy)
     one, two = state.leg1, state.leg2
     return (one.q1, one.q2, two.q1, two.q2), (one.dq1, one.dtheta - one.dq1, two.dq1, two.dtheta - two.dq1)
 
@@ -235,7 +235,7 @@ def test_constraint_errors_count_in_the_zones_only(record: Record) -> None:
     """sigma > 0 at sample 5 alone: the joint error is that of 1 mm beside the path at y(0.1 s) = 85 mm."""
     summary = summary_of(record(offset=(0.001, 0.0), sigmas={5: 1.0}))
     robot = DOWN.five_bar()
-    beside, on_path = (inverse_geometry(robot, 1, -1, x, 0.085) for x in (0.001, 0.0))
+    beside, on_path = (inverse_geometry(robot, (1, -1), x, 0.085) for x in (0.001, 0.0))
     expected = max(abs(beside.q11 - on_path.q11), abs(beside.q21 - on_path.q21))
     assert expected > 0.001
     assert summary.vhc_error_joint_max_rad == pytest.approx(expected, rel=1e-9)

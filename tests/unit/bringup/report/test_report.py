@@ -302,7 +302,7 @@ def test_a_bag_of_nothing_but_joint_states_has_a_report(tmp_path: Path) -> None:
     with BagWriter(run.bag, [JOINT_STATES]) as bag:
         for sample in range(0, 400, 3):
             stamp = sample_stamp_ns(sample, scenario.rate_hz)
-            position = inverse_geometry(scenario.five_bar(), 1, -1, 0.0, 0.15 - 1e-4 * sample)
+            position = inverse_geometry(scenario.five_bar(), (1, -1), 0.0, 0.15 - 1e-4 * sample)
             bag.write(JOINT_STATES, stamp, serialize.joint_state(stamp, JOINTS, position, (0.0,) * 4))
     summary = write_report(run)
     assert summary.torque_peak_nm == (None, None)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from fivebar_bringup.drives.kinds import CANOPEN_DRIVES
-from fivebar_bringup.graph.crossing_graph import crossing_graph
+from fivebar_bringup.graph.crossing_graph import Bridged, crossing_graph
 from fivebar_bringup.graph.node_spec import Mode, Sharing
 from fivebar_bringup.runs.injection import kills, read_injection, refuse_late
 from fivebar_bringup.runs.launcher import Kill
@@ -86,7 +86,7 @@ def test_a_node_is_killed_with_the_process_that_it_lives_in() -> None:
 
 def test_the_bridge_may_live_with_the_control_chain() -> None:
     scenario = load_scenario("middle_robot")
-    nodes = crossing_graph(scenario, Mode.REALTIME, Path("bag"), drives="dextar_socketcan")
+    nodes = crossing_graph(scenario, Mode.REALTIME, Path("bag"), Bridged("dextar_socketcan"))
     specs = processes(nodes, Mode.REALTIME, scenario.rate_hz, sharing=Sharing.ROBOT)
     shared = [node.executable for node in specs[0].nodes]
     chain = [node.executable for node in processes(nodes, Mode.REALTIME, scenario.rate_hz)[0].nodes]

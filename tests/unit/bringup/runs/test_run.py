@@ -15,7 +15,7 @@ from fivebar_bringup.motions.stand import stand
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
 from fivebar_bringup.recorded.summary import Summary
 from fivebar_bringup.runs import run as running
-from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome
+from fivebar_bringup.runs.launcher import INTERRUPTED, GraphOutcome, RunOptions
 from fivebar_bringup.runs.run import report_on, run_with_ros
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -23,11 +23,11 @@ from fivebar_description.interrupts import STOP_SIGNALS, keyboard_interrupts
 
 
 def run_once(scenario: Scenario, out: Path) -> tuple[RunDirectory, Summary]:
-    return run_with_ros(scenario, Mode.LOCKSTEP, out, None, lambda sample, last: None)
+    return run_with_ros(scenario, RunOptions(Mode.LOCKSTEP, out))
 
 
 def rest(scenario: Scenario, out: Path) -> tuple[RunDirectory, Summary]:
-    return stand(scenario, None, Mode.LOCKSTEP, out, None, lambda sample, last: None)
+    return stand(scenario, None, RunOptions(Mode.LOCKSTEP, out))
 
 
 @pytest.mark.extra

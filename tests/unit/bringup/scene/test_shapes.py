@@ -16,7 +16,7 @@ from fivebar_bringup.scene.shapes import Shape
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.geometry import elbow_position, reach_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_description.parameters import FiveBar, friction_torque
 from fivebar_description.robot_file import load_robot
 
@@ -41,7 +41,7 @@ def test_links_begin_and_end_where_the_kinematics_say(robot: FiveBar, regular_st
 
 
 @pytest.mark.parametrize("mode", [(1, -1), (1, 1)])
-def test_the_locus_is_where_the_distal_links_align(robot: FiveBar, mode: tuple[int, int]) -> None:
+def test_the_locus_is_where_the_distal_links_align(robot: FiveBar, mode: WorkingMode) -> None:
     type1, type2, others = loci_shapes(robot, mode)
     for x, y, _ in type1.points:
         assert min(abs(reach_margin(leg, x, y)) for leg in (robot.leg1, robot.leg2)) < 1e-9
@@ -50,7 +50,7 @@ def test_the_locus_is_where_the_distal_links_align(robot: FiveBar, mode: tuple[i
     ]
     assert len(inside) > 50
     # a micrometre beside the locus det A is some 1e-5
-    assert max(abs(det_a(state_from_platform(robot, *mode, x, y, 0.0, 0.0))) for x, y in inside) < 1e-9
+    assert max(abs(det_a(state_from_platform(robot, mode, x, y, 0.0, 0.0))) for x, y in inside) < 1e-9
     assert len(others.points) > len(type2.points)
 
 
@@ -90,7 +90,7 @@ def test_an_old_trail_is_bounded_and_a_resting_robot_leaves_none(dextar: FiveBar
     trail = Trail(7)
     assert trail.shape().points == ()
     for step in range(100):
-        state = state_from_platform(dextar, *MODE, 0.0, 0.15 - 0.001 * step, 0.0, 0.0)
+        state = state_from_platform(dextar, MODE, 0.0, 0.15 - 0.001 * step, 0.0, 0.0)
         trail.add(state)
         trail.add(state)
     assert len(trail) == 7

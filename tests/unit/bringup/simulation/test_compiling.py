@@ -61,9 +61,9 @@ def same(function: Callable[..., Any], *arguments: Any) -> None:
 @given(at=place, v=velocity, tau=torque)
 def test_model_and_laws_are_the_plain_ones_to_the_last_bit(at: Any, v: Any, tau: Any) -> None:
     """Out of reach too, where everything is NaN."""
-    state = state_from_platform(ROBOT, *MODES, *at, *v)
+    state = state_from_platform(ROBOT, MODES, *at, *v)
     platform = Platform(at[0] + 1e-3, at[1] - 2e-3, *v, *tau)
-    reference = reference_from_platform(ROBOT, *MODES, platform)
+    reference = reference_from_platform(ROBOT, MODES, platform)
     same(reference_from_platform, ROBOT, *MODES, platform)
     same(direct_dynamics, ROBOT, state, *tau, 0.1, -0.2)
     same(ctc_torque, ROBOT, state, reference, 2500.0, 100.0)
@@ -90,11 +90,11 @@ def test_wrapped_angles_are_the_plain_ones_and_those_of_fmod(angle: float) -> No
 @pytest.mark.extra
 @given(at=st.tuples(st.floats(-0.02, 0.02), st.floats(0.06, 0.14)), tau=torque, ahead=st.floats(-1e-3, 1e-3))
 def test_the_filter_is_the_plain_one_to_the_last_bit(at: Any, tau: Any, ahead: float) -> None:
-    model = filter_model(ROBOT, *MODES, 500, EkfSettings())
+    model = filter_model(ROBOT, MODES, 500, EkfSettings())
     belief = homed_belief(model, *at, 1e-8)
     same(predicted, model, belief, *tau)
     later = predicted(model, belief, *tau)
-    legs = state_from_platform(ROBOT, *MODES, *at, 0.0, 0.0)
+    legs = state_from_platform(ROBOT, MODES, *at, 0.0, 0.0)
     readings = Angle(legs.leg1.q1 + ahead, 1e-8), Angle(legs.leg2.q1 - ahead, 2e-8)
     same(corrected, model, later, *readings)
 

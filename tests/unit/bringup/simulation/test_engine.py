@@ -289,7 +289,7 @@ def test_errors_are_those_of_the_robot_that_there_is() -> None:
 @pytest.mark.parametrize(("vx", "vy"), [(0.0, -0.3), (0.15, -0.2), (0.2, 0.02)])
 def test_the_plain_plant_is_pinocchios_through_type_2_and_type_1(vx: float, vy: float, robot: FiveBar) -> None:
     """Free motions, uncompiled, 2 s: the last one reaches the edge of the workspace, where a leg is stretched."""
-    start = state_from_platform(robot, 1, -1, 0.0, 0.13, vx, vy)
+    start = state_from_platform(robot, (1, -1), 0.0, 0.13, vx, vy)
     free = scaled(robot, friction=0.0)
     one, two = start.leg1, start.leg2
     rates = (one.dq1, one.dtheta - one.dq1, two.dq1, two.dtheta - two.dq1)
@@ -309,7 +309,7 @@ def test_the_plain_plant_is_pinocchios_through_type_2_and_type_1(vx: float, vy: 
 
 
 def test_a_motion_too_fast_to_simulate_diverges_as_pinocchios_does(dextar: FiveBar) -> None:
-    q = inverse_geometry(dextar, 1, -1, 0.0, 0.13)
+    q = inverse_geometry(dextar, (1, -1), 0.0, 0.13)
     state = PlantState(chain_at(q.q11, q.q12, 0.0, 0.0), chain_at(q.q21, q.q22, 0.0, 0.0))
     plant = Plant(dextar, tuple(q), 500, PlantSettings(torque_limit=None))
     made = 0

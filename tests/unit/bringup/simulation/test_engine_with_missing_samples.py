@@ -35,7 +35,7 @@ def by_parts(scenario: Scenario, missing: Collection[int]) -> tuple[list[tuple[f
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
     estimator, (law,) = estimator_of(scenario), scenario.tuned().laws
     runner = LawRunner(law, robot, plan, rate_hz)
-    guard = Guard(robot, (plan.mode1, plan.mode2), rate_hz, scenario.safety)
+    guard = Guard(robot, plan.mode, rate_hz, scenario.safety)
     positions, faults, command = [], [], ZERO
     for number in range(plan.path.samples(rate_hz) + 1):
         positions.append(tuple(plant.truth().position))

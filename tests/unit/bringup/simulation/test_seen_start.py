@@ -50,7 +50,7 @@ def test_a_motion_is_planned_from_where_the_camera_sees_the_robot(tmp_path: Path
     assert scenario.working_mode == (1, -1)
     assert homing_of(scenario).assembly == -1
     # the simulated robot stands where it did, not where it is thought to be
-    assert scenario.initial_joints() == inverse_geometry(load_robot("dextar"), 1, -1, -0.02, 0.03)
+    assert scenario.initial_joints() == inverse_geometry(load_robot("dextar"), (1, -1), -0.02, 0.03)
     run = simulate(scenario)
     assert not run.faults
     assert len(run.samples) == 251

@@ -211,9 +211,9 @@ def test_typical_motions_have_the_command_that_makes_them() -> None:
 
 def test_typical_motions_cross_where_their_names_say_so() -> None:
     robot, home = read_robot(BELT).five_bar(), read_robot(BELT).home_m
-    here = assembly_mode(state_from_platform(robot, 1, -1, *home, 0.0, 0.0))
+    here = assembly_mode(state_from_platform(robot, (1, -1), *home, 0.0, 0.0))
     for motion in typical_motions(BELT):
-        there = assembly_mode(state_from_platform(robot, 1, -1, *motion.goal, 0.0, 0.0))
+        there = assembly_mode(state_from_platform(robot, (1, -1), *motion.goal, 0.0, 0.0))
         assert ("across" in motion.name) == (there != here)
         assert (motion.assembly == "+") == (there > 0)
     assert len(typical_motions(BELT)) == 4

@@ -126,7 +126,7 @@ def test_a_bag_becomes_a_robot_file_drives_and_a_page(bag: Path, tmp_path: Path)
 
 def test_a_touched_point_shows_the_scale(bag: Path, tmp_path: Path) -> None:
     robot = with_errors(read_robot("dextar").five_bar(), ERRORS)
-    places = [TouchedPoint(*inverse_geometry(robot, 1, -1, x, 0.13)[::2], x, 0.13, 1e-5) for x in (-0.03, 0.03)]
+    places = [TouchedPoint(*inverse_geometry(robot, (1, -1), x, 0.13)[::2], x, 0.13, 1e-5) for x in (-0.03, 0.03)]
     lines = [f"  - {{q11: {p.q11 + ZEROS[0]}, q21: {p.q21 + ZEROS[1]}, x: {p.x}, y: {p.y}}}" for p in places]
     # where the motion begins
     touched = tmp_path / "touched.yaml"

@@ -43,7 +43,7 @@ def lost(robot: FiveBar, speeds: list[tuple[float, float]], period: float) -> fl
 def test_work_is_kinetic_energy_and_friction() -> None:
     """Torques that swing the robot without plan; it is left moving."""
     robot, rate_hz = load_robot("dextar"), 2000
-    plant = Plant(robot, inverse_geometry(robot, 1, -1, 0.0, 0.13), rate_hz)
+    plant = Plant(robot, inverse_geometry(robot, (1, -1), 0.0, 0.13), rate_hz)
     angles, speeds, torques = [], [], [(0.0, 0.0)]
     for number in range(281):
         q, v = plant.joints, plant.joint_velocities

@@ -243,7 +243,7 @@ def test_the_shipped_motion_stays_in_one_mode_away_from_the_locus(name: str) -> 
     kappas, speeds = [], []
     for k in range(plan.path.samples(100) + 1):
         reference = plan.path.at(k / 100)
-        state = state_from_platform(robot, 1, -1, *reference[:4])
+        state = state_from_platform(robot, (1, -1), *reference[:4])
         kappas.append(inverse_condition(state))
         speeds.append((state.leg1.dq1, state.leg2.dq1))
     assert min(kappas) > 0.2

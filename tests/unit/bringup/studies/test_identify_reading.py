@@ -29,7 +29,7 @@ SAMPLES = 30
 def postures(count: int = SAMPLES) -> Array:
     """[count, 4] joints of dextar on its way down."""
     robot = read_robot("dextar").five_bar()
-    return np.array([inverse_geometry(robot, 1, -1, 0.01, 0.15 - 1e-3 * k) for k in range(count)])
+    return np.array([inverse_geometry(robot, (1, -1), 0.01, 0.15 - 1e-3 * k) for k in range(count)])
 
 
 def bag_of(

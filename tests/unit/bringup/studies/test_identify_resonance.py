@@ -120,6 +120,6 @@ def test_the_shipped_chirp_is_small_far_from_the_locus_and_within_the_drives_lim
     plan, robot = scenario.plan(), scenario.five_bar()
     assert plan.crossings == ()
     for time in (0.0, 20.0):
-        assert inverse_condition(state_from_platform(robot, 1, -1, *plan.path.at(time)[:4])) > 0.4
+        assert inverse_condition(state_from_platform(robot, (1, -1), *plan.path.at(time)[:4])) > 0.4
     assert scenario.plant.torque_limit is not None
     assert scenario.law["amplitude"] < scenario.plant.torque_limit

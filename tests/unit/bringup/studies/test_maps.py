@@ -68,7 +68,7 @@ def elbows(robot: FiveBar, joints: Array) -> tuple[Array, Array]:
 
 
 def determinant(robot: FiveBar, modes: tuple[int, int], x: float, y: float) -> float:
-    return det_a(state_from_platform(robot, *modes, x, y, 0.0, 0.0))
+    return det_a(state_from_platform(robot, modes, x, y, 0.0, 0.0))
 
 
 def test_the_locus_goes_through_what_is_known_of_it(dextar: FiveBar) -> None:
@@ -208,7 +208,7 @@ def test_field_is_the_inverse_condition_number(robot: FiveBar, fields: Fields) -
     for modes, field in fields.platform.items():
         for row, column in np.argwhere(grid.reach > 0.0)[::97]:
             place = np.array([grid.x[column], grid.y[row]])
-            q = np.array([inverse_geometry(robot, *modes, *place.tolist())])
+            q = np.array([inverse_geometry(robot, modes, *place.tolist())])
             rows = [(place - elbow[0]) / np.hypot(*(place - elbow[0])) for elbow in elbows(robot, q)]
             assert field.kappa[row, column] == pytest.approx(1.0 / np.linalg.cond(np.array(rows)), abs=1e-9)
             assert field.det_a[row, column] == pytest.approx(np.linalg.det(np.array(rows)), abs=1e-9)

@@ -35,7 +35,7 @@ def test_what_cannot_be_is_said_in_one_line(arguments: tuple[str, ...], expected
 
 @pytest.mark.parametrize(("y", "near"), [(0.0845, True), (0.12, False)])
 def test_text_and_json_tell_the_way_out_only_near_the_locus(dextar: FiveBar, y: float, near: bool) -> None:
-    angles = inverse_geometry(dextar, 1, -1, 0.0, y)
+    angles = inverse_geometry(dextar, (1, -1), 0.0, y)
     asked = ["posture", f"{angles.q11:.6f}", f"{angles.q21:.6f}"]
     text = CliRunner().invoke(app, asked).stdout
     content = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)
@@ -46,7 +46,7 @@ def test_text_and_json_tell_the_way_out_only_near_the_locus(dextar: FiveBar, y: 
 
 
 def test_a_release_is_planned_for_both_modes_or_refused_with_the_reason(dextar: FiveBar) -> None:
-    angles = inverse_geometry(dextar, 1, -1, 0.0, 0.0845)
+    angles = inverse_geometry(dextar, (1, -1), 0.0, 0.0845)
     asked = ["posture", f"{angles.q11:.6f}", f"{angles.q21:.6f}", "--release"]
     planned = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)["release"]
     assert planned["falls_to"] == [1, -1]
@@ -69,7 +69,7 @@ def test_a_release_is_planned_for_both_modes_or_refused_with_the_reason(dextar: 
 
 
 def test_a_release_without_a_gyroscope_says_its_way_its_side_and_its_odds(dextar: FiveBar) -> None:
-    angles = inverse_geometry(dextar, 1, -1, 0.0, 0.0844926)
+    angles = inverse_geometry(dextar, (1, -1), 0.0, 0.0844926)
     asked = ["posture", f"{angles.q11:.6f}", f"{angles.q21:.6f}", "--release", "--without-gyroscope"]
     planned = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)["release"]
     assert planned["falls_to"] == [1, -1]

@@ -305,8 +305,8 @@ def test_the_regulator_is_as_soft_on_poor_transmissions_as_the_gains_of_unified(
     stiffness = []
     for settings in (LqrSettings(), scenario.tuned().nominal.settings):
         assert isinstance(settings, LqrSettings)
-        gain = lqr_gains(robot, *modes, [rest], 0.002, settings)[rest]
-        here = linearised(robot, *modes, rest, 0.002)
+        gain = lqr_gains(robot, modes, [rest], 0.002, settings)[rest]
+        here = linearised(robot, modes, rest, 0.002)
         assert here is not None
         fed_back = here.inputs[2:] / 0.002 @ np.array([gain.row1, gain.row2])
         stiffness.append(np.linalg.eigvals(fed_back[:, :2]).real)

@@ -101,7 +101,7 @@ def test_without_a_touched_point_scale_and_origin_are_not_seen_and_said_so(dexta
     touched = tuple(
         TouchedPoint(q.q11 + ZEROS[0], q.q21 + ZEROS[1], x, y, 1e-6)
         for x, y in ((0.0, 0.14), (0.04, 0.12))
-        for q in [inverse_geometry(robot, 1, -1, x, y)]
+        for q in [inverse_geometry(robot, (1, -1), x, y)]
     )
     found = calibrate(dextar, TOLERANCES, record, touched=touched)
     assert not unseen(found)

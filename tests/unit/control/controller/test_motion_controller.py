@@ -28,7 +28,7 @@ def controller(name: str = "unified_middle", longest_hold: int | None = None, **
 
 
 def at_rest(control: MotionController, x: float = 0.0, y: float = 0.15) -> SensorReadings:
-    joints = inverse_geometry(control.scenario.five_bar(), 1, -1, x, y)
+    joints = inverse_geometry(control.scenario.five_bar(), (1, -1), x, y)
     return SensorReadings(joint_angles=tuple(joints), joint_velocities=(0.0,) * 4)
 
 
@@ -134,7 +134,7 @@ def test_faults_of_the_estimator_are_cleared_by_a_new_beginning_only() -> None:
 
 
 def plant_start(control: MotionController) -> float:
-    return inverse_geometry(control.scenario.five_bar(), 1, -1, *control.scenario.waypoints[0]).q11
+    return inverse_geometry(control.scenario.five_bar(), (1, -1), *control.scenario.waypoints[0]).q11
 
 
 @pytest.mark.parametrize("name", ["unified_middle", "mpc_middle"])
@@ -166,7 +166,7 @@ def test_laws_that_switch_take_no_further_motion() -> None:
 @pytest.mark.parametrize("name", ["unified_middle", "gyro_middle"])
 def test_it_begins_where_the_robot_rests_and_holds_it_there(name: str) -> None:
     control = controller(name)
-    joints = inverse_geometry(control.scenario.five_bar(), 1, -1, 0.02, 0.13)
+    joints = inverse_geometry(control.scenario.five_bar(), (1, -1), 0.02, 0.13)
     control.begin_at(joints)
     assert control.finished
     readings = SensorReadings(None, (joints.q11, joints.q21), (0.0, 0.0), tuple(joints), (0.0,) * 4)
@@ -175,4 +175,4 @@ def test_it_begins_where_the_robot_rests_and_holds_it_there(name: str) -> None:
     assert output.estimate is not None
     assert (output.estimate.x, output.estimate.y) == pytest.approx((0.02, 0.13), abs=1e-4)
     with pytest.raises(InputError, match=r"posture: it has the working mode \[-1, -1\]: expected .* \[1, -1\]"):
-        control.begin_at(inverse_geometry(control.scenario.five_bar(), -1, -1, 0.02, 0.13))
+        control.begin_at(inverse_geometry(control.scenario.five_bar(), (-1, -1), 0.02, 0.13))

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.ekf import as_vector
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at, seen_assembly
@@ -23,12 +24,14 @@ DRIVES = Drives(encoder_counts=20_000)
 
 
 def estimator(**settings: float) -> StateEstimator:
-    return StateEstimator(ROBOT, homing_at(ROBOT, 1, -1, *PLACE), RATE_HZ, DRIVES, EkfSettings(camera=True, **settings))
+    return StateEstimator(
+        ROBOT, homing_at(ROBOT, (1, -1), *PLACE), Instrumentation(RATE_HZ, DRIVES, EkfSettings(camera=True, **settings))
+    )
 
 
 def after(made: int, late: int, x: float, y: float, samples: int = 60) -> tuple[np.ndarray, np.ndarray]:
     """Estimate and covariance of a resting robot after one position that came so many samples late."""
-    angles = inverse_geometry(ROBOT, 1, -1, *PLACE)
+    angles = inverse_geometry(ROBOT, (1, -1), *PLACE)
     one = estimator()
     for sample in range(samples):
         seen = [LateReading(CAMERA, float(made), x, y, 1e-5)] if sample == made + late else []
@@ -60,9 +63,9 @@ def test_the_assembly_mode_is_seen_at_two_hundred_random_starts() -> None:
     random, seen = np.random.default_rng(12), 0
     while seen < 200:
         x, y = random.uniform(-0.1, 0.1), random.uniform(-0.15, 0.17)
-        mode1, mode2 = random.choice([-1, 1], 2).tolist()
-        state = state_from_platform(ROBOT, mode1, mode2, x, y, 0.0, 0.0)
-        angles = inverse_geometry(ROBOT, mode1, mode2, x, y)
+        mode = random.choice([-1, 1], 2).tolist()
+        state = state_from_platform(ROBOT, mode, x, y, 0.0, 0.0)
+        angles = inverse_geometry(ROBOT, mode, x, y)
         if not (np.isfinite([angles.q11, angles.q21]).all() and inverse_condition(state) > 0.1):
             continue
         other = direct_geometry(ROBOT, -assembly_mode(state), angles.q11, angles.q21)
@@ -74,8 +77,8 @@ def test_the_assembly_mode_is_seen_at_two_hundred_random_starts() -> None:
 
 
 def test_a_start_that_the_camera_contradicts_is_refused() -> None:
-    angles = inverse_geometry(ROBOT, 1, -1, *PLACE)
-    homing = homing_at(ROBOT, 1, -1, *PLACE)
+    angles = inverse_geometry(ROBOT, (1, -1), *PLACE)
+    homing = homing_at(ROBOT, (1, -1), *PLACE)
     there = direct_geometry(ROBOT, -homing.assembly, angles.q11, angles.q21)
     for place, words in ((there, "in assembly mode"), ((0.05, 0.05), "allowed are 5 mm"), ((np.nan, 0.0), "not see")):
         with pytest.raises(HomingContradicted, match=words):
@@ -85,10 +88,10 @@ def test_a_start_that_the_camera_contradicts_is_refused() -> None:
 
 
 def test_a_refusal_says_by_how_much(dextar: FiveBar) -> None:
-    angles = inverse_geometry(dextar, 1, -1, *PLACE)
+    angles = inverse_geometry(dextar, (1, -1), *PLACE)
     # 0.8 m away from one assembly mode, so that a millimetre in a thousand shows, and on the far side of the other
     with pytest.raises(HomingContradicted, match=r"at \(0\.0100, 0\.9400\) m, 800\.0 mm from where"):
         seen_assembly(dextar, angles.q11, angles.q21, PLACE[0], PLACE[1] + 0.8)
-    near = inverse_geometry(dextar, 1, -1, 0.0, 0.0848)
+    near = inverse_geometry(dextar, (1, -1), 0.0, 0.0848)
     with pytest.raises(HomingContradicted, match="both assembly modes are within 10 mm of what the camera sees"):
         seen_assembly(dextar, near.q11, near.q21, 0.0, 0.0848)

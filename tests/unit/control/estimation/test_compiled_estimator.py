@@ -51,7 +51,7 @@ def test_a_payload_and_a_new_beginning_are_those_of_the_plain_estimator() -> Non
         assert plain.belief.estimate == compiled.belief.estimate
         assert plain.belief.covariance.tobytes() == compiled.belief.covariance.tobytes()
         for each in (plain, compiled):
-            each.begin_at(homing_at(robot, 1, -1, *scenario.waypoints[0]))
+            each.begin_at(homing_at(robot, (1, -1), *scenario.waypoints[0]))
         assert compiled.belief is None
     after = [len(one.signatures) for one in _machine_code(filter_functions(None))]
     assert after == machine_code, "nothing is compiled after the warm-up"

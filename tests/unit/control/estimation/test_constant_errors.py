@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar_control.estimation import covariance as cov
-from fivebar_control.estimation.constants import estimator_model
+from fivebar_control.estimation.constants import Instrumentation, estimator_model
 from fivebar_control.estimation.ekf import NO_ERRORS, Belief, as_vector, error_deviations, from_vector
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.estimator import StateEstimator
@@ -49,10 +49,12 @@ def test_an_estimate_and_its_vector_are_the_same(values: list[float]) -> None:
 
 def rested(robot: FiveBar, zero1: float, tolerances: Tolerances, fixes: int) -> Belief:
     """Return the belief of a robot at rest whose first encoder has a zero, after some positions by an exact camera."""
-    angles = inverse_geometry(robot, *MODES, *PLACE)
+    angles = inverse_geometry(robot, MODES, *PLACE)
     settings = EkfSettings(camera=True, camera_deviation=DEVIATION)
     estimator = StateEstimator(
-        robot, homing_at(robot, *MODES, *PLACE), RATE_HZ, Drives(encoder_counts=20_000), settings, tolerances
+        robot,
+        homing_at(robot, MODES, *PLACE),
+        Instrumentation(RATE_HZ, Drives(encoder_counts=20000), settings, tolerances),
     )
     for sample in range(10 * fixes + 1):
         seen = [LateReading(CAMERA, float(sample), *PLACE, 1e-9)] if sample % 10 == 5 else []
@@ -92,9 +94,11 @@ def test_of_several_errors_only_their_sum_is_shown(dextar: FiveBar) -> None:
 
 
 def test_the_encoders_alone_are_not_believed_about_themselves(dextar: FiveBar) -> None:
-    model = estimator_model(dextar, *MODES, RATE_HZ, Drives(20_000), EkfSettings(), Tolerances(length=3e-4, zero=5e-3))
+    model = estimator_model(
+        dextar, MODES, Instrumentation(RATE_HZ, Drives(20000), EkfSettings(), Tolerances(length=0.0003, zero=0.005))
+    )
     belief = homed_belief(model.filter, *PLACE, 1e-8)
-    angles = inverse_geometry(dextar, *MODES, *PLACE)
+    angles = inverse_geometry(dextar, MODES, *PLACE)
     after = corrected(model.filter, belief, Angle(angles.q11 + 3e-3, 1e-8), Angle(angles.q21, 1e-8)).belief
     assert after.estimate.x != belief.estimate.x
     assert after.estimate.errors == NO_ERRORS

@@ -11,7 +11,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.constants import estimator_model
+from fivebar_control.estimation.constants import Instrumentation, estimator_model
 from fivebar_control.estimation.covariance import CLOCK_ERROR, ERRORS, PASSIVE, SCALE, SIZE
 from fivebar_control.estimation.ekf import (
     NO_ERRORS,
@@ -30,7 +30,12 @@ from fivebar_control.estimation.encoder import count_angle, first_angle
 from fivebar_control.estimation.gyroscope import with_rate
 from fivebar_control.estimation.history import keep_belief
 from fivebar_control.estimation.measurements import corrected, homed_belief
-from fivebar_control.estimation.platform_motion import acceleration_derivatives, leg_motion, platform_acceleration
+from fivebar_control.estimation.platform_motion import (
+    Applied,
+    acceleration_derivatives,
+    leg_motion,
+    platform_acceleration,
+)
 from fivebar_control.estimation.readings import with_motors
 from fivebar_control.estimation.settings import Drives, EkfSettings
 from fivebar_control.estimation.step import first_update, next_update
@@ -51,7 +56,7 @@ WAY = Path.through([(0.02, 0.14), (-0.03, 0.11)], [0.3])
 
 
 def model_of(robot: FiveBar, settings: EkfSettings | None = None) -> FilterModel:
-    return filter_model(robot, *MODES, RATE_HZ, settings if settings is not None else EkfSettings())
+    return filter_model(robot, MODES, RATE_HZ, settings if settings is not None else EkfSettings())
 
 
 def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float, steps: int = 200) -> Estimate:
@@ -60,9 +65,9 @@ def finely_advanced(robot: FiveBar, estimate: Estimate, tau1: float, tau2: float
     d1, d2, fx, fy = estimate.d1, estimate.d2, estimate.fx, estimate.fy
     h = PERIOD / steps
     for _ in range(steps):
-        ax, ay = platform_acceleration(robot, *MODES, x, y, vx, vy, tau1 + d1, tau2 + d2, fx, fy)
+        ax, ay = platform_acceleration(robot, MODES, x, y, vx, vy, Applied(tau1 + d1, tau2 + d2, fx, fy))
         middle = (x + 0.5 * h * vx, y + 0.5 * h * vy, vx + 0.5 * h * ax, vy + 0.5 * h * ay)
-        ax, ay = platform_acceleration(robot, *MODES, *middle, tau1 + d1, tau2 + d2, fx, fy)
+        ax, ay = platform_acceleration(robot, MODES, *middle, Applied(tau1 + d1, tau2 + d2, fx, fy))
         x, y, vx, vy = x + h * middle[2], y + h * middle[3], vx + h * ax, vy + h * ay
     return estimate._replace(x=x, y=y, vx=vx, vy=vy)
 
@@ -90,7 +95,7 @@ def test_a_period_is_integrated_accurately(
 
 @pytest.mark.parametrize("place", [(0.02, 0.13), (0.0, 0.0845), (-0.02, 0.04)])
 def test_transition_is_the_derivative_of_a_period(dextar: FiveBar, place: tuple[float, float]) -> None:
-    model = filter_model(dextar, *MODES, RATE_HZ, EkfSettings())
+    model = filter_model(dextar, MODES, RATE_HZ, EkfSettings())
     start = np.array([*place, 0.25, -0.2, 0.05, -0.05, 0.4, -0.7])
     torque = (0.4, -0.3)
 
@@ -127,11 +132,12 @@ def test_transition_solves_the_trapezoidal_rule_of_the_linearised_motion(dextar:
     A long period makes every term of it count.
     """
     middle = Estimate(0.02, 0.13, 0.25, -0.2, 0.05, -0.05, fx=0.4, fy=-0.7)
-    d = acceleration_derivatives(dextar, *MODES, *middle[:4], 0.4 + middle.d1, -0.3 + middle.d2, middle.fx, middle.fy)
+    applied = Applied(0.4 + middle.d1, -0.3 + middle.d2, middle.fx, middle.fy)
+    d = acceleration_derivatives(dextar, MODES, *middle[:4], applied)
     p = np.array([[d.p_xx, d.p_xy], [d.p_yx, d.p_yy]])
     v = np.array([[d.v_xx, d.v_xy], [d.v_yx, d.v_yy]])
     g = np.array([[d.t_x1, d.t_x2, d.f_xx, d.f_xy], [d.t_y1, d.t_y2, d.f_xy, d.f_yy]])
-    rows, h = np.array(transition(filter_model(dextar, *MODES, rate_hz, EkfSettings()), middle, 0.4, -0.3)), 1 / rate_hz
+    rows, h = np.array(transition(filter_model(dextar, MODES, rate_hz, EkfSettings()), middle, 0.4, -0.3)), 1 / rate_hz
     for shift in np.eye(8):
         dp, dv, dg = shift[:2], shift[2:4], shift[4:]
         later = rows @ shift
@@ -144,7 +150,7 @@ def test_transition_solves_the_trapezoidal_rule_of_the_linearised_motion(dextar:
 def test_transition_stays_bounded_where_friction_is_steepest(dextar: FiveBar) -> None:
     for rate_hz in (100, 250, 500, 1000):
         still = Estimate(0.0, 0.12, 0.0, 0.0, 0.0, 0.0)
-        model = filter_model(dextar, *MODES, rate_hz, EkfSettings())
+        model = filter_model(dextar, MODES, rate_hz, EkfSettings())
         velocities = np.array(transition(model, still, 0.0, 0.0))[2:, 2:4]
         assert np.abs(np.linalg.eigvals(velocities)).max() < 1.0
         assert math.hypot(*advanced(model, still._replace(vx=1e-3), 0.0, 0.0)[2:4]) < 2e-3
@@ -166,7 +172,7 @@ def test_steps_of_the_integration_are_as_many_as_the_steepest_friction_needs(dex
 
 def test_constants_of_the_filter_are_the_settings(dextar: FiveBar) -> None:
     settings = EkfSettings(gyro_clock=0.003, gyro_clock_rate=0.01, force_deviation=2.0, force_time=0.05)
-    model = filter_model(dextar, *MODES, RATE_HZ, settings, Tolerances(passive_zero=0.03))
+    model = filter_model(dextar, MODES, RATE_HZ, settings, Tolerances(passive_zero=0.03))
     assert model.passive_zero == pytest.approx(0.03 / math.sqrt(3.0), rel=1e-12)
     assert model.noise.clock == pytest.approx(0.01**2 * PERIOD, rel=1e-12)
     assert model.noise.force_kept == pytest.approx(math.exp(-PERIOD / 0.05), rel=1e-12)
@@ -216,7 +222,7 @@ class Robot:
         self.state = Estimate(x, y, 0.0, 0.0, d1, d2, settings.gyro_bias * float(self._random.normal()))
 
     def read(self) -> tuple[float, float]:
-        q = inverse_geometry(self._robot, *MODES, self.state.x, self.state.y)
+        q = inverse_geometry(self._robot, MODES, self.state.x, self.state.y)
         return self._encoders[0].read(q.q11)[0], self._encoders[1].read(q.q21)[0]
 
     def turn(self) -> float:
@@ -226,8 +232,8 @@ class Robot:
 
     def following_torque(self, sample: int) -> tuple[float, float]:
         """Return what makes the robot go about its way, away from the locus."""
-        now = state_from_platform(self._robot, *MODES, *self.state[:4])
-        desired = reference_from_platform(self._robot, *MODES, WAY.at(sample * PERIOD))
+        now = state_from_platform(self._robot, MODES, *self.state[:4])
+        desired = reference_from_platform(self._robot, MODES, WAY.at(sample * PERIOD))
         return ctc_torque(self._robot, now, desired, 900.0, 60.0)
 
     def move(self, tau1: float, tau2: float) -> None:
@@ -263,7 +269,7 @@ def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar, gyro: bool) -> N
     settings, runs, looks = EkfSettings(gyro=gyro, gyro_bias_rate=0.02), 40, (30, 60, 90, 120)
     freedom = 7 if gyro else 6
     drives = Drives(encoder_counts=COUNTS)
-    model = estimator_model(dextar, *MODES, RATE_HZ, drives, settings, EXACTLY_KNOWN)
+    model = estimator_model(dextar, MODES, Instrumentation(RATE_HZ, drives, settings, EXACTLY_KNOWN))
     errors: dict[int, list[float]] = {look: [] for look in looks}
     for seed in range(runs):
         truth = Robot(dextar, settings, seed)
@@ -335,7 +341,7 @@ def test_at_the_start_the_place_is_as_uncertain_as_the_angles_make_it(
     rows = []
     for shift in ((step, 0.0), (0.0, step)):
         ahead, behind = (
-            inverse_geometry(dextar, *MODES, place[0] + sign * shift[0], place[1] + sign * shift[1])
+            inverse_geometry(dextar, MODES, place[0] + sign * shift[0], place[1] + sign * shift[1])
             for sign in (1.0, -1.0)
         )
         rows.append([(ahead.q11 - behind.q11) / (2.0 * step), (ahead.q21 - behind.q21) / (2.0 * step)])
@@ -369,7 +375,7 @@ def held_by_wrong_torque(robot: FiveBar, disturbed: bool) -> tuple[Belief, Estim
         torque = (0.9 * swing, 0.9 * swing)
         truth = advanced(model, truth, *torque)
         belief = predicted(model, belief, *torque)
-        q = inverse_geometry(robot, *MODES, truth.x, truth.y)
+        q = inverse_geometry(robot, MODES, truth.x, truth.y)
         belief = corrected(
             model,
             belief,
@@ -401,7 +407,7 @@ def test_measurement_row_is_the_derivative_of_the_motor_angles(dextar: FiveBar) 
         leg1 = leg_motion(dextar.leg1, MODES[0], x, y, 0.0, 0.0)
         leg2 = leg_motion(dextar.leg2, MODES[1], x, y, 0.0, 0.0)
         for dx, dy in ((step, 0.0), (0.0, step)):
-            ahead = inverse_geometry(dextar, *MODES, x + dx, y + dy)
-            behind = inverse_geometry(dextar, *MODES, x - dx, y - dy)
+            ahead = inverse_geometry(dextar, MODES, x + dx, y + dy)
+            behind = inverse_geometry(dextar, MODES, x - dx, y - dy)
             assert leg1.n_x * dx + leg1.n_y * dy == pytest.approx(0.5 * (ahead.q11 - behind.q11), rel=1e-5, abs=1e-12)
             assert leg2.n_x * dx + leg2.n_y * dy == pytest.approx(0.5 * (ahead.q21 - behind.q21), rel=1e-5, abs=1e-12)

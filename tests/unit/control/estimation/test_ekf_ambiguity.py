@@ -38,7 +38,7 @@ ASIDE = [[-0.025, 0.025], [-0.025, 0.125]]
 
 def reasons(robot: FiveBar, beliefs: list[Belief], mirror_deviations: float = 5.0) -> list[str | None]:
     """Return for each of consecutive samples why its belief is ambiguous, None where it is not."""
-    model, limits = filter_model(robot, *MODES, 500, EkfSettings()), AmbiguityLimits(mirror_deviations, 0.2)
+    model, limits = filter_model(robot, MODES, 500, EkfSettings()), AmbiguityLimits(mirror_deviations, 0.2)
     found: list[str | None] = []
     near = 0
     for belief in beliefs:
@@ -54,8 +54,8 @@ def test_the_mirrored_platform_has_the_same_motor_angles_and_speeds(dextar: Five
 
     def other(t: float) -> tuple[float, float]:
         place = (x + vx * t, y + vy * t)
-        q = inverse_geometry(dextar, *MODES, *place)
-        assembly = 1 if det_a(state_from_platform(dextar, *MODES, *place, 0.0, 0.0)) > 0.0 else -1
+        q = inverse_geometry(dextar, MODES, *place)
+        assembly = 1 if det_a(state_from_platform(dextar, MODES, *place, 0.0, 0.0)) > 0.0 else -1
         return direct_geometry(dextar, -assembly, q.q11, q.q21)
 
     belief = Belief(Estimate(x, y, vx, vy, 0.0, 0.0), SURE)
@@ -96,7 +96,7 @@ def test_at_rest_on_the_locus_both_modes_are_one_and_far_from_it_nothing_is_ambi
 
 def test_one_distance_is_that_of_the_check(dextar: FiveBar) -> None:
     """Of a belief by itself, and of one in a row of samples: the same, and infinite where nothing is tested."""
-    model = filter_model(dextar, *MODES, 500, EkfSettings())
+    model = filter_model(dextar, MODES, 500, EkfSettings())
     away = Belief(Estimate(0.0, 0.1, 0.0, 0.0, 0.0, 0.0), SURE)
     assert check_ambiguity(model, AmbiguityLimits(5.0, 0.2), 7, away) == (0, math.inf, False)
     for y, tested in ((0.0846, True), (0.0875, True), (0.1, False)):
@@ -145,7 +145,7 @@ def test_whoever_leaves_the_locus_in_between_does_not_stay_there(dextar: FiveBar
 
 def test_an_estimate_at_the_limit_of_deviations_is_not_ambiguous(dextar: FiveBar) -> None:
     belief = Belief(Estimate(0.0, 0.0846, 0.0, -0.01, 0.0, 0.0), SURE)
-    model = filter_model(dextar, *MODES, 500, EkfSettings())
+    model = filter_model(dextar, MODES, 500, EkfSettings())
     distance = check_ambiguity(model, AmbiguityLimits(5.0, 0.2), 0, belief).deviations
     assert 1.0 < distance < 100.0
     for limit, ambiguous in ((distance, False), (math.nextafter(distance, math.inf), True)):

@@ -20,6 +20,7 @@ from scipy.stats import chi2
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
+from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
@@ -70,10 +71,10 @@ def errors_of(way: tuple[tuple[float, float], ...], seed: int, tolerances: Toler
     bias = SETTINGS.gyro_bias * float(random.normal())
     actual = nominal._replace(leg1=erring(nominal.leg1, *lengths[:2]), leg2=erring(nominal.leg2, *lengths[2:]))
     imu = ImuSettings(gyro_noise=SETTINGS.gyro_noise)
-    start = inverse_geometry(actual, *MODES, *way[0])
+    start = inverse_geometry(actual, MODES, *way[0])
     plant = Plant(actual, tuple(start), RATE_HZ, PlantSettings(encoder_counts=COUNTS, seed=seed), imu)
-    home, drives = homing_at(nominal, *MODES, *way[0]), Drives(encoder_counts=COUNTS)
-    estimator = StateEstimator(nominal, home, RATE_HZ, drives, SETTINGS, tolerances)
+    home, drives = homing_at(nominal, MODES, *way[0]), Drives(encoder_counts=COUNTS)
+    estimator = StateEstimator(nominal, home, Instrumentation(RATE_HZ, drives, SETTINGS, tolerances))
     found = []
     for sample, torque in enumerate(torques(way)[: max(LOOKS[way]) + 1]):
         (q11, q21), applied = plant.measure().of_motors()

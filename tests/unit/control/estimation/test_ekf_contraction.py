@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_control.estimation.constants import EstimatorModel, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, Instrumentation, estimator_model
 from fivebar_control.estimation.ekf import Estimate
 from fivebar_control.estimation.gyroscope import with_rate
 from fivebar_control.estimation.history import keep_belief
@@ -79,12 +79,8 @@ def test_a_small_error_dies_out(gyro: bool, length: float) -> None:
     homing = homing_of(scenario)
     model = estimator_model(
         scenario.five_bar(),
-        homing.mode1,
-        homing.mode2,
-        scenario.rate_hz,
-        scenario.drives(),
-        EkfSettings(gyro=gyro),
-        Tolerances(length=length),
+        homing.mode,
+        Instrumentation(scenario.rate_hz, scenario.drives(), EkfSettings(gyro=gyro), Tolerances(length=length)),
     )
     without, with_it = (estimates(model, run, homing.assembly, gyro, perturbed) for perturbed in (False, True))
     differences = np.abs(motions(with_it) - motions(without))

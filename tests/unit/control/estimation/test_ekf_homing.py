@@ -9,6 +9,7 @@ from contextlib import nullcontext
 import pytest
 from scipy.optimize import brentq
 
+from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.ekf import NO_ERRORS, Estimate, FilterModel, advanced, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import MIN_HOMING_KAPPA, Homing, HomingContradicted, homing_at
@@ -22,7 +23,7 @@ from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
 
 RATE_HZ = 500
-HOME = homing_at(load_robot(), 1, -1, 0.0, 0.15)
+HOME = homing_at(load_robot(), (1, -1), 0.0, 0.15)
 
 
 def estimator(
@@ -32,17 +33,17 @@ def estimator(
     misfit_limit: float = EkfSettings().misfit_limit,
 ) -> StateEstimator:
     settings = EkfSettings(misfit_limit=misfit_limit)
-    return StateEstimator(robot, homing, RATE_HZ, drives if drives is not None else Drives(), settings)
+    return StateEstimator(robot, homing, Instrumentation(RATE_HZ, drives if drives is not None else Drives(), settings))
 
 
 def believed(robot: FiveBar) -> FilterModel:
     """Return the model that the estimators of these tests predict with."""
-    return filter_model(robot, HOME.mode1, HOME.mode2, RATE_HZ, EkfSettings())
+    return filter_model(robot, HOME.mode, RATE_HZ, EkfSettings())
 
 
 def test_home_is_in_the_assembly_mode_of_its_place(dextar: FiveBar) -> None:
     assert HOME.assembly == 1
-    assert homing_at(dextar, 1, -1, 0.0, 0.02).assembly == -1
+    assert homing_at(dextar, (1, -1), 0.0, 0.02).assembly == -1
 
 
 @pytest.mark.parametrize(
@@ -64,7 +65,7 @@ def test_a_posture_that_contradicts_itself_is_refused(dextar: FiveBar, homing: H
 @pytest.mark.parametrize("motor", [0, 1])
 @pytest.mark.parametrize("off", [0.021, -0.3, 1.5])
 def test_encoders_that_contradict_the_posture_are_believed(dextar: FiveBar, motor: int, off: float) -> None:
-    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    q = inverse_geometry(dextar, (1, -1), 0.0, 0.15)
     angles = [q.q11, q.q21]
     angles[motor] += off
     with pytest.raises(HomingContradicted, match=rf"^homing_contradicted: {('q11', 'q21')[motor]} reads"):
@@ -74,11 +75,11 @@ def test_encoders_that_contradict_the_posture_are_believed(dextar: FiveBar, moto
 @pytest.mark.parametrize(("part", "refused"), [(0.999, True), (1.001, False)])
 def test_a_posture_is_taken_from_the_least_kappa_on(dextar: FiveBar, part: float, refused: bool) -> None:
     def kappa(y: float) -> float:
-        return inverse_condition(state_from_platform(dextar, 1, -1, 0.0, y, 0.0, 0.0))
+        return inverse_condition(state_from_platform(dextar, (1, -1), 0.0, y, 0.0, 0.0))
 
     y = brentq(lambda y: kappa(y) - part * MIN_HOMING_KAPPA, 0.085, 0.13)
     with pytest.raises(HomingContradicted, match="is ambiguous") if refused else nullcontext():
-        estimator(dextar, homing_at(dextar, 1, -1, 0.0, y))
+        estimator(dextar, homing_at(dextar, (1, -1), 0.0, y))
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -90,7 +91,7 @@ def test_a_robot_within_the_tolerance_is_not_refused_for_what_its_encoder_rounds
     counts, drives = 100, Drives(encoder_counts=100)
     count = 2.0 * math.pi / counts
     tolerance = EkfSettings().homing_tolerance
-    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    q = inverse_geometry(dextar, (1, -1), 0.0, 0.15)
     declared = (q.q11, q.q21)
     for part in range(20):
         # a homing posture that is anywhere within a count, declared exactly
@@ -105,7 +106,7 @@ def test_a_robot_within_the_tolerance_is_not_refused_for_what_its_encoder_rounds
 
 @pytest.mark.parametrize("turns", [0, 1, -3])
 def test_a_posture_near_the_declared_one_is_taken_from_the_encoders(dextar: FiveBar, turns: int) -> None:
-    q = inverse_geometry(dextar, 1, -1, 0.001, 0.1495)
+    q = inverse_geometry(dextar, (1, -1), 0.001, 0.1495)
     whole = 2.0 * math.pi * turns
     started = estimator(dextar)
     answer = started.take(0, q.q11 + whole, q.q21 - whole, 0.0, 0.0)
@@ -119,7 +120,7 @@ def test_a_posture_near_the_declared_one_is_taken_from_the_encoders(dextar: Five
 
 def test_an_answer_is_predicted_with_the_torques_on_their_way(dextar: FiveBar) -> None:
     """With two samples of delay, sample k is answered with the state at k + 2 under the commands of k - 2 and k - 1."""
-    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    q = inverse_geometry(dextar, (1, -1), 0.0, 0.15)
     late = estimator(dextar, drives=Drives(delay_samples=2, torque_limit=1.0))
     late.take(0, q.q11, q.q21, 0.0, 0.0)
     assert not late.awaits(0)
@@ -134,14 +135,14 @@ def test_an_answer_is_predicted_with_the_torques_on_their_way(dextar: FiveBar) -
     belief = late.belief
     assert belief is not None
     model = believed(dextar)
-    expected = advanced(model, advanced(model, belief.estimate, 0.9, -0.9), 1.0, -1.0)
-    found = inverse_geometry(dextar, 1, -1, expected.x, expected.y)
+    expected = advanced(model, advanced(model, belief.estimate, 0.9, -0.9), (1.0, -1.0))
+    found = inverse_geometry(dextar, (1, -1), expected.x, expected.y)
     assert answer.position == pytest.approx(tuple(found), abs=1e-12)
     assert math.hypot(expected.x - belief.estimate.x, expected.y - belief.estimate.y) > 1e-6
 
 
 def test_a_missing_command_is_taken_for_the_one_before_it(dextar: FiveBar) -> None:
-    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    q = inverse_geometry(dextar, (1, -1), 0.0, 0.15)
     told, untold = (estimator(dextar, drives=Drives(delay_samples=1)) for _ in range(2))
     answers = []
     for one in (told, untold):
@@ -159,7 +160,7 @@ def test_a_reading_that_is_left_out_costs_no_time(dextar: FiveBar) -> None:
     started = estimator(dextar)
     model, truth = believed(dextar), Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
     for sample in range(60):
-        q = inverse_geometry(dextar, 1, -1, truth.x, truth.y)
+        q = inverse_geometry(dextar, (1, -1), truth.x, truth.y)
         if sample % 7 not in (3, 4, 5):
             started.take(sample, q.q11, q.q21, 0.7, -0.6)
             assert started.belief is not None
@@ -178,7 +179,7 @@ def test_over_a_gap_an_encoder_that_reads_the_same_is_not_taken_for_a_frozen_one
     model, truth = believed(dextar), Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
     stays = math.nan
     for sample in range(50):
-        q = inverse_geometry(dextar, 1, -1, truth.x, truth.y)
+        q = inverse_geometry(dextar, (1, -1), truth.x, truth.y)
         if sample <= 30:
             stays = q.q11
         if sample <= 30 or sample % 2 == 0 or not left_out:
@@ -189,7 +190,7 @@ def test_over_a_gap_an_encoder_that_reads_the_same_is_not_taken_for_a_frozen_one
 
 
 def test_after_a_long_gap_the_estimate_is_lost(dextar: FiveBar) -> None:
-    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    q = inverse_geometry(dextar, (1, -1), 0.0, 0.15)
     started = estimator(dextar)
     started.take(0, q.q11, q.q21, 0.0, 0.0)
     started.take(LONGEST_GAP, q.q11, q.q21, 0.0, 0.0)
@@ -200,7 +201,7 @@ def test_after_a_long_gap_the_estimate_is_lost(dextar: FiveBar) -> None:
 
 def test_the_first_fault_is_kept(dextar: FiveBar) -> None:
     """What follows from a loss is not its cause."""
-    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    q = inverse_geometry(dextar, (1, -1), 0.0, 0.15)
     started = estimator(dextar)
     started.take(0, q.q11, q.q21, 0.0, 0.0)
     for sample in (30, 60):
@@ -211,7 +212,7 @@ def test_the_first_fault_is_kept(dextar: FiveBar) -> None:
 @pytest.mark.parametrize("watched", [True, False])
 def test_an_estimate_that_leaves_the_reach_is_lost_and_the_last_one_stays(dextar: FiveBar, watched: bool) -> None:
     """What drives it away contradicts the model, which is the fault that is seen first where it is watched for."""
-    q = inverse_geometry(dextar, 1, -1, 0.0, 0.15)
+    q = inverse_geometry(dextar, (1, -1), 0.0, 0.15)
     started = estimator(dextar) if watched else estimator(dextar, misfit_limit=1e9)
     answer = started.take(0, q.q11, q.q21, 0.0, 0.0)
     for sample in range(1, 400):

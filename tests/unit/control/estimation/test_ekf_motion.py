@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fivebar_control.estimation.platform_motion import (
+    Applied,
     acceleration_derivatives,
     leg_motion,
     platform_acceleration,
@@ -49,7 +50,7 @@ def test_legs_and_acceleration_are_those_of_the_model(
         f1, f2 = friction_torque(robot.leg1, state.leg1.dq1), friction_torque(robot.leg2, state.leg2.dq1)
         # the constraint form, which the process model is not made from
         expected_motion = direct_dynamics(robot, state, *tau, f1, f2)
-        found = platform_acceleration(robot, *modes, state.x, state.y, state.vx, state.vy, *tau)
+        found = platform_acceleration(robot, modes, state.x, state.y, state.vx, state.vy, Applied(*tau, 0.0, 0.0))
         assert found == pytest.approx((expected_motion.ax, expected_motion.ay), rel=1e-12, abs=1e-12)
 
 
@@ -64,13 +65,14 @@ def test_derivatives_agree_with_central_differences(
     for number, state in enumerate(states(100, 2)):
         modes = modes_of(state)
         point = np.array([state.x, state.y, state.vx, state.vy, *torques(number), 0.5, -1.5])
-        found = acceleration_derivatives(robot, *modes, *point.tolist())
+        found = acceleration_derivatives(robot, modes, *point.tolist()[:4], Applied(*point.tolist()[4:]))
         columns = []
         for index, step in enumerate(steps):
             shift = np.zeros(8)
             shift[index] = step
-            ahead = platform_acceleration(robot, *modes, *(point + shift).tolist())
-            behind = platform_acceleration(robot, *modes, *(point - shift).tolist())
+            one, other = (point + shift).tolist(), (point - shift).tolist()
+            ahead = platform_acceleration(robot, modes, *one[:4], Applied(*one[4:]))
+            behind = platform_acceleration(robot, modes, *other[:4], Applied(*other[4:]))
             columns.append((np.array(ahead) - np.array(behind)) / (2.0 * step))
         expected = np.array(columns).T
         analytic = np.array(
@@ -85,7 +87,7 @@ def test_derivatives_agree_with_central_differences(
 
 
 def test_out_of_reach_and_at_type_1_it_is_not_a_number(dextar: FiveBar) -> None:
-    reach = dextar.leg1.proximal + dextar.leg1.distal
+    reach, idle = dextar.leg1.proximal + dextar.leg1.distal, Applied(0.0, 0.0, 0.0, 0.0)
     for x in (dextar.leg1.base_x + reach, dextar.leg1.base_x + reach + 0.01, dextar.leg1.base_x):
         assert math.isnan(leg_motion(dextar.leg1, 1, x, 0.0, 0.1, 0.1).dq1)
-        assert all(map(math.isnan, platform_acceleration(dextar, 1, -1, x, 0.0, 0.1, 0.1, 0.0, 0.0)))
+        assert all(map(math.isnan, platform_acceleration(dextar, (1, -1), x, 0.0, 0.1, 0.1, idle)))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from fivebar_control.estimation.compiled_estimator import CompiledEstimator
+from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import JointEstimate, StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.late_reading import CAMERA, GYROSCOPE, PASSIVE, LateReading
@@ -20,12 +21,12 @@ from fivebar_description.sensors import PassiveEncoder
 from fivebar_description.tolerances import Tolerances
 
 ROBOT, PLACE = load_robot(), (0.0, 0.15)
-Q = inverse_geometry(ROBOT, 1, -1, *PLACE)
+Q = inverse_geometry(ROBOT, (1, -1), *PLACE)
 
 
 def estimator(settings: EkfSettings | None = None, drives: Drives | None = None, rate_hz: int = 500) -> StateEstimator:
-    homing = homing_at(ROBOT, 1, -1, *PLACE)
-    return StateEstimator(ROBOT, homing, rate_hz, drives or Drives(), settings or EkfSettings())
+    homing = homing_at(ROBOT, (1, -1), *PLACE)
+    return StateEstimator(ROBOT, homing, Instrumentation(rate_hz, drives or Drives(), settings or EkfSettings()))
 
 
 def taken(one: StateEstimator, sample: int, readings: Sequence[LateReading] = ()) -> JointEstimate:
@@ -197,7 +198,7 @@ def test_an_estimate_that_could_be_the_other_assembly_mode_is_a_fault() -> None:
     one = estimator(EkfSettings(dwell_limit=0.01, misfit_limit=1e9))
     for sample in range(1, 80):
         y = max(0.15 - 1e-3 * sample, 0.0867)
-        q = inverse_geometry(ROBOT, 1, -1, 0.0, y)
+        q = inverse_geometry(ROBOT, (1, -1), 0.0, y)
         answer = one.take(sample - 1, q.q11, q.q21, 0.0, 0.0)
         if one.fault is not None:
             break
@@ -215,7 +216,7 @@ def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_re
 ) -> None:
     """A stopped robot falls through Type 1, where the filter has no numbers left, and its late sensors go on."""
     settings = EkfSettings(gyro=True, camera=True, misfit_limit=1e9)
-    homing, encoder = homing_at(ROBOT, 1, -1, *PLACE), PassiveEncoder(2, None)
+    homing, encoder = homing_at(ROBOT, (1, -1), *PLACE), PassiveEncoder(2, None)
     one = kind(ROBOT, homing, 500, Drives(), settings, Tolerances(length=2e-4), encoder)
     for sample in range(300):
         read_before = max(0, sample - 2)
@@ -233,8 +234,10 @@ def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_re
 
 def test_readings_of_a_passive_joint_are_used_in_the_turn_of_the_one_before() -> None:
     def answers(turns: float, read: bool) -> list[JointEstimate]:
-        homing = homing_at(ROBOT, 1, -1, *PLACE)
-        one = StateEstimator(ROBOT, homing, 500, Drives(), EkfSettings(), Tolerances(), PassiveEncoder(2, 20_000))
+        homing = homing_at(ROBOT, (1, -1), *PLACE)
+        one = StateEstimator(
+            ROBOT, homing, Instrumentation(500, Drives(), EkfSettings(), Tolerances(), PassiveEncoder(2, 20000))
+        )
         found = []
         for sample in range(12):
             # it comes round by whole turns, as after a restart of its electronics

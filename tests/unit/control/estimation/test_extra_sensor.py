@@ -37,11 +37,13 @@ CONTENT = {
 def test_the_expected_length_is_that_of_the_simulated_encoder_and_its_derivatives_are_its_differences() -> None:
     robot, (x, y), step = load_robot(), (0.02, 0.13), 1e-6
     exact = PLACED._replace(step=1e-9)
-    found = expected_length(exact, robot, 1, -1, x, y, 0.0, 0.0)
-    assert read_length(exact, robot, *inverse_geometry(robot, 1, -1, x, y), 0.0) == pytest.approx(found.value, abs=2e-9)
+    found = expected_length(exact, robot, (1, -1), x, y, 0.0, 0.0)
+    assert read_length(exact, robot, *inverse_geometry(robot, (1, -1), x, y), 0.0) == pytest.approx(
+        found.value, abs=2e-9
+    )
     for along, derivative in (((step, 0.0), found.by_x), ((0.0, step), found.by_y)):
         there, back = (
-            expected_length(exact, robot, 1, -1, x + sign * along[0], y + sign * along[1], 0.0, 0.0).value
+            expected_length(exact, robot, (1, -1), x + sign * along[0], y + sign * along[1], 0.0, 0.0).value
             for sign in (1.0, -1.0)
         )
         assert (there - back) / (2.0 * step) == pytest.approx(derivative, abs=1e-8)
@@ -56,7 +58,7 @@ def test_a_reading_moves_the_estimate_as_the_kalman_gain_of_its_direction_says()
     )
     lag, variance, off = 0.001, 4e-8, 1e-4
     x, y = belief.estimate.x + lag * 0.1, belief.estimate.y - lag * 0.2
-    wanted = expected_length(PLACED, load_robot(), 1, -1, x, y, 0.0, 0.0)
+    wanted = expected_length(PLACED, load_robot(), (1, -1), x, y, 0.0, 0.0)
     taken = bound(extra_taken, extra_expected=expected_length)(model, belief, wanted.value + off, lag, variance)
     row = np.zeros(len(belief.covariance))
     row[X], row[Y], row[VX], row[VY] = wanted.by_x, wanted.by_y, lag * wanted.by_x, lag * wanted.by_y

@@ -47,13 +47,13 @@ def test_a_perfect_motion_leaves_no_error_however_the_imu_is_mounted(
         pin.forwardKinematics(model, data, q, v, a)
         felt = pin.getFrameClassicalAcceleration(model, data, frame, pin.ReferenceFrame.LOCAL).linear
         x, y, z = (felt + rotation.T @ (0.0, 0.0, MOUNTED.gravity) + MOUNTED.bias).tolist()
-        check = ImuCheck(robot, *modes(state), 500, MOUNTED)
+        check = ImuCheck(robot, modes(state), 500, MOUNTED)
         desired = Platform(state.x, state.y, state.vx, state.vy, ax, ay)
         assert abs(check.error((x, y, z), desired)) < 1e-9 * (1.0 + float(np.abs(felt).max()))
 
 
 def test_error_is_measured_minus_desired_magnitude(dextar: FiveBar) -> None:
-    check = ImuCheck(dextar, 1, -1, 500, ImuSettings())
+    check = ImuCheck(dextar, (1, -1), 500, ImuSettings())
     assert check.error((3.0, 4.0, 9.80665), Platform(0.0, 0.13, 0.0, 0.0, 0.0, 2.0)) == pytest.approx(3.0, abs=1e-14)
     assert check.error((0.0, 0.0, 9.80665), Platform(0.0, 0.13, 0.0, 0.0, 5.0, -12.0)) == pytest.approx(
         -13.0, abs=1e-14
@@ -62,14 +62,14 @@ def test_error_is_measured_minus_desired_magnitude(dextar: FiveBar) -> None:
 
 def test_the_desired_side_goes_through_the_same_low_pass(dextar: FiveBar) -> None:
     """A sensor that is late by its own filter makes no error; after one time constant 1 - 1/e of a step are in."""
-    check = ImuCheck(dextar, 1, -1, 500, ImuSettings(bandwidth_hz=50.0 / (2.0 * math.pi)))
+    check = ImuCheck(dextar, (1, -1), 500, ImuSettings(bandwidth_hz=50.0 / (2.0 * math.pi)))
     check.error((0.0, 0.0, 9.80665), Platform(0.0, 0.13, 0.0, 0.0, 0.0, 0.0))
     errors = [check.error((0.0, 0.0, 9.80665), Platform(0.0, 0.13, 0.0, 0.0, 0.0, 1.0)) for _ in range(10)]
     assert errors[9] == pytest.approx(math.exp(-1.0) - 1.0, abs=1e-12)
 
 
 def test_saturation_is_noticed_on_any_axis(dextar: FiveBar) -> None:
-    check = ImuCheck(dextar, 1, -1, 500, ImuSettings(range=20.0))
+    check = ImuCheck(dextar, (1, -1), 500, ImuSettings(range=20.0))
     assert check.saturated((20.0, 0.0, 9.8))
     assert check.saturated((0.0, -20.0, 9.8))
     assert check.saturated((0.0, 0.0, SATURATION * 20.0))
@@ -79,8 +79,8 @@ def test_saturation_is_noticed_on_any_axis(dextar: FiveBar) -> None:
 def test_the_lever_goes_through_the_low_pass_too(dextar: FiveBar) -> None:
     """A platform that moves at once: the mounting point's acceleration is felt as late as any other."""
     imu = ImuSettings(bandwidth_hz=50.0, mount_x=-0.02, mount_y=0.015)
-    check, moving = ImuCheck(dextar, 1, -1, 500, imu), Platform(0.0, 0.13, 0.3, -0.4, 0.0, 0.0)
-    leg = state_from_platform(dextar, 1, -1, *moving[:4]).leg2
+    check, moving = ImuCheck(dextar, (1, -1), 500, imu), Platform(0.0, 0.13, 0.3, -0.4, 0.0, 0.0)
+    leg = state_from_platform(dextar, (1, -1), *moving[:4]).leg2
     x, y = imu.lever(leg.dtheta, distal_acceleration(dextar.leg2, leg, 0.0, 0.0))
     assert min(abs(x), abs(y)) > 0.01
     share = imu.smoothing(0.002)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.covariance import CLOCK_ERROR, PASSIVE
 from fivebar_control.estimation.ekf import Belief, Estimate, advanced, as_vector, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
@@ -27,7 +28,7 @@ from fivebar_sim.sensors import Encoder
 
 RATE_HZ, SAMPLES, COUNTS = 500, 60, 20000
 TORQUE = (0.7, -0.6)
-HOME = homing_at(load_robot(), 1, -1, 0.0, 0.15)
+HOME = homing_at(load_robot(), (1, -1), 0.0, 0.15)
 TOLERANCES = Tolerances(length=2e-4, zero=1e-3)
 OLDEST = round(LONGEST_LATENCY * RATE_HZ)
 LAST = SAMPLES - 1
@@ -46,11 +47,11 @@ class Readings(NamedTuple):
 def recorded(robot: FiveBar, counts: int | None) -> Readings:
     """Return the readings of a platform that is accelerated from rest towards the locus, the gyroscope's with noise."""
     random = np.random.default_rng(5)
-    model, truth = filter_model(robot, 1, -1, RATE_HZ, EkfSettings()), Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
+    model, truth = filter_model(robot, (1, -1), RATE_HZ, EkfSettings()), Estimate(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
     encoders = [Encoder(counts, 1.0 / RATE_HZ) for _ in range(2)] if counts is not None else []
     found = Readings([], [], [])
     for _ in range(SAMPLES):
-        q = inverse_geometry(robot, 1, -1, truth.x, truth.y)
+        q = inverse_geometry(robot, (1, -1), truth.x, truth.y)
         found.angles.append((encoders[0].read(q.q11)[0], encoders[1].read(q.q21)[0]) if encoders else (q.q11, q.q21))
         found.passive.append(q.q22 + 0.003)
         noise = 0.02 + 0.01 * float(random.normal())
@@ -78,7 +79,9 @@ def estimated(
     """Return the belief after the last sample, with the gyroscope's readings that arrive at each."""
     drives, settings = Drives(encoder_counts=counts), EkfSettings(gyro=True, gyro_clock=clock, gyro_timeout=math.inf)
     encoder, sensors = PassiveEncoder(2 if elbows else 0, None), KnownSensors(imu_clock=known)
-    estimator = StateEstimator(load_robot(), HOME, RATE_HZ, drives, settings, TOLERANCES, encoder, sensors)
+    estimator = StateEstimator(
+        load_robot(), HOME, Instrumentation(RATE_HZ, drives, settings, TOLERANCES, encoder, sensors)
+    )
     missing = set(left_out)
     for sample in range(last + 1):
         if sample not in missing:
@@ -239,7 +242,7 @@ def test_every_late_reading_counts_for_whether_they_agree(exact: Readings) -> No
 
     def after(readings: int) -> StateEstimator:
         settings = EkfSettings(gyro=True, gyro_timeout=math.inf)
-        estimator = StateEstimator(load_robot(), HOME, RATE_HZ, Drives(), settings, TOLERANCES)
+        estimator = StateEstimator(load_robot(), HOME, Instrumentation(RATE_HZ, Drives(), settings, TOLERANCES))
         for sample in range(SAMPLES):
             made = range(SAMPLES - readings, SAMPLES) if sample == LAST else ()
             rates = [LateReading(GYROSCOPE, number, exact.rates[number] + 0.3 * (-1) ** number) for number in made]

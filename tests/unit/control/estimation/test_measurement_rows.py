@@ -68,7 +68,7 @@ def erring(robot: FiveBar, error: int, size: float) -> FiveBar:
 
 def readings(robot: FiveBar, modes: tuple[int, int], x: float, y: float, error: int, size: float) -> Vector:
     """Return what both encoders read with the platform at (x, y) m on a robot with an error."""
-    q = inverse_geometry(erring(robot, error, size), *modes, x, y)
+    q = inverse_geometry(erring(robot, error, size), modes, x, y)
     return np.array([q.q11 + size * (error == cov.ZERO1), q.q21 + size * (error == cov.ZERO2)])
 
 
@@ -106,7 +106,7 @@ def test_rows_of_passive_joints_are_the_derivatives_of_their_angles(
     step = 1e-7
 
     def passive(modes: tuple[int, int], x: float, y: float, error: int, size: float) -> Vector:
-        q = inverse_geometry(erring(robot, error, size), *modes, x, y)
+        q = inverse_geometry(erring(robot, error, size), modes, x, y)
         return np.array([q.q12, q.q22])
 
     for state in states(40, 9):
@@ -128,7 +128,7 @@ def test_rows_of_passive_joints_are_the_derivatives_of_their_angles(
 
 def row_of_gyro(robot: FiveBar, modes: tuple[int, int], estimate: Estimate) -> Vector:
     """Return the row by which `turned` corrects, from its effect on a covariance that is the unit matrix."""
-    model = filter_model(robot, *modes, RATE_HZ, EkfSettings(gyro_noise=1e-3))
+    model = filter_model(robot, modes, RATE_HZ, EkfSettings(gyro_noise=1e-3))
     rate = leg_motion(robot.leg2, modes[1], *estimate[:4]).dtheta + estimate.bias + 1.0
     effect = turned(model, Belief(estimate, np.eye(cov.SIZE)), rate + SLOPE * (LAG - estimate.clock), LAG, SLOPE)
     # the innovation is 1, so that the misfit is the inverse of its variance
@@ -168,7 +168,7 @@ def test_the_row_of_the_gyroscope_is_the_derivative_of_the_links_rate(
 
 
 def test_a_gyroscope_that_reads_as_expected_changes_no_estimate_and_makes_it_surer(dextar: FiveBar) -> None:
-    model = filter_model(dextar, 1, -1, RATE_HZ, EkfSettings())
+    model = filter_model(dextar, (1, -1), RATE_HZ, EkfSettings())
     before = Belief(Estimate(0.01, 0.12, 0.2, -0.3, 0.1, -0.1, 0.02), homed_belief(model, 0.01, 0.12, 1e-8).covariance)
     rate = leg_motion(dextar.leg2, -1, *before.estimate[:4]).dtheta + 0.02
     after = turned(model, before, rate, 0.0, 20.0)
@@ -183,7 +183,7 @@ def test_the_place_at_the_start_errs_as_the_geometry_makes_it(robot: FiveBar, x:
     """The platform is where the nominal robot has it with the readings of the actual one."""
     modes, step = (1, -1), 1e-6
     tolerances = Tolerances(length=2e-4, base=1e-4, zero=1e-3)
-    model = filter_model(robot, *modes, RATE_HZ, EkfSettings(), tolerances)
+    model = filter_model(robot, modes, RATE_HZ, EkfSettings(), tolerances)
     deviations = np.array(error_deviations(tolerances))
     assembly = next(
         one for one in (1, -1) if math.dist(direct_geometry(robot, one, *home(robot, modes, x, y)), (x, y)) < 1e-9
@@ -198,7 +198,7 @@ def test_the_place_at_the_start_errs_as_the_geometry_makes_it(robot: FiveBar, x:
     for error in (*FIELDS, cov.ZERO1, cov.ZERO2):
         share[:, error - cov.ERRORS] = (errors(error, step) - errors(error, -step)) / (2.0 * step)
     p = homed_belief(model, x, y, 1e-8).covariance
-    exact = homed_belief(filter_model(robot, *modes, RATE_HZ, EkfSettings()), x, y, 1e-8).covariance
+    exact = homed_belief(filter_model(robot, modes, RATE_HZ, EkfSettings()), x, y, 1e-8).covariance
     scale = np.sqrt(np.diag(p)[[cov.X, cov.Y]])
     np.testing.assert_allclose(
         p[:2, CONSTANT] / np.outer(scale, deviations), share * deviations / scale[:, None], atol=1e-5
@@ -212,7 +212,7 @@ def test_the_place_at_the_start_errs_as_the_geometry_makes_it(robot: FiveBar, x:
 
 
 def home(robot: FiveBar, modes: tuple[int, int], x: float, y: float) -> tuple[float, float]:
-    q = inverse_geometry(robot, *modes, x, y)
+    q = inverse_geometry(robot, modes, x, y)
     return q.q11, q.q21
 
 
@@ -249,8 +249,8 @@ def expect_update(before: Belief, after: Belief, rows: Vector, innovations: Vect
 
 
 def test_both_motors_correct_as_one_measurement(dextar: FiveBar) -> None:
-    model, before = filter_model(dextar, *MODES, RATE_HZ, EkfSettings()), Belief(MOVING, unsure())
-    q = inverse_geometry(dextar, *MODES, MOVING.x, MOVING.y)
+    model, before = filter_model(dextar, MODES, RATE_HZ, EkfSettings()), Belief(MOVING, unsure())
+    q = inverse_geometry(dextar, MODES, MOVING.x, MOVING.y)
     off, noise = np.array([2e-3, -3e-3]), np.array([1e-6, 4e-6])
     legs = (dextar.leg1, MODES[0]), (dextar.leg2, MODES[1])
     rows = np.array([
@@ -268,8 +268,8 @@ def test_both_motors_correct_as_one_measurement(dextar: FiveBar) -> None:
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_a_passive_joint_corrects_by_its_row(dextar: FiveBar, number: int) -> None:
-    model, before = filter_model(dextar, *MODES, RATE_HZ, EkfSettings()), Belief(MOVING, unsure())
-    q = inverse_geometry(dextar, *MODES, MOVING.x, MOVING.y)
+    model, before = filter_model(dextar, MODES, RATE_HZ, EkfSettings()), Belief(MOVING, unsure())
+    q = inverse_geometry(dextar, MODES, MOVING.x, MOVING.y)
     angle, leg = ((q.q12, dextar.leg1), (q.q22, dextar.leg2))[number - 1]
     row = elbow_row(number, leg, leg_motion(leg, MODES[number - 1], *MOVING[:4]))
     known = MOVING.passive + float(row[CONSTANT] @ FOUND)
@@ -300,13 +300,13 @@ def test_a_camera_corrects_both_coordinates_at_its_exposure(lag: float) -> None:
 def test_a_part_of_the_constant_errors_adds_to_the_noise(dextar: FiveBar, number: int) -> None:
     """Of the two motors, of which the other is not believed at all, and of the passive joint."""
     tolerances = Tolerances(length=2e-4, base=1e-4, zero=1e-3)
-    model = filter_model(dextar, *MODES, RATE_HZ, EkfSettings(), tolerances)
+    model = filter_model(dextar, MODES, RATE_HZ, EkfSettings(), tolerances)
     deviations, p = np.array(error_deviations(tolerances)), np.zeros((cov.SIZE, cov.SIZE))
     # by now, no two of them are equally uncertain
     known = np.arange(1.0, 10.0)
     p[CONSTANT, CONSTANT] = np.diag(known * deviations**2)
     before = Belief(MOVING._replace(errors=NO_ERRORS), p)
-    q, noise = inverse_geometry(dextar, *MODES, MOVING.x, MOVING.y), 1e-6
+    q, noise = inverse_geometry(dextar, MODES, MOVING.x, MOVING.y), 1e-6
     parameters, mode = ((dextar.leg1, MODES[0]), (dextar.leg2, MODES[1]))[number - 1]
     leg = leg_motion(parameters, mode, *MOVING[:4])
     angles = [Angle(q.q11, 1e9), Angle(q.q21, 1e9)]
@@ -323,8 +323,8 @@ def test_a_part_of_the_constant_errors_adds_to_the_noise(dextar: FiveBar, number
 
 def test_speeds_of_an_estimate_are_those_of_the_robot(dextar: FiveBar) -> None:
     model, state = (
-        filter_model(dextar, *MODES, RATE_HZ, EkfSettings()),
-        state_from_platform(dextar, *MODES, *MOVING[:4]),
+        filter_model(dextar, MODES, RATE_HZ, EkfSettings()),
+        state_from_platform(dextar, MODES, *MOVING[:4]),
     )
     assert motor_speeds(model, MOVING) == pytest.approx((state.leg1.dq1, state.leg2.dq1), rel=1e-12)
     assert turn_rate(model, MOVING) == pytest.approx(state.leg2.dtheta, rel=1e-12)
@@ -341,7 +341,7 @@ def test_what_is_not_known_at_the_start_is_as_the_settings_say(dextar: FiveBar) 
         force_deviation=1.5,
     )
     tolerances = Tolerances(passive_zero=0.02)
-    belief = homed_belief(filter_model(dextar, *MODES, RATE_HZ, settings, tolerances), 0.02, 0.13, 1e-8)
+    belief = homed_belief(filter_model(dextar, MODES, RATE_HZ, settings, tolerances), 0.02, 0.13, 1e-8)
     assert belief.estimate == (0.02, 0.13, *(0.0,) * 9, NO_ERRORS)
     variances = np.diag(belief.covariance)
     expected = {

@@ -149,7 +149,7 @@ def test_the_motors_misfit_is_the_mean_of_both() -> None:
     exact = Belief(memory.belief.estimate, 1e-30 * np.eye(len(memory.belief.covariance)))
     memory.history.covariances[0] = exact.covariance.reshape(-1)
     there = advanced(model.filter, memory.belief.estimate, 0.0, 0.0)
-    q = inverse_geometry(ROBOT, *MODES, there.x, there.y)
+    q = inverse_geometry(ROBOT, MODES, there.x, there.y)
     found = next_update(model, with_motors(memory, 1, 1, q.q11 + 3e-6, q.q21 - 3e-6, 0.0, 0.0), 1)
     assert found.predicted == there
     assert found.squared.encoders == pytest.approx(9.0, rel=1e-3)

@@ -13,6 +13,7 @@ from fivebar_control.hardware.inner_loop import OPEN, LoopTargets, away_from_jum
 from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.robot_file import load_robot
 from fivebar_motkin.board_file import BoardDrive, BoardFile
 from fivebar_motkin.board_units import current_limit
@@ -29,9 +30,9 @@ def board(**inner_loop: Any) -> BoardFile:
     return BoardFile.model_validate(content)
 
 
-def target(y: float, state_y: float | None = None, mode: tuple[int, int] = (1, -1)) -> JointTarget | None:
+def target(y: float, state_y: float | None = None, mode: WorkingMode = (1, -1)) -> JointTarget | None:
     loop = LoopTargets(board(stiffness=1.0, epsilon=0.05).inner_loop, 2000)
-    position = tuple(joints_of(state_from_platform(ROBOT, *mode, 0.0, y if state_y is None else state_y, 0.0, 0.0)))[:4]
+    position = tuple(joints_of(state_from_platform(ROBOT, mode, 0.0, y if state_y is None else state_y, 0.0, 0.0)))[:4]
     return loop.target((0.0, y, 0.0, -0.1), position, STILL)
 
 
@@ -41,10 +42,10 @@ def test_it_is_off_by_default() -> None:
 
 
 @pytest.mark.parametrize("mode", [(1, -1), (-1, 1)])
-def test_the_target_is_the_reference_in_the_working_mode_of_the_robot(mode: tuple[int, int]) -> None:
+def test_the_target_is_the_reference_in_the_working_mode_of_the_robot(mode: WorkingMode) -> None:
     found = target(0.12, mode=mode)
     assert found is not None
-    desired = state_from_platform(ROBOT, *mode, 0.0, 0.12, 0.0, -0.1)
+    desired = state_from_platform(ROBOT, mode, 0.0, 0.12, 0.0, -0.1)
     for angle, speed, leg in zip(found.positions, found.velocities, (desired.leg1, desired.leg2), strict=True):
         # the middle of the period of 2 ms for which it is held
         assert (angle, speed) == pytest.approx((leg.q1 + 1e-3 * leg.dq1, leg.dq1), abs=1e-12)
@@ -55,7 +56,7 @@ def test_it_fades_with_the_zone_of_the_supervisor_and_is_zero_on_the_locus() -> 
     for step in range(200):
         y = LOCUS + 1e-4 * step
         found = target(y)
-        kappa = inverse_condition(state_from_platform(ROBOT, 1, -1, 0.0, y, 0.0, 0.0))
+        kappa = inverse_condition(state_from_platform(ROBOT, (1, -1), 0.0, y, 0.0, 0.0))
         weights.append(0.0 if found is None else found.weight)
         assert weights[-1] == pytest.approx(1.0 - blending_weight(kappa, 0.05), abs=1e-9)
     assert weights[0] == 0.0 and weights[-1] == 1.0

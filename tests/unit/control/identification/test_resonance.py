@@ -28,8 +28,8 @@ from fivebar_description.robot_file import load_robot
 
 ROBOT = load_robot("dextar")
 RATE, COUNT = 500.0, 2.0 * math.pi / 20_000
-HOME = inverse_geometry(ROBOT, 1, -1, 0.0, 0.13)
-ASSEMBLY = float(assembly_mode(state_from_platform(ROBOT, 1, -1, 0.0, 0.13, 0.0, 0.0)))
+HOME = inverse_geometry(ROBOT, (1, -1), 0.0, 0.13)
+ASSEMBLY = float(assembly_mode(state_from_platform(ROBOT, (1, -1), 0.0, 0.13, 0.0, 0.0)))
 SWEEPS = ChirpSettings(amplitude=1.8, from_hz=10.0, sweep=3.0)
 TWO_AMPLITUDES = SWEEPS._replace(fall=0.6)
 GIVEN = np.array([ROBOT.leg1.inertia, ROBOT.leg2.inertia])
@@ -193,7 +193,7 @@ def test_unsuitable_records_are_refused() -> None:
         find_resonance(ROBOT, chirped(None, against=False))
     with pytest.raises(NotIdentifiable, match="the assembly mode changes"):
         find_resonance(ROBOT, record._replace(assembly=np.where(np.arange(3000) < 9, -ASSEMBLY, ASSEMBLY)))
-    near = inverse_geometry(ROBOT, 1, -1, 0.0, 0.07)
+    near = inverse_geometry(ROBOT, (1, -1), 0.0, 0.07)
     moved = record.angles - record.angles[0] + [near.q11, near.q21]
     with pytest.raises(NotIdentifiable, match=r"1/cond\(A\) is 0\.\d+ in this posture"):
         find_resonance(ROBOT, record._replace(angles=moved))

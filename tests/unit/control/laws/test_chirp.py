@@ -48,12 +48,12 @@ def test_every_second_pair_of_sweeps_has_a_smaller_amplitude() -> None:
 
 def test_the_motors_are_held_softly_and_friction_is_compensated_beside_the_chirp() -> None:
     """In units of the motors' own inertias, by the shortest way round; each call is a sample later."""
-    reference = reference_from_platform(ROBOT, *MODES, Platform(0.01, 0.14, 0.1, -0.2, 0.0, 0.0))
-    state = state_from_platform(ROBOT, *MODES, 0.02, 0.13, -0.1, 0.3)
+    reference = reference_from_platform(ROBOT, MODES, Platform(0.01, 0.14, 0.1, -0.2, 0.0, 0.0))
+    state = state_from_platform(ROBOT, MODES, 0.02, 0.13, -0.1, 0.3)
     turned = state._replace(leg1=state.leg1._replace(q1=state.leg1.q1 + 2.0 * math.pi))
     torque, memory = chirp_step(
         ROBOT,
-        Instant(turned, reference, NO_LINE, *MODES, 0.0, PERIOD, None),
+        Instant(turned, reference, NO_LINE, MODES, 0.0, PERIOD, None),
         ChirpMemory(130),
         SETTINGS._replace(to_hz=1e3, kp=90.0, kd=15.0),
     )

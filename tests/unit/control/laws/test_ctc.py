@@ -14,7 +14,7 @@ from fivebar_control.laws.reference import Reference, reference_from_platform
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.geometry import inverse_geometry, wrap
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
-from fivebar_control.model.state import Platform, State
+from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_description.parameters import FiveBar
 
 States = Callable[[int, int], list[State]]
@@ -30,16 +30,16 @@ def desired(robot: FiveBar, state: State, random: np.random.Generator) -> tuple[
     """A reference about a millimetre from a state, with another velocity."""
     dx, dy, dvx, dvy, ax, ay = (random.uniform(-1.0, 1.0, 6) * [1e-3, 1e-3, 0.02, 0.02, 3.0, 3.0]).tolist()
     platform = Platform(state.x + dx, state.y + dy, state.vx + dvx, state.vy + dvy, ax, ay)
-    return platform, reference_from_platform(robot, *modes(state), platform)
+    return platform, reference_from_platform(robot, modes(state), platform)
 
 
-def motor_acceleration(robot: FiveBar, mode: tuple[int, int], platform: Platform) -> list[float]:
+def motor_acceleration(robot: FiveBar, mode: WorkingMode, platform: Platform) -> list[float]:
     """The desired accelerations of both motors as second differences of the inverse geometry."""
     h = 1e-4
     rows = [
         inverse_geometry(
             robot,
-            *mode,
+            mode,
             platform.x + platform.vx * t + 0.5 * platform.ax * t * t,
             platform.y + platform.vy * t + 0.5 * platform.ay * t * t,
         )
@@ -89,14 +89,14 @@ def test_gains_act_exactly_as_written(robot: FiveBar, regular_states: States) ->
 def test_on_its_reference_the_platform_gets_the_reference_acceleration(robot: FiveBar, regular_states: States) -> None:
     for state in regular_states(50, 54):
         platform = Platform(state.x, state.y, state.vx, state.vy, 2.0, -1.5)
-        reference = reference_from_platform(robot, *modes(state), platform)
+        reference = reference_from_platform(robot, modes(state), platform)
         torque = ctc_torque(robot, state, reference, KP, KD)
         motion = direct_dynamics(robot, state, *torque, reference.f1, reference.f2)
         assert (motion.ax, motion.ay) == pytest.approx((2.0, -1.5), abs=1e-8)
 
 
 def test_the_reference_friction_is_that_of_the_reference_speed(dextar: FiveBar) -> None:
-    reference = reference_from_platform(dextar, 1, -1, Platform(0.0, 0.13, 0.0, -0.5, 0.0, 0.0))
+    reference = reference_from_platform(dextar, (1, -1), Platform(0.0, 0.13, 0.0, -0.5, 0.0, 0.0))
     signs = [math.copysign(1.0, leg.dq1) for leg in (reference.state.leg1, reference.state.leg2)]
     assert signs[0] != signs[1]
     assert (reference.f1, reference.f2) == pytest.approx((0.345 * signs[0] + 0.0855, 0.43 * signs[1]), abs=1e-12)
@@ -105,8 +105,8 @@ def test_the_reference_friction_is_that_of_the_reference_speed(dextar: FiveBar) 
 
 def test_an_error_across_the_half_turn_is_a_small_one(dextar: FiveBar) -> None:
     """q11 is near pi there: a measured angle on the other side must not look like a whole turn."""
-    state = state_from_platform(dextar, 1, -1, -0.0672, 0.0395, 0.1, 0.1)
-    reference = reference_from_platform(dextar, 1, -1, Platform(-0.0672, 0.0400, 0.1, 0.1, 0.0, 0.0))
+    state = state_from_platform(dextar, (1, -1), -0.0672, 0.0395, 0.1, 0.1)
+    reference = reference_from_platform(dextar, (1, -1), Platform(-0.0672, 0.0400, 0.1, 0.1, 0.0, 0.0))
     turn = 2.0 * math.pi
     leg1, leg2 = state.leg1, state.leg2
     wound = state_from_joints(
@@ -127,10 +127,10 @@ def test_an_error_across_the_half_turn_is_a_small_one(dextar: FiveBar) -> None:
 
 def test_the_torque_grows_without_bound_towards_the_locus_and_is_undefined_on_it(dextar: FiveBar) -> None:
     y = math.sqrt(0.0081 - 0.000961)
-    reference = reference_from_platform(dextar, 1, -1, Platform(0.001, y, 0.0, -0.3, 0.0, 0.0))
+    reference = reference_from_platform(dextar, (1, -1), Platform(0.001, y, 0.0, -0.3, 0.0, 0.0))
 
     def peak(gap: float) -> float:
-        state = state_from_platform(dextar, 1, -1, 0.0, y + gap, 0.0, -0.3)
+        state = state_from_platform(dextar, (1, -1), 0.0, y + gap, 0.0, -0.3)
         return max(map(abs, ctc_torque(dextar, state, reference, KP, KD)))
 
     # with the inverse of A once in xddot and once more in lambda

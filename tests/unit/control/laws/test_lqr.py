@@ -31,8 +31,8 @@ RATE_HZ = 500
 
 def test_the_gain_at_rest_solves_the_algebraic_riccati_equation(dextar: FiveBar) -> None:
     rest, settings = Platform(0.0, 0.15, 0.0, 0.0, 0.0, 0.0), as_numbers(LqrSettings())
-    gain = lqr_gains(dextar, 1, -1, [rest], 1.0 / RATE_HZ, settings)[rest]
-    linear = linearised(dextar, 1, -1, rest, 1.0 / RATE_HZ)
+    gain = lqr_gains(dextar, (1, -1), [rest], 1.0 / RATE_HZ, settings)[rest]
+    linear = linearised(dextar, (1, -1), rest, 1.0 / RATE_HZ)
     assert linear is not None
     weights = np.diag([1.0, 1.0, settings.speed_time**2, settings.speed_time**2])
     f, h = linear.transition, linear.inputs
@@ -44,8 +44,8 @@ def test_the_gain_at_rest_solves_the_algebraic_riccati_equation(dextar: FiveBar)
 
 def test_the_planned_torques_are_those_for_both_accelerations(dextar: FiveBar) -> None:
     settings = as_numbers(LqrSettings())
-    gain = lqr_gains(dextar, 1, -1, [MOVING], 1.0 / RATE_HZ, settings)[MOVING]
-    response = direct_dynamics(dextar, state_from_platform(dextar, 1, -1, *MOVING[:4]), gain.u1, gain.u2, 0.0, 0.0)
+    gain = lqr_gains(dextar, (1, -1), [MOVING], 1.0 / RATE_HZ, settings)[MOVING]
+    response = direct_dynamics(dextar, state_from_platform(dextar, (1, -1), *MOVING[:4]), gain.u1, gain.u2, 0.0, 0.0)
     assert (response.ax, response.ay) == pytest.approx((MOVING.ax, MOVING.ay), rel=1e-6)
 
 
@@ -58,7 +58,7 @@ def after(robot: FiveBar, start: Vector, torques: tuple[float, float], period: f
     h = period / steps
 
     def rate(moving: Vector) -> Vector:
-        response = direct_dynamics(robot, state_from_platform(robot, 1, -1, *moving.tolist()), *torques, 0.0, 0.0)
+        response = direct_dynamics(robot, state_from_platform(robot, (1, -1), *moving.tolist()), *torques, 0.0, 0.0)
         return np.array([moving[2], moving[3], response.ax, response.ay])
 
     for _ in range(steps):
@@ -67,10 +67,10 @@ def after(robot: FiveBar, start: Vector, torques: tuple[float, float], period: f
 
 
 def test_the_linearisation_is_the_derivative_of_a_sample(dextar: FiveBar) -> None:
-    linear = linearised(dextar, 1, -1, MOVING, 1.0 / RATE_HZ)
+    linear = linearised(dextar, (1, -1), MOVING, 1.0 / RATE_HZ)
     assert linear is not None
     place, torques = np.array(MOVING[:4]), linear.torques
-    response = direct_dynamics(dextar, state_from_platform(dextar, 1, -1, *MOVING[:4]), *torques, 0.0, 0.0)
+    response = direct_dynamics(dextar, state_from_platform(dextar, (1, -1), *MOVING[:4]), *torques, 0.0, 0.0)
     assert (response.ax, response.ay) == pytest.approx((MOVING.ax, MOVING.ay), rel=1e-6)
 
     def moved(shift: Vector, more: Vector) -> Vector:
@@ -86,19 +86,19 @@ def test_the_linearisation_is_the_derivative_of_a_sample(dextar: FiveBar) -> Non
 
 def test_out_of_reach_there_is_no_linearisation_and_what_comes_before_has_no_gain(dextar: FiveBar) -> None:
     rest = Platform(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
-    assert linearised(dextar, 1, -1, rest._replace(y=0.5), 1.0 / RATE_HZ) is None
+    assert linearised(dextar, (1, -1), rest._replace(y=0.5), 1.0 / RATE_HZ) is None
     references = [rest._replace(y=0.14), rest._replace(y=0.5), rest._replace(y=0.149), rest]
     settings = as_numbers(LqrSettings())
-    assert set(lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)) == set(references[2:])
+    assert set(lqr_gains(dextar, (1, -1), references, 1.0 / RATE_HZ, settings)) == set(references[2:])
 
 
 @pytest.mark.extra
 def test_as_machine_code_the_gains_are_the_same(dextar: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.14), (0.0, 0.04)), [0.2], RATE_HZ, ZoneRule())
     references, settings = planned_references(plan, RATE_HZ), as_numbers(LqrSettings())
-    plain = lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)
+    plain = lqr_gains(dextar, (1, -1), references, 1.0 / RATE_HZ, settings)
     monkeypatch.setattr(compiling, "_many_motions", True)
-    compiled = lqr_gains(dextar, 1, -1, references, 1.0 / RATE_HZ, settings)
+    compiled = lqr_gains(dextar, (1, -1), references, 1.0 / RATE_HZ, settings)
     assert list(compiled) == list(plain)
     for reference, gain in plain.items():
         for found, wanted in zip(compiled[reference][2:], gain[2:], strict=True):
@@ -109,7 +109,7 @@ def test_as_machine_code_the_gains_are_the_same(dextar: FiveBar, monkeypatch: py
 def test_a_step_backwards_is_the_least_cost_of_a_sample(dextar: FiveBar) -> None:
     """Of the error now, the torque, and the cost that the error after the sample will have."""
     random = np.random.default_rng(6)
-    linear = linearised(dextar, 1, -1, MOVING, 1.0 / RATE_HZ)
+    linear = linearised(dextar, (1, -1), MOVING, 1.0 / RATE_HZ)
     assert linear is not None
     root = random.normal(size=(4, 4))
     value, weights, weight = root @ root.T, np.diag([1.0, 1.0, 0.1, 0.1]), 1e-4
@@ -129,13 +129,13 @@ def test_a_step_backwards_is_the_least_cost_of_a_sample(dextar: FiveBar) -> None
 
 @pytest.mark.parametrize("limit", [None, 0.5])
 def test_the_torque_is_the_planned_one_less_the_gains_times_the_error(dextar: FiveBar, limit: float | None) -> None:
-    reference = reference_from_platform(dextar, 1, -1, MOVING)
+    reference = reference_from_platform(dextar, (1, -1), MOVING)
     gain = Gain(0.3, -0.4, (1.0, 2.0, 3.0, 4.0), (-5.0, 6.0, -7.0, 8.0))
     for size in (0.01, -0.3):
         error = size * np.array([1.0, -0.5, 2.0, 0.25])
         off = MOVING._replace(**dict(zip(("x", "y", "vx", "vy"), (np.array(MOVING[:4]) + error).tolist(), strict=True)))
-        state = reference_from_platform(dextar, 1, -1, off).state
-        instant = Instant(state, reference, Line(0.0, 0.14, 0.0, -1.0), 1, -1, 0.0, 1.0 / RATE_HZ, None)
+        state = reference_from_platform(dextar, (1, -1), off).state
+        instant = Instant(state, reference, Line(0.0, 0.14, 0.0, -1.0), (1, -1), 0.0, 1.0 / RATE_HZ, None)
         torque, _ = LAW.step(dextar, instant, {MOVING: gain}, as_numbers(LqrSettings(torque_limit=limit)))
         most = np.inf if limit is None else limit
         wanted = np.array([gain.u1 + reference.f1, gain.u2 + reference.f2]) - np.array([gain.row1, gain.row2]) @ error
@@ -160,11 +160,11 @@ def test_unified_answers_for_a_reference_that_is_not_of_the_plan(dextar: FiveBar
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.15), (0.0, 0.13)), [0.05], RATE_HZ, ZoneRule())
     assert LAW.prepare is not None
     settings = as_numbers(LqrSettings(torque_limit=0.2))
-    gains = LAW.prepare(dextar, 1, -1, planned_references(plan, RATE_HZ), 1.0 / RATE_HZ, settings)
+    gains = LAW.prepare(dextar, (1, -1), planned_references(plan, RATE_HZ), 1.0 / RATE_HZ, settings)
     assert len(gains) == 26
-    held = reference_from_platform(dextar, 1, -1, Platform(0.0, 0.14, 0.0, 0.0, 0.0, 0.0))
-    moved = reference_from_platform(dextar, 1, -1, Platform(0.0, 0.139, 0.0, 0.0, 0.0, 0.0)).state
-    instant = Instant(moved, held, Line(0.0, 0.14, 0.0, -1.0), 1, -1, 0.0, 1.0 / RATE_HZ, None)
+    held = reference_from_platform(dextar, (1, -1), Platform(0.0, 0.14, 0.0, 0.0, 0.0, 0.0))
+    moved = reference_from_platform(dextar, (1, -1), Platform(0.0, 0.139, 0.0, 0.0, 0.0, 0.0)).state
+    instant = Instant(moved, held, Line(0.0, 0.14, 0.0, -1.0), (1, -1), 0.0, 1.0 / RATE_HZ, None)
     torque, memory = LAW.step(dextar, instant, gains, settings)
     assert memory is gains
     assert max(abs(torque.tau1), abs(torque.tau2)) == pytest.approx(0.2)

@@ -33,13 +33,13 @@ def middle(robot: FiveBar, duration: float) -> Plan:
 
 def instant_at(robot: FiveBar, plan: Plan, sample: int, offset: float = 0.0) -> Instant:
     """Return a sample of the plan, with the robot off its reference by `offset` (m) along x."""
-    reference = reference_from_platform(robot, 1, -1, plan.path.at(sample / RATE_HZ))
+    reference = reference_from_platform(robot, (1, -1), plan.path.at(sample / RATE_HZ))
     desired = reference.state
     moved = plan.path.at(sample / RATE_HZ)._replace(x=desired.x + offset)
     ahead = reference_ahead(plan, sample, RATE_HZ, MpcSettings().horizon)
     line = Line(desired.x, desired.y, 0.0, -1.0)
-    state = reference_from_platform(robot, 1, -1, moved).state
-    return Instant(state, reference, line, 1, -1, 0.0, 1.0 / RATE_HZ, ahead)
+    state = reference_from_platform(robot, (1, -1), moved).state
+    return Instant(state, reference, line, (1, -1), 0.0, 1.0 / RATE_HZ, ahead)
 
 
 def crossing_sample(plan: Plan) -> int:

@@ -24,6 +24,7 @@ from fivebar_control.laws.mpc_problem import (
     NO_PLAN,
     SCALE,
     QuadraticProgram,
+    TorqueBounds,
     problem_of,
     solve,
     weights_of,
@@ -65,7 +66,7 @@ def problem(
     step: float = math.inf,
 ) -> QuadraticProgram:
     weights = weights_of(HORIZON, PERIOD, SPEED_TIME, END_WEIGHT, STEP_WEIGHT, WEIGHT)
-    return problem_of(weights, case.rows, case.here, DISTURBANCE, plan, last, limit, step)
+    return problem_of(weights, case.rows, case.here, DISTURBANCE, plan, TorqueBounds(last, limit, step))
 
 
 def cost(case: Case, plan: Vector, torques: Vector) -> float:
@@ -136,21 +137,21 @@ def moving(sample: int) -> Platform:
 
 def instant_at(robot: FiveBar, sample: int) -> Instant:
     ahead = tuple(moving(sample + 1 + number) for number in range(HORIZON + 1))
-    reference = reference_from_platform(robot, 1, -1, moving(sample))
-    state = reference_from_platform(robot, 1, -1, moving(sample)._replace(x=0.0102, vx=0.15)).state
-    return Instant(state, reference, Line(0.0, 0.0, 0.0, -1.0), 1, -1, 0.0, PERIOD, ahead)
+    reference = reference_from_platform(robot, (1, -1), moving(sample))
+    state = reference_from_platform(robot, (1, -1), moving(sample)._replace(x=0.0102, vx=0.15)).state
+    return Instant(state, reference, Line(0.0, 0.0, 0.0, -1.0), (1, -1), 0.0, PERIOD, ahead)
 
 
 def test_a_row_has_a_reference_its_input_map_and_its_friction(dextar: FiveBar) -> None:
-    reference = reference_from_platform(dextar, 1, -1, moving(3))
+    reference = reference_from_platform(dextar, (1, -1), moving(3))
     friction = [
         friction_torque(dextar.leg1, reference.state.leg1.dq1),
         friction_torque(dextar.leg2, reference.state.leg2.dq1),
     ]
     mapped = input_map(dextar, reference.state)
     assert mapped is not None
-    assert row_of(dextar, 1, -1, moving(3)) == (*moving(3), *mapped, *friction)
-    away = row_of(dextar, 1, -1, moving(3)._replace(y=1.0))
+    assert row_of(dextar, (1, -1), moving(3)) == (*moving(3), *mapped, *friction)
+    away = row_of(dextar, (1, -1), moving(3)._replace(y=1.0))
     assert len(away) == 14
     assert any(map(math.isnan, away))
 
@@ -163,7 +164,7 @@ def test_a_window_that_follows_another_has_one_new_row(dextar: FiveBar) -> None:
     fresh = window_of(dextar, second, HORIZON, None)
     assert fresh is not None
     assert window.ahead == (first.ahead or ())[:HORIZON]
-    np.testing.assert_array_equal(fresh.rows, [row_of(dextar, 1, -1, one) for one in second.ahead[:HORIZON]])
+    np.testing.assert_array_equal(fresh.rows, [row_of(dextar, (1, -1), one) for one in second.ahead[:HORIZON]])
     marked = window._replace(rows=np.arange(14.0 * HORIZON).reshape(HORIZON, 14))
     for other, rows in ((second, marked.rows[1:]), (first, window.rows[:-1])):
         followed = window_of(dextar, other, HORIZON, marked)

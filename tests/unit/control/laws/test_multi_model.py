@@ -36,7 +36,7 @@ def test_the_reduced_law_is_computed_torque_without_the_platform(robot: FiveBar,
     light = robot._replace(mass=1e-14)
     for state in regular_states(40, 90):
         desired = Platform(state.x + 1e-4, state.y - 1e-4, state.vx, state.vy + 0.01, 1.0, 2.0)
-        reference = reference_from_platform(robot, *modes(state), desired)
+        reference = reference_from_platform(robot, modes(state), desired)
         torque = reduced_ctc_torque(robot, state, reference, 900.0, 45.0)
         bare = reduced_ctc_torque(robot, state, reference, 0.0, 0.0)
         with_gains = direct_dynamics(light, state, *torque, reference.f1, reference.f2)[:2]
@@ -57,7 +57,7 @@ def test_the_reduced_law_turns_the_motors_and_their_part_of_the_distal_links(
     )
     for state in regular_states(10, 92):
         desired = Platform(state.x, state.y, state.vx, state.vy, 1.0, 2.0)
-        reference = reference_from_platform(heavy, *modes(state), desired)
+        reference = reference_from_platform(heavy, modes(state), desired)
         torque = reduced_ctc_torque(heavy, state, reference, 900.0, 45.0)
         legs = (heavy.leg1, state.leg1, reference.f1), (heavy.leg2, state.leg2, reference.f2)
         expected = [
@@ -72,7 +72,7 @@ def test_the_reduced_law_turns_the_motors_and_their_part_of_the_distal_links(
 def test_the_reduced_law_is_finite_on_the_locus(robot: FiveBar, locus_states: States) -> None:
     for state in locus_states(20, 91):
         desired = Platform(state.x, state.y, state.vx, state.vy, 1.0, 2.0)
-        reference = reference_from_platform(robot, *modes(state), desired)
+        reference = reference_from_platform(robot, modes(state), desired)
         assert all(math.isfinite(value) for value in reduced_ctc_torque(robot, state, reference, 900.0, 45.0))
 
 
@@ -169,9 +169,9 @@ def test_a_planned_motion_meets_the_criterion_at_every_crossing(dextar: FiveBar)
     careless = plan_motion(dextar, (1, -1), waypoints, durations, 500, ZoneRule())
     assert len(careful.crossings) == len(careless.crossings) == 3
     for crossing in careful.crossings:
-        residual = criterion_residual(dextar, 1, -1, careful.path.at(crossing.time))
+        residual = criterion_residual(dextar, (1, -1), careful.path.at(crossing.time))
         assert abs(residual) < 1e-6
-    residuals = [abs(criterion_residual(dextar, 1, -1, careless.path.at(one.time))) for one in careless.crossings]
+    residuals = [abs(criterion_residual(dextar, (1, -1), careless.path.at(one.time))) for one in careless.crossings]
     assert min(residuals) > 0.01
     for planned in (careful, careless):
         assert planned.path.at(planned.path.duration)[:2] == pytest.approx((0.025, 0.025), abs=1e-15)
@@ -180,11 +180,11 @@ def test_a_planned_motion_meets_the_criterion_at_every_crossing(dextar: FiveBar)
 def test_the_residual_is_the_force_along_t_s(dextar: FiveBar) -> None:
     """Level distal links leave the y direction uncontrollable."""
     y = math.sqrt(0.0081 - 0.000961)
-    residual = criterion_residual(dextar, 1, -1, Platform(0.0, y, 0.0, -0.3, 5.0, -2.0))
+    residual = criterion_residual(dextar, (1, -1), Platform(0.0, y, 0.0, -0.3, 5.0, -2.0))
     assert abs(residual) == pytest.approx(0.537 * 2.0, rel=1e-12)
-    state = state_from_platform(dextar, 1, -1, 0.0, y, 0.0, -0.3)
+    state = state_from_platform(dextar, (1, -1), 0.0, y, 0.0, -0.3)
     free = direct_dynamics(dextar, state, 1.3, -0.4, 0.1, 0.2)
-    assert criterion_residual(dextar, 1, -1, Platform(0.0, y, 0.0, -0.3, free.ax, free.ay)) == pytest.approx(
+    assert criterion_residual(dextar, (1, -1), Platform(0.0, y, 0.0, -0.3, free.ax, free.ay)) == pytest.approx(
         0.0, abs=1e-12
     )
 

@@ -31,7 +31,7 @@ from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.line import Line
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.model.state import Platform, State
+from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_control.planning.predicted_run import advanced
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.path_distance import path_distances
@@ -53,21 +53,21 @@ def settings(**changes: float) -> PathSettings:
 
 
 def memory_of(robot: FiveBar, one: PathSettings) -> PathMemory:
-    return path_memory(robot, *MODE, REFERENCES, PERIOD, one)
+    return path_memory(robot, MODE, REFERENCES, PERIOD, one)
 
 
 def reference(robot: FiveBar, sample: int) -> Reference:
-    return reference_from_platform(robot, *MODE, PATH.at(sample / RATE))
+    return reference_from_platform(robot, MODE, PATH.at(sample / RATE))
 
 
 def instant(state: State, given: Reference) -> Instant:
     line = Line(given.state.x, given.state.y, math.nan, math.nan)
-    return Instant(state, given, line, *MODE, 0.0, PERIOD, None)
+    return Instant(state, given, line, MODE, 0.0, PERIOD, None)
 
 
 def on_plan(robot: FiveBar, sample: float, pace: float = 1.0, off: float = 0.0) -> State:
     x, y, vx, vy, *_ = PATH.at(sample / RATE)
-    return state_from_platform(robot, *MODE, x + off, y, pace * vx, pace * vy)
+    return state_from_platform(robot, MODE, x + off, y, pace * vx, pace * vy)
 
 
 def torque_of(robot: FiveBar, state: State, sample: int, clock: float, one: PathSettings) -> Torque:
@@ -105,7 +105,7 @@ def test_a_robot_that_passes_slower_or_quicker_follows_the_path_and_comes_back_t
     one = settings(catch_up=0.0, weight=1e-9, slow=1e-6)
     state, desired, step = on_plan(dextar, sample, pace), PATH.at(sample / RATE), 1e-6
     torque = torque_of(dextar, state, sample, float(sample), one)
-    after = advanced(dextar, *MODE, state, torque, step, 1)
+    after = advanced(dextar, MODE, state, torque, step, 1)
     speed = np.array((desired.vx, desired.vy))
     expected = pace**2 * np.array((desired.ax, desired.ay)) + one.pace_rate * (1.0 - pace) * speed
     found = np.array((after.vx - state.vx, after.vy - state.vy)) / step
@@ -225,7 +225,7 @@ def test_the_change_of_the_pace_keeps_both_torques_for_any_state_pace_and_load(d
     kinds = {"free": 0, "bounded": 0, "impossible": 0}
     for _ in range(300):
         x, y = drawn.uniform((-0.02, 0.02), (0.02, 0.14))
-        state = state_from_platform(dextar, *MODE, x, y, *drawn.uniform(-0.3, 0.3, 2))
+        state = state_from_platform(dextar, MODE, x, y, *drawn.uniform(-0.3, 0.3, 2))
         desired = Platform(*(np.array((x, y)) + drawn.uniform(-5e-4, 5e-4, 2)), *drawn.uniform(-0.5, 0.5, 2), 0.8, -0.5)
         pace, wanted = drawn.uniform(0.3, 1.5), drawn.uniform(-40.0, 40.0)
         off, limit = Torque(*drawn.uniform(-0.3, 0.3, 2)), drawn.uniform(0.3, 6.0)
@@ -263,9 +263,9 @@ def test_a_robot_that_was_held_up_crosses_on_its_path_and_rests_at_the_goal(dext
         places.append((state.x, state.y))
         clocks.append(sample - memory.clock)
         if 200 <= sample < 200 + held:
-            state = state_from_platform(dextar, *MODE, state.x, state.y, 0.5 * state.vx, 0.5 * state.vy)
+            state = state_from_platform(dextar, MODE, state.x, state.y, 0.5 * state.vx, 0.5 * state.vy)
         else:
-            state = advanced(dextar, *MODE, state, torque, 1e-3, 2)
+            state = advanced(dextar, MODE, state, torque, 1e-3, 2)
     assert path_distances(np.array(REFERENCES), np.array(places[: SAMPLES + 1])).max() < 5e-4
     assert math.dist(places[SAMPLES], PATH.at(1.0)[:2]) < 1e-3
     assert math.dist(places[-1], PATH.at(1.0)[:2]) < 1e-4
@@ -276,7 +276,7 @@ def test_a_robot_that_was_held_up_crosses_on_its_path_and_rests_at_the_goal(dext
 
 def test_without_a_plan_and_for_a_reference_outside_of_it_it_is_the_unified_law(dextar: FiveBar) -> None:
     state, one = on_plan(dextar, 200), settings()
-    held = reference_from_platform(dextar, *MODE, Platform(0.01, 0.1, 0.0, 0.0, 0.0, 0.0))
+    held = reference_from_platform(dextar, MODE, Platform(0.01, 0.1, 0.0, 0.0, 0.0, 0.0))
     wanted, _ = unified_law_step(
         dextar, instant(state, held), NOTHING_OBSERVED, as_numbers(UnifiedSettings(torque_limit=10.0))
     )
@@ -299,15 +299,15 @@ class Pushed(NamedTuple):
     growth: float
 
 
-def yields(robot: FiveBar, mode: tuple[int, int], at: State, normal: FloatArray) -> float:
+def yields(robot: FiveBar, mode: WorkingMode, at: State, normal: FloatArray) -> float:
     """Return the acceleration along a normal (m/s^2) by 1 N along it: the legs' inertia counts across t_s."""
     pushed = robot._replace(force_x=float(normal[0]), force_y=float(normal[1]))
-    state = state_from_platform(robot, *mode, at.x, at.y, 0.0, 0.0)
+    state = state_from_platform(robot, mode, at.x, at.y, 0.0, 0.0)
     one, other = (direct_dynamics(robot_, state, 0.0, 0.0, 0.0, 0.0) for robot_ in (pushed, robot))
     return float(normal @ (one.ax - other.ax, one.ay - other.ay))
 
 
-def pushed_across(robot: FiveBar, mode: tuple[int, int], middle: State, angle: float, duration: float) -> Pushed:
+def pushed_across(robot: FiveBar, mode: WorkingMode, middle: State, angle: float, duration: float) -> Pushed:
     """Push a platform by 1 N for 50 ms across a straight path at an angle (rad) from v1, under the path law alone."""
     svd, one = parallel_svd(middle), settings(observer_rate=0.0)
     turned, risen = math.cos(angle), math.sin(angle)
@@ -318,15 +318,15 @@ def pushed_across(robot: FiveBar, mode: tuple[int, int], middle: State, angle: f
     references = [path.at(number / RATE) for number in range(path.samples(RATE) + 1)]
     line, passed = Line(*ends[0], *d.tolist()), []
     for force in (0.0, 1.0):
-        memory = path_memory(robot, *mode, references, PERIOD, one)
-        state = state_from_platform(robot, *mode, *ends[0], 0.0, 0.0)
+        memory = path_memory(robot, mode, references, PERIOD, one)
+        state = state_from_platform(robot, mode, *ends[0], 0.0, 0.0)
         acted_on = robot._replace(force_x=force * normal[0], force_y=force * normal[1])
         for number, desired in enumerate(references):
             passed.append(state)
-            given = reference_from_platform(robot, *mode, desired)
-            torque, memory = LAW.step(robot, Instant(state, given, line, *mode, 0.0, PERIOD, None), memory, one)
+            given = reference_from_platform(robot, mode, desired)
+            torque, memory = LAW.step(robot, Instant(state, given, line, mode, 0.0, PERIOD, None), memory, one)
             is_pushed = abs(number / RATE - 0.5 * duration) <= 0.025
-            state = advanced(acted_on if is_pushed else robot, *mode, state, torque, 1e-3, 2)
+            state = advanced(acted_on if is_pushed else robot, mode, state, torque, 1e-3, 2)
     moved = np.array([(state.x, state.y) for state in passed]).reshape(2, -1, 2) @ normal
     slowest, ratio = one.kp / one.kd, one.kd**2 / one.kp
     norm, exponent, bound = 0.0, 0.0, []
@@ -359,14 +359,14 @@ def pushed_across(robot: FiveBar, mode: tuple[int, int], middle: State, angle: f
 def test_a_push_across_the_path_is_within_its_bound_which_grows_only_where_v1_has_little_of_the_normal(
     dextar: FiveBar, folded: bool, degrees: float, duration: float, growth: float, beside: float
 ) -> None:
-    mode: tuple[int, int] = (1, 1) if folded else (1, -1)
+    mode: WorkingMode = (1, 1) if folded else (1, -1)
     elbows = math.sqrt(0.09**2 - 0.059**2)
     place = (
         (0.0899999 * math.cos(math.pi / 6.0), elbows - 0.0899999 * math.sin(math.pi / 6.0))
         if folded
         else (0.0, math.sqrt(0.09**2 - 0.031**2))
     )
-    middle = state_from_platform(dextar, *mode, *place, 0.0, 0.0)
+    middle = state_from_platform(dextar, mode, *place, 0.0, 0.0)
     found = pushed_across(dextar, mode, middle, math.radians(degrees), duration)
     assert found.growth == pytest.approx(growth, abs=0.01)
     assert 1e3 * np.abs(found.beside).max() == pytest.approx(beside, rel=0.02)
@@ -382,16 +382,16 @@ def test_a_late_robot_comes_back_in_time_as_the_dynamics_of_the_timing_say(dexta
     path = Path.through([(-0.05, 0.13), (0.05, 0.13)], [2.0])
     references = [path.at(number / RATE) for number in range(path.samples(RATE) + 1)]
     first = 400
-    state = state_from_platform(dextar, *MODE, *references[first - round(late * RATE)][:4])
-    memory = path_memory(dextar, *MODE, references, PERIOD, one)._replace(sample=first - 1, clock=first - late * RATE)
+    state = state_from_platform(dextar, MODE, *references[first - round(late * RATE)][:4])
+    memory = path_memory(dextar, MODE, references, PERIOD, one)._replace(sample=first - 1, clock=first - late * RATE)
     delay, rate, found, wanted = late, 0.0, [], []
     for sample in range(first, first + 250):
-        given = reference_from_platform(dextar, *MODE, references[sample])
+        given = reference_from_platform(dextar, MODE, references[sample])
         found.append((sample - nearest_clock(memory.plan, memory.clock, state, PERIOD, one.slow)) / RATE)
         wanted.append(delay)
         line = Line(-0.05, 0.13, 1.0, 0.0)
-        torque, memory = LAW.step(dextar, Instant(state, given, line, *MODE, 0.0, PERIOD, None), memory, one)
-        state = advanced(dextar, *MODE, state, torque, 1e-3, 2)
+        torque, memory = LAW.step(dextar, Instant(state, given, line, MODE, 0.0, PERIOD, None), memory, one)
+        state = advanced(dextar, MODE, state, torque, 1e-3, 2)
         for _ in range(20):
             wish = one.catch_up * min(max(delay / one.catch_up_time, -1.0), 1.0)
             rate -= PERIOD / 20.0 * one.pace_rate * (rate + wish)

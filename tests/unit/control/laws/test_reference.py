@@ -32,7 +32,7 @@ def test_against_a_disturbance_the_law_gives_its_acceleration_all_the_same(
     """What acts on the motors besides their torque is taken off it, motor by motor."""
     d1, d2 = 0.3, -0.2
     for state in regular_states(20, 95):
-        desired = reference_from_platform(robot, *modes(state), Platform(state.x, state.y, 0.1, 0.2, 1.0, -2.0))
+        desired = reference_from_platform(robot, modes(state), Platform(state.x, state.y, 0.1, 0.2, 1.0, -2.0))
         friction = desired.f1, desired.f2
         torque = ctc_torque(robot, state, desired, 2500.0, 100.0)
         wanted = direct_dynamics(robot, state, *torque, *friction)
@@ -44,11 +44,11 @@ def test_against_a_disturbance_the_law_gives_its_acceleration_all_the_same(
 def test_friction_is_that_of_the_desired_speeds(robot: FiveBar, regular_states: States) -> None:
     """Of either motor by its own parameters; at rest, whatever the state's speeds, only the offset is left."""
     for state in regular_states(20, 96):
-        moving = state_from_platform(robot, *modes(state), state.x, state.y, 0.2, -0.3)
+        moving = state_from_platform(robot, modes(state), state.x, state.y, 0.2, -0.3)
         wanted = tuple(
             friction_torque(leg, at.dq1) for leg, at in ((robot.leg1, moving.leg1), (robot.leg2, moving.leg2))
         )
-        platform = reference_from_platform(robot, *modes(state), Platform(state.x, state.y, 0.2, -0.3, 1.0, 2.0))
+        platform = reference_from_platform(robot, modes(state), Platform(state.x, state.y, 0.2, -0.3, 1.0, 2.0))
         motors = reference_from_motors(robot, moving, 1.0, 2.0, 0.5, -0.5)
         assert (platform.f1, platform.f2) == (motors.f1, motors.f2) == wanted
         assert (platform.by_motors, platform.u1, platform.u2) == (False, 0.0, 0.0)

@@ -110,7 +110,7 @@ def test_box_least_squares_equals_a_reference_solver(
 def test_the_input_map_is_the_robots_response(y: float) -> None:
     """Away from the Type 2 locus and on it: xddot = G u + a_0 against Pinocchio's closed loop."""
     robot = load_robot("dextar")
-    state = state_from_platform(robot, 1, -1, 0.01 if y != LOCUS_Y else 0.0, y, 0.3, -0.4)
+    state = state_from_platform(robot, (1, -1), 0.01 if y != LOCUS_Y else 0.0, y, 0.3, -0.4)
     mapped = input_map(robot, state)
     assert mapped is not None
     for u in ((0.0, 0.0), (0.7, -0.3), (-1.1, 0.4)):
@@ -124,7 +124,7 @@ def test_the_input_map_is_regular_where_a_leg_is_stretched(name: str) -> None:
     # leg 1 points from motor 1 to the platform
     reach = robot.leg1.proximal + robot.leg1.distal
     x, y = robot.leg1.base_x + 0.6 * reach, 0.8 * reach
-    q21 = state_from_platform(robot, 1, -1, x, y, 0.0, 0.0).leg2.q1
+    q21 = state_from_platform(robot, (1, -1), x, y, 0.0, 0.0).leg2.q1
     state = state_from_motors(robot, 1, math.atan2(0.8, 0.6), q21, 1.3, -0.8)
     assert abs(state.leg1.sin_q2) < 1e-8
     mapped = input_map(robot, state)
@@ -145,7 +145,7 @@ def test_at_type_1_the_stretched_legs_motor_is_held_to_its_plan(leg: int, turns:
     whole = 2.0 * math.pi * turns
     # leg 1 points from motor 1 to (0.049, 0.144), leg 2 from motor 2 to the mirror image
     q11 = math.atan2(0.8, 0.6)
-    q21 = state_from_platform(robot, 1, -1, 0.049, 0.144, 0.0, 0.0).leg2.q1
+    q21 = state_from_platform(robot, (1, -1), 0.049, 0.144, 0.0, 0.0).leg2.q1
     if leg == 1:
         state = state_from_motors(robot, 1, q11, q21, 1.0, -0.5)
         desired = state_from_motors(robot, 1, q11 - 0.002 + whole, q21, 1.1, -0.5)
@@ -165,9 +165,9 @@ def test_at_type_1_the_stretched_legs_motor_is_held_to_its_plan(leg: int, turns:
 
 def test_on_the_locus_torque_stays_small_and_acts_across_the_path_only() -> None:
     robot = load_robot("dextar")
-    state = state_from_platform(robot, 1, -1, 0.0, LOCUS_Y, 0.0, -0.2)
+    state = state_from_platform(robot, (1, -1), 0.0, LOCUS_Y, 0.0, -0.2)
     # asks for 1 m/s^2 in the uncontrollable direction y, and for 0.5 in x
-    reference = reference_from_platform(robot, 1, -1, Platform(0.0, LOCUS_Y, 0.0, -0.2, 0.5, 1.0))
+    reference = reference_from_platform(robot, (1, -1), Platform(0.0, LOCUS_Y, 0.0, -0.2, 0.5, 1.0))
     torque = torque_of(robot, state, reference)
     motion = direct_dynamics(robot, state, *torque, reference.f1, reference.f2)
     assert abs(motion.ay) < 1e-9
@@ -178,7 +178,7 @@ def test_on_the_locus_torque_stays_small_and_acts_across_the_path_only() -> None
 def test_along_each_direction_of_the_input_map_the_law_gives_its_share() -> None:
     """Damped least squares: of what is asked along a singular direction, s^2 / (s^2 + w) is given."""
     robot = load_robot("dextar")
-    state = state_from_platform(robot, 1, -1, 0.004, 0.0853, 0.0, 0.0)
+    state = state_from_platform(robot, (1, -1), 0.004, 0.0853, 0.0, 0.0)
     mapped = input_map(robot, state)
     assert mapped is not None
     left, s, _ = np.linalg.svd(np.array([[mapped.g_x1, mapped.g_x2], [mapped.g_y1, mapped.g_y2]]))
@@ -186,7 +186,7 @@ def test_along_each_direction_of_the_input_map_the_law_gives_its_share() -> None
     for direction, value in zip(left.T, s.tolist(), strict=True):
         asked = 2.0 * direction + [mapped.a0_x, mapped.a0_y]
         platform = Platform(state.x, state.y, 0.0, 0.0, *asked.tolist())
-        reference = reference_from_platform(robot, 1, -1, platform)
+        reference = reference_from_platform(robot, (1, -1), platform)
         torque = torque_of(robot, state, reference)
         got = expected(mapped, (torque.tau1 - reference.f1, torque.tau2 - reference.f2))
         given = np.array(got) - [mapped.a0_x, mapped.a0_y]
@@ -196,8 +196,8 @@ def test_along_each_direction_of_the_input_map_the_law_gives_its_share() -> None
 
 def test_the_torque_limit_is_kept() -> None:
     robot = load_robot("dextar")
-    state = state_from_platform(robot, 1, -1, 0.0, 0.14, 0.0, 0.0)
-    reference = reference_from_platform(robot, 1, -1, Platform(0.02, 0.12, 0.5, 0.5, 50.0, -80.0))
+    state = state_from_platform(robot, (1, -1), 0.0, 0.14, 0.0, 0.0)
+    reference = reference_from_platform(robot, (1, -1), Platform(0.02, 0.12, 0.5, 0.5, 50.0, -80.0))
     torque = torque_of(robot, state, reference, 0.6)
     assert max(abs(torque.tau1), abs(torque.tau2)) == pytest.approx(0.6, abs=1e-12)
 
@@ -227,8 +227,8 @@ def test_the_disturbances_error_grows_by_no_more_than_the_input_map_changes(
     """
     robot = load_robot("dextar")
     x, vx, vy = 0.0 if y == LOCUS_Y else x, 0.3, -0.4
-    state = state_from_platform(robot, 1, -1, x, y, vx, vy)
-    state_before = state_from_platform(robot, 1, -1, x - vx * PERIOD, y - vy * PERIOD, vx, vy)
+    state = state_from_platform(robot, (1, -1), x, y, vx, vy)
+    state_before = state_from_platform(robot, (1, -1), x - vx * PERIOD, y - vy * PERIOD, vx, vy)
     mapped, mapped_before = input_map(robot, state), input_map(robot, state_before)
     assert mapped is not None
     assert mapped_before is not None
@@ -261,7 +261,7 @@ def modes(state: State) -> tuple[int, int]:
 def reference_near(robot: FiveBar, state: State) -> Reference:
     """Return an instant a millimetre off a state, with another velocity and an acceleration of its own."""
     platform = Platform(state.x + 6e-4, state.y - 8e-4, state.vx - 0.05, state.vy + 0.03, 2.0, -3.0)
-    return reference_from_platform(robot, *modes(state), platform)
+    return reference_from_platform(robot, modes(state), platform)
 
 
 @pytest.mark.parametrize("disturbance", [(0.0, 0.0), (0.3, 0.1), (-0.2, 0.4)])
@@ -323,7 +323,7 @@ def one_period_on(
     for _ in range(30):
         bx, by = (ax, ay) if later is state else acceleration(later)
         vx, vy = state.vx + 0.5 * PERIOD * (ax + bx), state.vy + 0.5 * PERIOD * (ay + by)
-        later = state_from_platform(robot, *modes(state), x, y, vx, vy)
+        later = state_from_platform(robot, modes(state), x, y, vx, vy)
     return later
 
 
@@ -344,12 +344,12 @@ def test_what_the_model_expected_teaches_nothing(robot: FiveBar, regular_states:
 def test_a_constant_disturbance_is_found_on_the_way(disturbance: tuple[float, float], dextar: FiveBar) -> None:
     """The platform goes at 0.25 m/s, so both samples of a pair have input maps and drifts of their own."""
     law_memory, settings = INITIAL_MEMORY, UnifiedSettings(weight=0.01, observer_rate=200.0)
-    state = state_from_platform(dextar, 1, -1, -0.02, 0.14, 0.15, -0.2)
+    state = state_from_platform(dextar, (1, -1), -0.02, 0.14, 0.15, -0.2)
     errors = []
     for sample in range(1, 76):
         t = sample * PERIOD
         platform = Platform(-0.02 + 0.15 * t, 0.14 - 0.2 * t, 0.15, -0.2, 0.0, 0.0)
-        reference = reference_from_platform(dextar, 1, -1, platform)
+        reference = reference_from_platform(dextar, (1, -1), platform)
         torque, law_memory = unified_step(dextar, state, reference, law_memory, settings, PERIOD)
         state = one_period_on(dextar, state, torque, disturbance, reference)
         errors.append(math.dist((law_memory.d1, law_memory.d2), disturbance))
@@ -390,11 +390,11 @@ def test_away_from_the_locus_the_error_fades_at_the_rate_of_the_observer(
 def test_without_an_observer_no_sample_depends_on_the_one_before(dextar: FiveBar) -> None:
     """Its period may be infinite, for a law that is asked for single instants."""
     settings = UnifiedSettings(observer_rate=0.0)
-    state = state_from_platform(dextar, 1, -1, 0.01, 0.12, 0.1, -0.2)
+    state = state_from_platform(dextar, (1, -1), 0.01, 0.12, 0.1, -0.2)
     reference = reference_near(dextar, state)
     first, memory = unified_step(dextar, state, reference, INITIAL_MEMORY, settings, math.inf)
     assert all(math.isfinite(value) for value in first)
-    again = state_from_platform(dextar, 1, -1, 0.02, 0.13, -0.3, 0.1)
+    again = state_from_platform(dextar, (1, -1), 0.02, 0.13, -0.3, 0.1)
     memory = unified_step(dextar, again, reference, memory, settings, math.inf)[1]
     assert unified_step(dextar, state, reference, memory, settings, math.inf)[0] == first
 
@@ -402,7 +402,7 @@ def test_without_an_observer_no_sample_depends_on_the_one_before(dextar: FiveBar
 def test_a_heavy_platform_has_an_input_map_too(dextar: FiveBar) -> None:
     """With 50 kg the platform hardly moves, which is no singularity: against Pinocchio."""
     heavy = dextar._replace(mass=50.0)
-    for state in (state_from_platform(heavy, 1, -1, 0.0, y, 0.3, -0.4) for y in (0.12, 0.16, 0.05)):
+    for state in (state_from_platform(heavy, (1, -1), 0.0, y, 0.3, -0.4) for y in (0.12, 0.16, 0.05)):
         mapped = input_map(heavy, state)
         assert mapped is not None
         found = expected(mapped, (0.7, -0.3))
@@ -413,8 +413,8 @@ def test_after_an_undefined_torque_nothing_is_learned_but_what_was_known_stays(d
     """What acted while there was no torque is not known. The disturbance found before that still is."""
     robot, settings = type_3_robot(dextar), UnifiedSettings(kp=0.0, kd=0.0)
     singular = state_from_joints(robot, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    regular = state_from_platform(robot, 1, -1, 0.02, 0.06, 0.2, 0.1)
-    reference = reference_from_platform(robot, 1, -1, Platform(0.02, 0.06, 0.0, 0.0, 0.0, 0.0))
+    regular = state_from_platform(robot, (1, -1), 0.02, 0.06, 0.2, 0.1)
+    reference = reference_from_platform(robot, (1, -1), Platform(0.02, 0.06, 0.0, 0.0, 0.0, 0.0))
     known = INITIAL_MEMORY._replace(d1=0.2, d2=-0.1, unset=False)
     torque, kept = unified_step(robot, singular, reference, known, settings, PERIOD)
     assert all(math.isnan(value) for value in torque)
@@ -430,11 +430,11 @@ def test_the_disturbance_is_bounded_on_the_locus_whatever_is_measured() -> None:
     robot, settings = load_robot("dextar"), UnifiedSettings(observer_rate=200.0)
     law = unified_law(settings)
     random = np.random.default_rng(3)
-    reference = reference_from_platform(robot, 1, -1, Platform(0.0, LOCUS_Y, 0.0, 0.0, 0.0, 0.0))
+    reference = reference_from_platform(robot, (1, -1), Platform(0.0, LOCUS_Y, 0.0, 0.0, 0.0, 0.0))
     bound = settings.disturbance_limit
     least = unified_law(settings._replace(observer_rate=0.0))
     for sample in range(2000):
-        state = state_from_platform(robot, 1, -1, 0.0, LOCUS_Y, *random.normal(0.0, 1.0, 2).tolist())
+        state = state_from_platform(robot, (1, -1), 0.0, LOCUS_Y, *random.normal(0.0, 1.0, 2).tolist())
         torque, without = law(sample, state, reference), least(sample, state, reference)
         # the torques differ by what is believed
         assert max(abs(torque.tau1 - without.tau1), abs(torque.tau2 - without.tau2)) <= bound + 1e-9
@@ -443,9 +443,9 @@ def test_the_disturbance_is_bounded_on_the_locus_whatever_is_measured() -> None:
 def test_a_gap_between_samples_teaches_nothing() -> None:
     """The estimate stays over a gap: what happened in it is not known. The next sample teaches again."""
     robot = load_robot("dextar")
-    reference = reference_from_platform(robot, 1, -1, Platform(0.0, 0.12, 0.0, 0.0, 0.0, 0.0))
-    still = state_from_platform(robot, 1, -1, 0.0, 0.12, 0.0, 0.0)
-    fast = state_from_platform(robot, 1, -1, 0.0, 0.12, 0.0, -0.1)
+    reference = reference_from_platform(robot, (1, -1), Platform(0.0, 0.12, 0.0, 0.0, 0.0, 0.0))
+    still = state_from_platform(robot, (1, -1), 0.0, 0.12, 0.0, 0.0)
+    fast = state_from_platform(robot, (1, -1), 0.0, 0.12, 0.0, -0.1)
     settings = UnifiedSettings(kp=0.0, kd=0.0)
     after_gap, after_none = unified_law(settings), unified_law(settings)
     after_gap(0, still, reference), after_none(0, still, reference)

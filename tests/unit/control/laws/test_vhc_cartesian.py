@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from fivebar_control.laws.gains import RESOLUTIONS
 from fivebar_control.laws.reference import Reference, reference_from_platform
-from fivebar_control.laws.resolution import resolved
-from fivebar_control.laws.torque import Torque
+from fivebar_control.laws.resolution import Enforced, resolved
+from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.laws.vhc_cartesian import line_constraint, vhc_cartesian_torque
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.kinematics import joint_acceleration, state_from_joints, state_from_platform
@@ -34,7 +34,7 @@ EVERY_RESOLUTION = pytest.mark.parametrize("name", ["min_norm", "full_friction",
 
 def reference_near(robot: FiveBar, state: State) -> Reference:
     modes = ((-1 if state.leg1.sin_q2 > 0.0 else 1), (-1 if state.leg2.sin_q2 > 0.0 else 1))
-    return reference_from_platform(robot, *modes, Platform(state.x, state.y, state.vx, state.vy, 0.0, 0.0))
+    return reference_from_platform(robot, modes, Platform(state.x, state.y, state.vx, state.vy, 0.0, 0.0))
 
 
 def line_past(state: State, v1: Vector, random: np.random.Generator) -> Line:
@@ -118,7 +118,7 @@ def test_on_the_locus_every_resolution_meets_the_reduced_equation(
         alpha = 3.0 * float(np.sign(v[0] @ (svd.v_x, svd.v_y)))  # numpy may have turned v1, and U_1 with it
         ax, ay = (alpha * v[0]).tolist()
         ddq = np.array([joint_acceleration(state.leg1, ax, ay), joint_acceleration(state.leg2, ax, ay)])
-        torque = resolved(RESOLUTIONS[name], robot, state, svd, 3.0, *ddq.tolist(), *f.tolist())
+        torque = resolved(RESOLUTIONS[name], robot, state, svd, Enforced(3.0, *ddq.tolist(), 0.0), Torque(*f.tolist()))
         w = np.linalg.solve(b, u[:, 0])
         wanted = w @ (zz @ ddq + f) + robot.mass * alpha / s[0]
         assert w @ torque == pytest.approx(wanted, abs=1e-11 * (1.0 + np.linalg.norm(w) * np.linalg.norm(torque)))
@@ -134,7 +134,7 @@ def test_min_norm_is_the_pseudo_inverse_and_no_torque_is_smaller(
         a, b = matrices(state)
         svd = parallel_svd(state)
         ddq = np.array([joint_acceleration(leg, 3.0 * svd.v_x, 3.0 * svd.v_y) for leg in (state.leg1, state.leg2)])
-        arguments = (robot, state, svd, 3.0, *ddq.tolist(), *f.tolist())
+        arguments = robot, state, svd, Enforced(3.0, *ddq.tolist(), 0.0), Torque(*f.tolist())
         torques = {name: np.array(resolved(number, *arguments)) for name, number in RESOLUTIONS.items()}
         w = np.linalg.solve(b, np.array([1.0, np.sign(a[0] @ a[1])]) / math.sqrt(2.0))
         right = w @ (zz @ ddq + f) + robot.mass * 3.0 / math.sqrt(2.0)
@@ -152,8 +152,9 @@ def test_full_friction_moves_friction_from_the_equation_into_both_motors(robot: 
     """tau - f is then the smallest torque of the frictionless robot."""
     for state in locus_states(40, 64):
         svd = parallel_svd(state)
-        plain = resolved(RESOLUTIONS["min_norm"], robot, state, svd, 2.0, 5.0, -7.0, 0.0, 0.0)
-        with_friction = resolved(RESOLUTIONS["full_friction"], robot, state, svd, 2.0, 5.0, -7.0, 0.25, -0.35)
+        enforced = Enforced(2.0, 5.0, -7.0, 0.0)
+        plain = resolved(RESOLUTIONS["min_norm"], robot, state, svd, enforced, ZERO)
+        with_friction = resolved(RESOLUTIONS["full_friction"], robot, state, svd, enforced, Torque(0.25, -0.35))
         np.testing.assert_allclose(with_friction, np.add(plain, (0.25, -0.35)), atol=1e-14)
 
 
@@ -179,7 +180,7 @@ def test_full_inverse_is_exact_off_the_locus_too(
 @pytest.mark.parametrize("name", ["min_norm", "full_friction"])
 def test_the_reduced_resolutions_are_not_exact_off_the_locus(name: str, dextar: FiveBar) -> None:
     """Which is why the blending zone must be narrow for them."""
-    state = state_from_platform(dextar, 1, -1, 0.001, 0.12, 0.05, -0.3)
+    state = state_from_platform(dextar, (1, -1), 0.001, 0.12, 0.05, -0.3)
     line = Line(0.0, 0.15, 0.0, -1.0)
     reference = reference_near(dextar, state)
     torque = vhc_cartesian_torque(dextar, state, reference, line, KP, KD, RESOLUTIONS[name])
@@ -195,7 +196,7 @@ def test_the_torque_stays_moderate_across_the_locus(name: str, dextar: FiveBar) 
     line = Line(0.0, 0.15, 0.0, -1.0)
 
     def torque(gap: float) -> Torque:
-        state = state_from_platform(dextar, 1, -1, 1e-5, y + gap, 1e-3, -0.3)
+        state = state_from_platform(dextar, (1, -1), 1e-5, y + gap, 1e-3, -0.3)
         return vhc_cartesian_torque(dextar, state, reference_near(dextar, state), line, KP, KD, RESOLUTIONS[name])
 
     for gap in (1e-3, 1e-6, 0.0, -1e-6, -1e-3):
@@ -208,7 +209,7 @@ def test_the_torque_stays_moderate_across_the_locus(name: str, dextar: FiveBar) 
 def test_a_path_along_t_s_leaves_nothing_to_control_it_with(name: str, dextar: FiveBar) -> None:
     """The distal links are level there, so v1 = (1, 0), and a level path has its normal along t_s."""
     state = state_from_joints(dextar, 2.0, -2.0, 1.0, -1.0, 0.1, 0.0, 0.2, 0.0)
-    reference = reference_near(dextar, state_from_platform(dextar, 1, -1, 0.0, 0.12, 0.0, 0.0))
+    reference = reference_near(dextar, state_from_platform(dextar, (1, -1), 0.0, 0.12, 0.0, 0.0))
     level, steep = Line(0.0, 0.08, 1.0, 0.0), Line(0.0, 0.08, 0.0, 1.0)
     along_t_s = vhc_cartesian_torque(dextar, state, reference, level, KP, KD, RESOLUTIONS[name])
     assert all(math.isnan(value) for value in along_t_s)
@@ -219,6 +220,6 @@ def test_a_path_along_t_s_leaves_nothing_to_control_it_with(name: str, dextar: F
 @EVERY_RESOLUTION
 def test_a_leg_at_type_1_makes_the_torque_undefined(name: str, dextar: FiveBar) -> None:
     state = state_from_joints(dextar, 1.0, 0.0, 2.0, -1.2, 0.1, 0.2, 0.3, 0.1)
-    reference = reference_near(dextar, state_from_platform(dextar, 1, -1, 0.0, 0.12, 0.0, 0.0))
+    reference = reference_near(dextar, state_from_platform(dextar, (1, -1), 0.0, 0.12, 0.0, 0.0))
     torque = vhc_cartesian_torque(dextar, state, reference, Line(0.0, 0.15, 0.0, -1.0), KP, KD, RESOLUTIONS[name])
     assert math.isnan(torque.tau1)

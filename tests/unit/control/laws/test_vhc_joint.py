@@ -41,7 +41,7 @@ def modes(state: State) -> tuple[int, int]:
 
 
 def reference_near(robot: FiveBar, state: State) -> Reference:
-    return reference_from_platform(robot, *modes(state), Platform(state.x, state.y, state.vx, state.vy, 0.0, 0.0))
+    return reference_from_platform(robot, modes(state), Platform(state.x, state.y, state.vx, state.vy, 0.0, 0.0))
 
 
 def line_through(state: State, angle: float, aside: float = 0.0) -> Line:
@@ -62,7 +62,7 @@ def test_constraints_are_the_motors_distance_from_the_path_point(robot: FiveBar,
         x, y = line.x + along * d_x, line.y + along * d_y
         phi = np.array(
             [
-                [inverse_geometry(robot, *modes(state), x + s * d_x + n * d_y, y + s * d_y - n * d_x) for n in steps]
+                [inverse_geometry(robot, modes(state), x + s * d_x + n * d_y, y + s * d_y - n * d_x) for n in steps]
                 for s in steps
             ]
         )
@@ -70,7 +70,7 @@ def test_constraints_are_the_motors_distance_from_the_path_point(robot: FiveBar,
         slope = (phi[2, 1] - phi[0, 1]) / (2.0 * step)
         across = (phi[1, 2] - phi[1, 0]) / (2.0 * step)
         twist = (phi[2, 2] - phi[2, 0] - phi[0, 2] + phi[0, 0]) / (4.0 * step * step)
-        constraints = path_constraints(robot, *modes(state), state, line)
+        constraints = path_constraints(robot, modes(state), state, line)
         for leg, found in enumerate(constraints):
             measured = (state.leg1, state.leg2)[leg]
             assert found.h == pytest.approx(wrap(measured.q1 - phi[1, 1, leg]), abs=1e-13)
@@ -91,9 +91,9 @@ def test_on_the_locus_and_on_the_path_both_constraints_are_kept(
         if abs(math.sin(angle) * svd.v_x - math.cos(angle) * svd.v_y) < 0.3:
             continue
         c, s = math.cos(angle), math.sin(angle)
-        state = state_from_platform(robot, *modes(moving), moving.x, moving.y, 0.3 * c, 0.3 * s)
+        state = state_from_platform(robot, modes(moving), moving.x, moving.y, 0.3 * c, 0.3 * s)
         line, reference = line_through(state, angle), reference_near(robot, state)
-        torque = vhc_joint_torque(robot, *modes(state), state, reference, line, KP, KD, RESOLUTIONS[name])
+        torque = vhc_joint_torque(robot, modes(state), state, reference, line, KP, KD, RESOLUTIONS[name])
         net = np.array([torque.tau1 - reference.f1, 0.0, torque.tau2 - reference.f2, 0.0])
         q, v = joint_vectors(state)
         a = loop.acceleration(q, v, net)
@@ -109,7 +109,7 @@ def test_beside_the_path_alpha_is_the_least_squares_compromise(robot: FiveBar, l
     zz = np.array([robot.leg1.inertia, robot.leg2.inertia])
     for number, state in enumerate(locus_states(40, 82)):
         line, reference = line_through(state, 0.3 * number, aside=1e-3), reference_near(robot, state)
-        constraints = path_constraints(robot, *modes(state), state, line)
+        constraints = path_constraints(robot, modes(state), state, line)
         h = np.array([one.h for one in constraints])
         (distance,) = np.linalg.lstsq(np.array([[one.across] for one in constraints]), h, rcond=None)[0]
         v = np.array([-KP * one.h - KD * (one.dh - one.across_rate * distance) for one in constraints])
@@ -123,7 +123,7 @@ def test_beside_the_path_alpha_is_the_least_squares_compromise(robot: FiveBar, l
         (alpha,) = np.linalg.lstsq(asked[:, None], v, rcond=None)[0]
         u1 = np.array([1.0, svd.fold]) / math.sqrt(2.0)
         wanted = zz * (column * alpha + drift) + (reference.f1, reference.f2) + b * u1 * robot.mass * alpha / svd.s1
-        found = vhc_joint_torque(robot, *modes(state), state, reference, line, KP, KD, RESOLUTIONS["full_inverse"])
+        found = vhc_joint_torque(robot, modes(state), state, reference, line, KP, KD, RESOLUTIONS["full_inverse"])
         np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
 
 
@@ -132,7 +132,7 @@ def test_beside_the_path_alpha_is_the_least_squares_compromise(robot: FiveBar, l
 def test_an_oblique_path_is_held_with_the_full_gain(name: str, authority: float, dextar: FiveBar) -> None:
     """At rest 10 um beside a path that meets the locus at an angle: the pull across it is Kp times the distance."""
     y = math.sqrt(0.0081 - 0.000961)
-    state = state_from_platform(dextar, 1, -1, 0.0, y, 0.0, 0.0)
+    state = state_from_platform(dextar, (1, -1), 0.0, y, 0.0, 0.0)
     svd = parallel_svd(state)
     # the normal n with n . v1 = authority, and the direction that it belongs to
     across = math.sqrt(1.0 - authority * authority)
@@ -140,7 +140,7 @@ def test_an_oblique_path_is_held_with_the_full_gain(name: str, authority: float,
     distance = 1e-5
     line = Line(-distance * n_x, y - distance * n_y, -n_y, n_x)
     reference = reference_near(dextar, state)
-    torque = vhc_joint_torque(dextar, 1, -1, state, reference, line, KP, KD, RESOLUTIONS[name])
+    torque = vhc_joint_torque(dextar, (1, -1), state, reference, line, KP, KD, RESOLUTIONS[name])
     motion = direct_dynamics(dextar, state, *torque, reference.f1, reference.f2)
     assert n_x * motion.ax + n_y * motion.ay == pytest.approx(-KP * distance, rel=2e-3)
 
@@ -150,10 +150,10 @@ def test_an_error_across_the_path_is_pulled_back_on_the_locus(name: str, dextar:
     """1 mm to the side of x = 0 at the thesis' crossing, at 0.3 m/s: the platform is pulled to the path with Kp x."""
     y = math.sqrt(0.0081 - 0.000961)
     for x in (1e-3, -1e-3):
-        state = state_from_platform(dextar, 1, -1, x, y, 0.0, -0.3)
+        state = state_from_platform(dextar, (1, -1), x, y, 0.0, -0.3)
         reference = reference_near(dextar, state)
         line = Line(0.0, 0.15, 0.0, -1.0)
-        torque = vhc_joint_torque(dextar, 1, -1, state, reference, line, KP, KD, RESOLUTIONS[name])
+        torque = vhc_joint_torque(dextar, (1, -1), state, reference, line, KP, KD, RESOLUTIONS[name])
         motion = direct_dynamics(dextar, state, *torque, reference.f1, reference.f2)
         assert motion.ax == pytest.approx(-KP * x, rel=2e-4)
 
@@ -173,7 +173,7 @@ def linearised(robot: FiveBar, state: State, pull: Callable[[State], Torque]) ->
 
     def away(aside: float, drift: float) -> float:
         place = state.x + aside * n_x, state.y + aside * n_y, state.vx + drift * n_x, state.vy + drift * n_y
-        there = state_from_platform(robot, *modes(state), *place)
+        there = state_from_platform(robot, modes(state), *place)
         motion = direct_dynamics(robot, there, *pull(there), reference.f1, reference.f2)
         return n_x * motion.ax + n_y * motion.ay
 
@@ -197,10 +197,8 @@ def test_the_path_is_held_with_the_full_gains_wherever_and_however_fast_it_is_cr
             continue
         line, reference = line_through(state, math.atan2(state.vy, state.vx)), reference_near(robot, state)
 
-        def by_joints(
-            there: State, mode: tuple[int, int] = modes(state), line: Line = line, reference: Reference = reference
-        ) -> Torque:
-            return vhc_joint_torque(robot, *mode, there, reference, line, KP, KD, resolve)
+        def by_joints(there: State, at: State = state, line: Line = line, reference: Reference = reference) -> Torque:
+            return vhc_joint_torque(robot, modes(at), there, reference, line, KP, KD, resolve)
 
         found = linearised(robot, state, by_joints)
         assert found.kp > 0.9 * KP
@@ -219,10 +217,8 @@ def test_to_first_order_it_is_the_cartesian_law(name: str, robot: FiveBar, locus
             continue
         line, reference = line_through(state, math.atan2(state.vy, state.vx)), reference_near(robot, state)
 
-        def by_joints(
-            there: State, mode: tuple[int, int] = modes(state), line: Line = line, reference: Reference = reference
-        ) -> Torque:
-            return vhc_joint_torque(robot, *mode, there, reference, line, KP, KD, resolve)
+        def by_joints(there: State, at: State = state, line: Line = line, reference: Reference = reference) -> Torque:
+            return vhc_joint_torque(robot, modes(at), there, reference, line, KP, KD, resolve)
 
         def by_place(there: State, line: Line = line, reference: Reference = reference) -> Torque:
             return vhc_cartesian_torque(robot, there, reference, line, KP, KD, resolve)
@@ -233,35 +229,35 @@ def test_to_first_order_it_is_the_cartesian_law(name: str, robot: FiveBar, locus
 
 
 def test_it_is_undefined_at_type_1_and_where_the_path_point_is_out_of_reach(dextar: FiveBar) -> None:
-    inside = state_from_platform(dextar, 1, -1, 0.0, 0.12, 0.0, 0.0)
+    inside = state_from_platform(dextar, (1, -1), 0.0, 0.12, 0.0, 0.0)
     reference = reference_near(dextar, inside)
     far = Line(0.3, 0.15, 0.0, -1.0)
     resolve = RESOLUTIONS["full_friction"]
-    torque = vhc_joint_torque(dextar, 1, -1, inside, reference, far, KP, KD, resolve)
+    torque = vhc_joint_torque(dextar, (1, -1), inside, reference, far, KP, KD, resolve)
     assert all(math.isnan(value) for value in torque)
     stretched = state_from_joints(dextar, 1.0, 0.0, 2.0, -1.2, 0.1, 0.2, 0.3, 0.1)
     near = Line(0.0, 0.15, 0.0, -1.0)
-    torque = vhc_joint_torque(dextar, 1, -1, stretched, reference, near, KP, KD, resolve)
+    torque = vhc_joint_torque(dextar, (1, -1), stretched, reference, near, KP, KD, resolve)
     assert all(math.isnan(value) for value in torque)
     # beside a line on which leg 1 is stretched
     reach = dextar.leg1.base_x + dextar.leg1.proximal + dextar.leg1.distal
-    assert state_from_platform(dextar, 1, -1, reach, 0.0, 0.0, 0.0).leg1.b == 0.0
-    bent = state_from_platform(dextar, 1, -1, reach - 0.002, 0.0, 0.0, 0.0)
-    torque = vhc_joint_torque(dextar, 1, -1, bent, reference, Line(reach, 0.0, 0.0, 1.0), KP, KD, resolve)
+    assert state_from_platform(dextar, (1, -1), reach, 0.0, 0.0, 0.0).leg1.b == 0.0
+    bent = state_from_platform(dextar, (1, -1), reach - 0.002, 0.0, 0.0, 0.0)
+    torque = vhc_joint_torque(dextar, (1, -1), bent, reference, Line(reach, 0.0, 0.0, 1.0), KP, KD, resolve)
     assert all(math.isnan(value) for value in torque)
 
 
 def test_a_motor_that_was_counted_a_turn_off_makes_no_difference(dextar: FiveBar) -> None:
     """q11 is near pi on this path, so the measured angle and that of the path point may differ by a turn."""
     turn = 2.0 * math.pi
-    state = state_from_platform(dextar, 1, -1, -0.0672, 0.0395, 0.0, -0.2)
+    state = state_from_platform(dextar, (1, -1), -0.0672, 0.0395, 0.0, -0.2)
     leg1, leg2 = state.leg1, state.leg2
     rates = (leg1.dq1, leg1.dtheta - leg1.dq1, leg2.dq1, leg2.dtheta - leg2.dq1)
     wound = state_from_joints(dextar, leg1.q1 - turn, leg1.q2, leg2.q1 + turn, leg2.q2, *rates)
     line, reference = Line(-0.067, 0.05, 0.0, -1.0), reference_near(dextar, state)
     resolve = RESOLUTIONS["full_inverse"]
-    plain = vhc_joint_torque(dextar, 1, -1, state, reference, line, KP, KD, resolve)
-    assert vhc_joint_torque(dextar, 1, -1, wound, reference, line, KP, KD, resolve) == pytest.approx(plain, rel=1e-9)
+    plain = vhc_joint_torque(dextar, (1, -1), state, reference, line, KP, KD, resolve)
+    assert vhc_joint_torque(dextar, (1, -1), wound, reference, line, KP, KD, resolve) == pytest.approx(plain, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -284,16 +280,16 @@ def test_a_jump_of_the_tracked_error_inside_a_zone_raises_the_gains(
 ) -> None:
     """By more than 0.1 mm in either coordinate since the sample before the zone, when it was 1 mm and -2 mm."""
     numbers = as_numbers(settings)
-    desired = state_from_platform(dextar, 1, -1, 0.0, 0.1, 0.0, -0.2)
+    desired = state_from_platform(dextar, (1, -1), 0.0, 0.1, 0.0, -0.2)
     reference, line = reference_near(dextar, desired), Line(0.0, 0.15, 0.0, -1.0)
     memory = NO_MEMORY
     for weight, (off_x, off_y) in ((0.0, (0.0, 0.0)), (zone_weight, jump)):
-        state = state_from_platform(dextar, 1, -1, 1e-3 + off_x, 0.1 - 2e-3 + off_y, 0.05, -0.2)
+        state = state_from_platform(dextar, (1, -1), 1e-3 + off_x, 0.1 - 2e-3 + off_y, 0.05, -0.2)
         torque, memory = vhc_joint_step(
-            dextar, Instant(state, reference, line, 1, -1, weight, 0.002, None), memory, numbers
+            dextar, Instant(state, reference, line, (1, -1), weight, 0.002, None), memory, numbers
         )
     gains = settings.kp * factors[0], settings.kd * factors[1]
-    wanted = vhc_joint_torque(dextar, 1, -1, state, reference, line, *gains, RESOLUTIONS[settings.resolution])
+    wanted = vhc_joint_torque(dextar, (1, -1), state, reference, line, *gains, RESOLUTIONS[settings.resolution])
     assert torque == pytest.approx(wanted, rel=1e-9)
     if settings.adaptive_gain:
         left = (1e-3, -2e-3) if zone_weight > 0.0 else (1e-3 + jump[0], -2e-3 + jump[1])

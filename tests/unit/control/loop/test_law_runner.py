@@ -36,8 +36,8 @@ def plan(dextar: FiveBar) -> Plan:
 
 @pytest.fixture(scope="module")
 def instant(dextar: FiveBar) -> tuple[State, Reference]:
-    state = state_from_platform(dextar, 1, -1, 0.001, 0.09, 0.02, -0.3)
-    return state, reference_from_platform(dextar, 1, -1, Platform(0.0, 0.0895, 0.0, -0.31, 0.0, 0.5))
+    state = state_from_platform(dextar, (1, -1), 0.001, 0.09, 0.02, -0.3)
+    return state, reference_from_platform(dextar, (1, -1), Platform(0.0, 0.0895, 0.0, -0.31, 0.0, 0.5))
 
 
 def test_ctc_law_is_the_same_for_every_sample(dextar: FiveBar, plan: Plan, instant: tuple[State, Reference]) -> None:
@@ -70,9 +70,9 @@ def test_vhc_law_follows_the_line_of_its_sample(
 
 def test_on_the_plan_the_line_through_the_reference_is_the_segment(dextar: FiveBar, plan: Plan) -> None:
     law = bound_law("vhc_cartesian", dextar, plan, RATE_HZ)
-    state = state_from_platform(dextar, 1, -1, 0.0095, 0.09, 0.02, 0.3)
+    state = state_from_platform(dextar, (1, -1), 0.0095, 0.09, 0.02, 0.3)
     for sample in (500, 700, 1000, 1499):
-        reference = reference_from_platform(dextar, 1, -1, plan.path.at(sample / RATE_HZ))
+        reference = reference_from_platform(dextar, (1, -1), plan.path.at(sample / RATE_HZ))
         line = Line(0.01, 0.035, 0.0, 1.0)
         wanted = vhc_cartesian_torque(dextar, state, reference, line, 2500.0, 100.0, RESOLUTIONS["full_friction"])
         assert law(sample, state, reference) == pytest.approx(wanted, rel=1e-12)
@@ -119,14 +119,14 @@ def test_joint_law_raises_its_gains_only_inside_a_zone_and_after_a_jump(
 ) -> None:
     """The quick crossing's zone holds this posture at sample 100, the slow one's does not at sample 1000."""
     state, reference = instant
-    tracked = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.0, -0.3)
-    on_track = reference_from_platform(dextar, 1, -1, Platform(0.0, 0.13, 0.0, -0.3, 0.0, 0.0))
+    tracked = state_from_platform(dextar, (1, -1), 0.0, 0.13, 0.0, -0.3)
+    on_track = reference_from_platform(dextar, (1, -1), Platform(0.0, 0.13, 0.0, -0.3, 0.0, 0.0))
     place = reference.state.x, reference.state.y
     down, up = Line(*place, 0.0, -1.0), Line(*place, 0.0, 1.0)
 
     def torque(line: Line, factor_p: float, factor_d: float) -> object:
         gains = (2500.0 * factor_p, 100.0 * factor_d)
-        return vhc_joint_torque(dextar, 1, -1, state, reference, line, *gains, RESOLUTIONS["full_inverse"])
+        return vhc_joint_torque(dextar, (1, -1), state, reference, line, *gains, RESOLUTIONS["full_inverse"])
 
     adaptive = joint_law(dextar, plan, adaptive_gain=True, alpha=2.0)
     adaptive(99, tracked, on_track)
@@ -142,14 +142,14 @@ def test_joint_law_takes_the_zone_to_begin_where_it_gets_its_first_say(dextar: F
     epsilon = plan.epsilon_at(100 / RATE_HZ)
 
     def kappa(y: float) -> float:
-        return inverse_condition(state_from_platform(dextar, 1, -1, 0.001, y, 0.0, 0.0))
+        return inverse_condition(state_from_platform(dextar, (1, -1), 0.001, y, 0.0, 0.0))
 
     edge = brentq(lambda y: kappa(y) - 2.0 * epsilon, 0.086, 0.13)
-    tracked = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.0, -0.3)
-    on_track = reference_from_platform(dextar, 1, -1, Platform(0.0, 0.13, 0.0, -0.3, 0.0, 0.0))
+    tracked = state_from_platform(dextar, (1, -1), 0.0, 0.13, 0.0, -0.3)
+    on_track = reference_from_platform(dextar, (1, -1), Platform(0.0, 0.13, 0.0, -0.3, 0.0, 0.0))
     for y, in_zone in ((edge - 1e-5, True), (edge + 1e-5, False)):
-        state = state_from_platform(dextar, 1, -1, 0.001, y, 0.0, -0.3)
-        reference = reference_from_platform(dextar, 1, -1, Platform(0.0, y, 0.0, -0.3, 0.0, 0.0))
+        state = state_from_platform(dextar, (1, -1), 0.001, y, 0.0, -0.3)
+        reference = reference_from_platform(dextar, (1, -1), Platform(0.0, y, 0.0, -0.3, 0.0, 0.0))
         sigma = Supervisor(plan, RATE_HZ, "condition")(100, state).sigma
         assert 0.0 < sigma < 0.01 if in_zone else sigma == 0.0
         adaptive, plain = (joint_law(dextar, plan, gain) for gain in (True, False))
@@ -165,7 +165,7 @@ def test_every_law_on_the_locus_is_found_by_its_name(
     gains = (2500.0, 100.0)
     wanted = {
         "reduced_ctc": reduced_ctc_torque(dextar, state, reference, *gains),
-        "vhc_joint": vhc_joint_torque(dextar, 1, -1, state, reference, line, *gains, resolve),
+        "vhc_joint": vhc_joint_torque(dextar, (1, -1), state, reference, line, *gains, resolve),
         "vhc_cartesian": vhc_cartesian_torque(dextar, state, reference, line, *gains, resolve),
     }
     assert {one.constraint.name for one in CONTROLLERS.values() if one.constraint is not None} == set(wanted)

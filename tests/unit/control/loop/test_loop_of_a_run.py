@@ -14,6 +14,7 @@ from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.closed_loop import (
     PLANT_DIVERGED,
     Advanced,
+    Answered,
     Known,
     LoopSettings,
     cycle_settings_of,
@@ -21,7 +22,6 @@ from fivebar_control.loop.closed_loop import (
     law_functions,
     run_loop,
 )
-from fivebar_control.loop.cycle import Cycle
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.state import Platform
@@ -47,15 +47,15 @@ class Still:
 
     def estimate(self, number: int) -> Known:
         self.calls.append(f"estimate {number}")
-        state = state_from_platform(ROBOT, 1, -1, *REST[:4])
+        state = state_from_platform(ROBOT, (1, -1), *REST[:4])
         return Known(number not in self.missing, state, 0.5, -0.25, 7 if number == self.trip else NO_FAULT)
 
     def plan_at(self, moment: int) -> PlanSample:
         self.calls.append(f"plan {moment}")
-        return PlanSample(reference_from_platform(ROBOT, 1, -1, REST), REST, 1.0, 0.0, 0.0, 0.0, None)
+        return PlanSample(reference_from_platform(ROBOT, (1, -1), REST), REST, 1.0, 0.0, 0.0, 0.0, None)
 
-    def record(self, number: int, known: Known, planned: PlanSample, cycle: Cycle, latched: bool) -> None:
-        self.samples.append((number, latched, cycle.command, cycle.requested.tau1))
+    def record(self, number: int, known: Known, planned: PlanSample, loop: Answered) -> None:
+        self.samples.append((number, loop.latched, loop.cycle.command, loop.cycle.requested.tau1))
 
     def ended(self, fault: int) -> bool:
         return False
@@ -72,7 +72,7 @@ def run(still: Still, lead: int = 0, feed_forward: bool = False, **names: Any) -
     tuned = default_tuning(CONTROLLERS["ctc"])
     safety = SafetySettings(torque_limit=1.0, type1_margin=0.0)
     control = cycle_settings_of(
-        ROBOT, 1, -1, RATE_HZ, tuned, 0.04, guard_limits_of(safety, RATE_HZ), brake_of(safety, ROBOT, RATE_HZ)
+        ROBOT, (1, -1), RATE_HZ, tuned, 0.04, guard_limits_of(safety, RATE_HZ), brake_of(safety, ROBOT, RATE_HZ)
     )
     loop = bound(run_loop, **law_functions(tuned.controller) | names)
     finished: Still = loop(

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import pytest
 
+from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.settings import Drives, EkfSettings
@@ -31,7 +32,7 @@ def test_the_law_asks_for_the_torque_of_the_heavier_robot(dextar: FiveBar) -> No
     heavy = laden(dextar, 0.5)
     runner, wanted = LawRunner(law, dextar, plan, RATE), LawRunner(law, heavy, plan, RATE)
     here = planned_references(plan, RATE)[20]
-    state = state_from_platform(heavy, 1, -1, here.x, here.y, here.vx, here.vy)
+    state = state_from_platform(heavy, (1, -1), here.x, here.y, here.vx, here.vy)
     reference = desired_at(heavy, plan, 20 / RATE, here)
     runner.carry(heavy)
     assert runner(20, state, reference) == wanted(20, state, reference)
@@ -42,14 +43,16 @@ def test_the_guard_and_the_estimator_know_of_it(dextar: FiveBar) -> None:
     heavy = laden(dextar, 0.5)
     guard, wanted_guard = (Guard(robot, (1, -1), RATE, SafetySettings()) for robot in (dextar, heavy))
     guard.carry(heavy)
-    moving = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.1, -0.2)
+    moving = state_from_platform(dextar, (1, -1), 0.0, 0.13, 0.1, -0.2)
     for one in (guard, wanted_guard):
         one._braking = 5
     assert guard.stop(moving) == wanted_guard.stop(moving)
-    q11, _, q21, _ = inverse_geometry(dextar, 1, -1, 0.0, 0.13)
+    q11, _, q21, _ = inverse_geometry(dextar, (1, -1), 0.0, 0.13)
     estimates = []
     for robot, carried in ((dextar, heavy), (heavy, heavy), (dextar, dextar)):
-        estimator = StateEstimator(robot, homing_at(dextar, 1, -1, 0.0, 0.13), RATE, Drives(), EkfSettings())
+        estimator = StateEstimator(
+            robot, homing_at(dextar, (1, -1), 0.0, 0.13), Instrumentation(RATE, Drives(), EkfSettings())
+        )
         estimator.carry(carried)
         estimator.take(0, q11, q21, 0.0, 0.0)
         estimates.append(estimator.take(1, q11, q21, 0.8, -0.5))

@@ -99,7 +99,7 @@ def five_bar_case(name: str, distal: tuple[LinkInertia, LinkInertia] | None, mod
     robot = load_robot(name)
     return Case(
         five_bar_chain(robot, distal),
-        lambda pose: np.array(five_bar_angles(robot, *modes, *pose.tolist())),
+        lambda pose: np.array(five_bar_angles(robot, modes, *pose.tolist())),
         (-0.1, 0.03),
         (0.1, 0.17),
     )

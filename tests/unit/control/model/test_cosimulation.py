@@ -26,7 +26,7 @@ Vectors = Callable[[State], tuple[NDArray[np.float64], NDArray[np.float64]]]
 def test_torque_agrees_to_1e_10_nm_while_both_motors_swing_for_10_s(
     robot: FiveBar, loop: ClosedLoop, joint_vectors: Vectors
 ) -> None:
-    home = state_from_platform(robot, 1, -1, 0.0, 0.13, 0.0, 0.0)
+    home = state_from_platform(robot, (1, -1), 0.0, 0.13, 0.0, 0.0)
     assembly = 1 if det_a(home) > 0.0 else -1
     worst = largest = 0.0
     for sample in range(5001):
@@ -34,10 +34,10 @@ def test_torque_agrees_to_1e_10_nm_while_both_motors_swing_for_10_s(
         swing, rate, bend = math.sin(t) / 10.0, math.cos(t) / 10.0, -math.sin(t) / 10.0
         q11, q21 = home.leg1.q1 + swing, home.leg2.q1 + swing
         x, y = direct_geometry(robot, assembly, q11, q21)
-        still = state_from_platform(robot, 1, -1, x, y, 0.0, 0.0)
+        still = state_from_platform(robot, (1, -1), x, y, 0.0, 0.0)
         a = np.array([[still.leg1.u_x, still.leg1.u_y], [still.leg2.u_x, still.leg2.u_y]])
         vx, vy = np.linalg.solve(a, np.array([still.leg1.b, still.leg2.b]) * rate).tolist()
-        state = state_from_platform(robot, 1, -1, x, y, vx, vy)
+        state = state_from_platform(robot, (1, -1), x, y, vx, vy)
         assert abs(state.leg1.q1 - q11) < 1e-13
         assert abs(state.leg2.q1 - q21) < 1e-13
 
@@ -57,6 +57,6 @@ def test_torque_agrees_to_1e_10_nm_while_both_motors_swing_for_10_s(
 
 def test_the_swing_starts_where_the_inverse_geometry_says(robot: FiveBar) -> None:
     """The motion above is in the assembly mode of its home, by both geometries."""
-    home = inverse_geometry(robot, 1, -1, 0.0, 0.13)
+    home = inverse_geometry(robot, (1, -1), 0.0, 0.13)
     places = [direct_geometry(robot, assembly, home.q11, home.q21) for assembly in (1, -1)]
     assert min(math.dist(place, (0.0, 0.13)) for place in places) < 1e-14

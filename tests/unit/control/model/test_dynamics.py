@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fivebar_control.model.constraint_form import DynamicResponse, constraint_form, response_to
+from fivebar_control.model.constraint_form import DynamicResponse, Pushed, constraint_form, response_to
 from fivebar_control.model.dynamics import (
     direct_dynamics,
     direct_dynamics_of_platform,
@@ -20,9 +20,9 @@ from fivebar_control.model.dynamics import (
     platform_model,
 )
 from fivebar_control.model.geometry import inverse_geometry
-from fivebar_control.model.kinematics import state_from_joints, state_from_platform
+from fivebar_control.model.kinematics import state_from_joints, state_from_platform, working_mode
 from fivebar_control.model.singularity import parallel_svd
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_description.closed_loop import ClosedLoop
 from fivebar_description.parameters import FiveBar
 
@@ -68,7 +68,7 @@ def test_direct_dynamics_is_regular_at_type_1(robot: FiveBar, loop: ClosedLoop) 
     while found < 50:
         q11 = random.uniform(0.0, math.pi)
         place = robot.leg1.base_x + reach * math.cos(q11), reach * math.sin(q11)
-        target = inverse_geometry(robot, 1, -1, *place)
+        target = inverse_geometry(robot, (1, -1), *place)
         if math.isnan(target.q21) or abs(math.sin(target.q22)) < 0.1:
             continue
         q = np.array([q11, 0.0, target.q21, target.q22])
@@ -171,16 +171,14 @@ def test_power_of_the_motors_is_the_rate_of_the_energy(
     """(tau - f) . qdot = dT/dt, with T from Pinocchio, differenced along the motion that the model predicts."""
     h = 1e-5
     for fast in (regular_states if where == "regular" else locus_states)(50, 41):
-        mode1, mode2 = (-1 if leg.sin_q2 > 0.0 else 1 for leg in (fast.leg1, fast.leg2))
-        state = state_from_platform(robot, mode1, mode2, fast.x, fast.y, 0.3 * fast.vx, 0.3 * fast.vy)
+        mode = working_mode(fast)
+        state = state_from_platform(robot, mode, fast.x, fast.y, 0.3 * fast.vx, 0.3 * fast.vy)
         motion = direct_dynamics(robot, state, 0.8, -0.6, 0.1, 0.05)
 
-        def energy(
-            t: float, state: State = state, motion: DynamicResponse = motion, mode: tuple[int, int] = (mode1, mode2)
-        ) -> float:
+        def energy(t: float, state: State = state, motion: DynamicResponse = motion, mode: WorkingMode = mode) -> float:
             later = state_from_platform(
                 robot,
-                *mode,
+                mode,
                 state.x + state.vx * t + 0.5 * motion.ax * t * t,
                 state.y + state.vy * t + 0.5 * motion.ay * t * t,
                 state.vx + motion.ax * t,
@@ -211,7 +209,7 @@ def test_no_torque_acts_along_t_s_on_the_locus(
 
 def test_the_same_torque_moves_the_platform_across_t_s_away_from_the_locus(robot: FiveBar) -> None:
     """The criterion is a property of the locus, not of the model: 20 mm away it fails."""
-    state = state_from_platform(robot, 1, -1, 0.0, 0.13, 0.0, 0.0)
+    state = state_from_platform(robot, (1, -1), 0.0, 0.13, 0.0, 0.0)
     svd = parallel_svd(state)
     motion = direct_dynamics(robot, state, 1.0, 1.0, 0.0, 0.0)
     assert abs(svd.t_x * motion.ax + svd.t_y * motion.ay) > 0.1
@@ -257,7 +255,7 @@ def test_the_constraint_form_closes_the_loop_under_any_drive_and_push(
         a, b = matrices(state)
         c = np.array([state.leg1.c, state.leg2.c])
         right = (b @ drive - a @ push - c).tolist()
-        found = response_to(constraint_form(robot, state), state, *drive.tolist(), *right, *push.tolist())
+        found = response_to(constraint_form(robot, state), state, *drive.tolist(), Pushed(*right, *push.tolist()))
         qddot, xddot = np.array(found[:2]), np.array(found[2:4])
         lambdas = np.array(found[4:])
         np.testing.assert_allclose(zz @ (qddot - drive), -b @ lambdas, rtol=0.0, atol=1e-9)

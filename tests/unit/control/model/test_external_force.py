@@ -17,12 +17,13 @@ from scipy.optimize import brentq, linprog
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.imu_check import ImuCheck
-from fivebar_control.estimation.platform_motion import acceleration_derivatives, platform_acceleration
+from fivebar_control.estimation.platform_motion import Applied, acceleration_derivatives, platform_acceleration
 from fivebar_control.identification.regressor import platform_load
 from fivebar_control.laws.gains import RESOLUTIONS
 from fivebar_control.laws.reference import DAMPING, reference_at_rest
 from fivebar_control.laws.registry import default_tuning, find_controller
-from fivebar_control.laws.resolution import fall_along_locus, resolved
+from fivebar_control.laws.resolution import Enforced, fall_along_locus, resolved
+from fivebar_control.laws.torque import Torque
 from fivebar_control.laws.unified import acceleration, input_map
 from fivebar_control.model.dynamics import (
     direct_dynamics,
@@ -47,7 +48,7 @@ from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.limits import motion_limits_of
 from fivebar_control.planning.pacing import Task
-from fivebar_control.planning.release import ReleaseRefused, finished, plan_in_slices
+from fivebar_control.planning.release import ReleaseRefused, ReleaseTask, finished, plan_in_slices
 from fivebar_control.planning.timing import Speed, Timed
 from fivebar_control.planning.transfer import plan_transfer
 from fivebar_control.planning.via_points import along
@@ -107,7 +108,7 @@ def test_every_form_of_the_model_has_the_forces_that_pinocchio_has(
         wanted = loop.acceleration(q, v, np.array([tau1, 0.0, tau2, 0.0]))
         size = np.abs(wanted).max() + 10.0
         np.testing.assert_allclose((motion.ddq11, motion.ddq21), wanted[[0, 2]], atol=1e-10 * size)
-        place = *working_mode(state), state.x, state.y, state.vx, state.vy
+        place = working_mode(state), state.x, state.y, state.vx, state.vy
         mapped = input_map(robot, state)
         assert mapped is not None
         for found in (
@@ -119,7 +120,9 @@ def test_every_form_of_the_model_has_the_forces_that_pinocchio_has(
         free = robot._replace(
             leg1=robot.leg1._replace(coulomb=0.0, offset=0.0), leg2=robot.leg2._replace(coulomb=0.0, offset=0.0)
         )
-        np.testing.assert_allclose(platform_acceleration(free, *place, tau1, tau2), motion[2:4], atol=1e-10 * size)
+        np.testing.assert_allclose(
+            platform_acceleration(free, *place, Applied(tau1, tau2, 0.0, 0.0)), motion[2:4], atol=1e-10 * size
+        )
         if abs(det_a(state)) > 0.1:
             back = inverse_dynamics(robot, state, motion.ddq11, motion.ddq21, w1, w2)
             np.testing.assert_allclose(back, (tau1, tau2), atol=1e-9)
@@ -135,7 +138,7 @@ def test_motors_hold_what_the_links_weigh_by_virtual_work(place: tuple[float, fl
     file, forces = read_robot("motkin"), Forces(tilt=0.8, downhill=-1.0, payload=0.02, force_x=0.05, force_y=-0.03)
     robot, gravity = under("motkin", forces), np.array(forces.gravity())
     assert file.proximal_links is not None and file.distal_links is not None
-    state = state_from_platform(robot, 1, -1, *place, 0.0, 0.0)
+    state = state_from_platform(robot, (1, -1), *place, 0.0, 0.0)
     assembly = assembly_mode(state)
 
     def energy(q11: float, q21: float) -> float:
@@ -150,7 +153,7 @@ def test_motors_hold_what_the_links_weigh_by_virtual_work(place: tuple[float, fl
             total -= near.mass_kg * gravity @ (base + near.centre_m * along) + far.mass_kg * gravity @ centre
         return float(total - forces.payload * gravity @ tip - np.array([forces.force_x, forces.force_y]) @ tip)
 
-    q11, _, q21, _ = inverse_geometry(robot, 1, -1, *place)
+    q11, _, q21, _ = inverse_geometry(robot, (1, -1), *place)
     step = 1e-5
     wanted = (
         (energy(q11 + step, q21) - energy(q11 - step, q21)) / (2.0 * step),
@@ -192,11 +195,15 @@ def test_the_estimators_derivatives_know_the_weight_of_the_legs(robot: FiveBar, 
     robot = acted_on(robot, ALL._replace(moment_1=0.3, moment_2=-0.2))
     for state in regular_states(10, 3):
         place = (state.x, state.y, state.vx, state.vy)
-        found = acceleration_derivatives(robot, *working_mode(state), *place, 0.4, -0.3)
+        found = acceleration_derivatives(robot, working_mode(state), *place, Applied(0.4, -0.3, 0.0, 0.0))
         for axis, columns in enumerate(((found.p_xx, found.p_yx), (found.p_xy, found.p_yy))):
             step = np.eye(4)[axis] * 1e-6
             after, before = (
-                np.array(platform_acceleration(robot, *working_mode(state), *(place + sign * step).tolist(), 0.4, -0.3))
+                np.array(
+                    platform_acceleration(
+                        robot, working_mode(state), *(place + sign * step).tolist(), Applied(0.4, -0.3, 0.0, 0.0)
+                    )
+                )
                 for sign in (1.0, -1.0)
             )
             np.testing.assert_allclose(columns, (after - before) / 2e-6, rtol=1e-4, atol=1e-3)
@@ -213,12 +220,12 @@ def test_constraint_laws_get_the_acceleration_along_v1_while_the_platform_falls(
         ax, ay = alpha * svd.v_x + beta * svd.t_x, alpha * svd.v_y + beta * svd.t_y
         ddq11, ddq21 = joint_acceleration(state.leg1, ax, ay), joint_acceleration(state.leg2, ax, ay)
         weight = legs_weight(robot, state)
-        torque = resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, *weight, beta)
+        torque = resolved(resolution, robot, state, svd, Enforced(alpha, ddq11, ddq21, beta), Torque(*weight))
         motion = direct_dynamics(robot, state, *torque, *weight)
         assert svd.v_x * motion.ax + svd.v_y * motion.ay == pytest.approx(alpha, abs=1e-6)
         assert svd.t_x * motion.ax + svd.t_y * motion.ay == pytest.approx(beta, abs=1e-6)
         moving = Platform(state.x, state.y, state.vx, state.vy, motion.ax, motion.ay)
-        assert criterion_residual(robot, *working_mode(state), moving) == pytest.approx(0.0, abs=1e-6)
+        assert criterion_residual(robot, working_mode(state), moving) == pytest.approx(0.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("duration", [0.3, 0.6, 2.0])
@@ -232,7 +239,7 @@ def test_a_time_law_falls_with_the_platform_at_the_crossing(
     (crossing,) = plan.crossings
     assert plan.path.duration == duration
     at = plan.path.at(crossing.time)
-    state = state_from_platform(robot, 1, -1, *at[:4])
+    state = state_from_platform(robot, (1, -1), *at[:4])
     svd, (fall_x, fall_y) = parallel_svd(state), external_acceleration(robot)
     assert abs(svd.t_x * fall_x + svd.t_y * fall_y) > 5.0
     wanted = svd.t_x * fall_x + svd.t_y * fall_y
@@ -244,7 +251,7 @@ def test_a_time_law_falls_with_the_platform_at_the_crossing(
     torques = []
     for t in crossing.time + np.linspace(-2e-3, 2e-3, 9):
         moved = plan.path.at(float(t))
-        here = state_from_platform(robot, 1, -1, *moved[:4])
+        here = state_from_platform(robot, (1, -1), *moved[:4])
         if abs(det_a(here)) > 1e-6:
             torques.append(inverse_dynamics_of_platform(robot, here, moved.ax, moved.ay, *legs_weight(robot, here)))
     assert np.abs(torques).max() < 8.0
@@ -255,8 +262,8 @@ def test_a_time_law_falls_with_the_platform_at_the_crossing(
 def test_across_t_s_a_curved_path_has_one_pace_and_a_straight_one_none(x: float) -> None:
     """Torques 1 mm to 10 um from the locus: bounded at that pace, beyond any motor 10 % beside it."""
     robot, radius = under("dextar", VERTICAL), 0.025
-    y = brentq(lambda one: det_a(state_from_platform(robot, 1, -1, x, one, 0.0, 0.0)), 0.05, 0.1)
-    svd = parallel_svd(state_from_platform(robot, 1, -1, x, y, 0.0, 0.0))
+    y = brentq(lambda one: det_a(state_from_platform(robot, (1, -1), x, one, 0.0, 0.0)), 0.05, 0.1)
+    svd = parallel_svd(state_from_platform(robot, (1, -1), x, y, 0.0, 0.0))
     along, across = np.array((svd.v_x, svd.v_y)), np.array((svd.t_x, svd.t_y))
     fall = float(across @ external_force(robot)) / robot.mass
 
@@ -268,7 +275,7 @@ def test_across_t_s_a_curved_path_has_one_pace_and_a_straight_one_none(x: float)
         inwards = math.cos(turn) * right - math.sin(turn) * along
         sideways = 0.5 * way * turn * np.sinc(0.5 * turn / math.pi) ** 2
         place = np.array((x, y)) + way * np.sinc(turn / math.pi) * along + sideways * right
-        state = state_from_platform(robot, 1, -1, *place.tolist(), *(pace * heading).tolist())
+        state = state_from_platform(robot, (1, -1), *place.tolist(), *(pace * heading).tolist())
         ax, ay = (pace * pace * bend * inwards).tolist()
         return max(map(abs, inverse_dynamics_of_platform(robot, state, ax, ay, *legs_weight(robot, state))))
 
@@ -308,13 +315,10 @@ def test_other_time_laws_of_the_locus_are_refused() -> None:
 
 def test_a_release_is_not_planned_under_gravity() -> None:
     file = read_robot("dextar")
-    state = state_from_platform(file.five_bar(), 1, -1, 0.0, 0.0844926, 0.0, 0.0)
+    state = state_from_platform(file.five_bar(), (1, -1), 0.0, 0.0844926, 0.0, 0.0)
     with pytest.raises(ReleaseRefused, match="gravity or a constant force"):
-        finished(
-            plan_in_slices(
-                under("dextar", VERTICAL), file.tolerances, SafetySettings(), True, 500, state.leg1.q1, state.leg2.q1
-            )
-        )
+        task = ReleaseTask(under("dextar", VERTICAL), file.tolerances, SafetySettings(), True, 500)
+        finished(plan_in_slices(task, state.leg1.q1, state.leg2.q1))
 
 
 def test_what_a_constant_force_and_the_legs_take_is_taken_off_before_parameters_are_identified(
@@ -336,7 +340,7 @@ def test_what_a_constant_force_and_the_legs_take_is_taken_off_before_parameters_
 
 def fallen(robot: FiveBar, settings: PlantSettings) -> Vector:
     """Return the joints after 0.1 s without torque, from a rest; none of the plants is at the locus by then."""
-    plant = Plant(robot, joints_of(state_from_platform(robot, 1, -1, 0.01, 0.13, 0.0, 0.0))[:4], 500, settings)
+    plant = Plant(robot, joints_of(state_from_platform(robot, (1, -1), 0.01, 0.13, 0.0, 0.0))[:4], 500, settings)
     for _ in range(50):
         plant.advance((0.3, -0.3))
     return plant.joints
@@ -360,14 +364,14 @@ def test_all_plants_fall_alike(settings: PlantSettings, tolerance: float) -> Non
 
 def test_an_accelerometer_at_rest_measures_the_reaction_to_all_of_gravity() -> None:
     robot = under("dextar", ALL)
-    state = state_from_platform(robot, 1, -1, 0.01, 0.13, 0.0, 0.0)
+    state = state_from_platform(robot, (1, -1), 0.01, 0.13, 0.0, 0.0)
     plant = Plant(robot, joints_of(state)[:4], 500, PlantSettings())
     # the torque that holds it, friction at rest included
     held = inverse_dynamics_of_platform(robot, state, 0.0, 0.0, *legs_weight(robot, state))
     plant.advance((held[0] + robot.leg1.offset, held[1] + robot.leg2.offset))
     reading = plant.measure_imu()
     assert math.hypot(*reading.acceleration) == pytest.approx(STANDARD_GRAVITY, rel=1e-6)
-    check = ImuCheck(robot, 1, -1, 500, ImuSettings())
+    check = ImuCheck(robot, (1, -1), 500, ImuSettings())
     assert check.error(reading.acceleration, Platform(0.01, 0.13, 0.0, 0.0, 0.0, 0.0)) == pytest.approx(0.0, abs=1e-4)
 
 
@@ -409,11 +413,13 @@ def test_a_requested_motion_is_timed_anew_for_each_duration_and_crosses_as_the_f
     """On a level robot a time law fits every duration."""
     robot, follower = under("motkin", Forces(tilt=math.pi / 2.0)), default_tuning(find_controller("unified"))
     limits = motion_limits_of(follower, torque=0.15)
-    found = plan_transfer(robot, (1, -1), (0.0, 0.12), (0.0, 0.01), None, 500, follower, limits, Speed.COMFORTABLE)
+    found = plan_transfer(
+        Task(robot, (1, -1), 500, follower, limits), (0.0, 0.12), (0.0, 0.01), duration=Speed.COMFORTABLE
+    )
     assert found.course.time_law == "criterion"
     (crossing,) = found.plan.crossings
     moving = found.plan.path.at(crossing.time)
-    assert abs(criterion_residual(robot, 1, -1, moving)) < 1e-6 * robot.mass * 9.81
+    assert abs(criterion_residual(robot, (1, -1), moving)) < 1e-6 * robot.mass * 9.81
     assert math.hypot(moving.ax, moving.ay) > 5.0
 
 
@@ -439,7 +445,7 @@ def test_a_corner_that_bends_with_the_fall_is_passed_at_the_one_pace_of_the_fall
     robot, plan = planned("criterion", duration, payload=payload)
     (crossing,) = plan.crossings
     at = plan.path.at(crossing.time)
-    svd = parallel_svd(state_from_platform(robot, *ACROSS_MODE, *at[:4]))
+    svd = parallel_svd(state_from_platform(robot, ACROSS_MODE, *at[:4]))
     speed = math.hypot(at.vx, at.vy)
     assert abs(svd.t_x * at.vx + svd.t_y * at.vy) / speed < 0.1
     # the curvature by three places on the path, some 0.1 mm apart
@@ -455,14 +461,14 @@ def test_a_corner_that_bends_with_the_fall_is_passed_at_the_one_pace_of_the_fall
     torques = []
     for way in (1e-3, 1e-4, 1e-5, -1e-5, -1e-4, -1e-3):
         moved = plan.path.at(crossing.time + way / speed)
-        here = state_from_platform(robot, *ACROSS_MODE, *moved[:4])
+        here = state_from_platform(robot, ACROSS_MODE, *moved[:4])
         torques.append(inverse_dynamics_of_platform(robot, here, moved.ax, moved.ay, *legs_weight(robot, here)))
     assert np.abs(torques).max() < 2.0
     # with another pace, by a quarter, the torque has a pole there
     _, other = planned("quintic", 1.4)
     (crossing,) = other.crossings
     moved = other.path.at(crossing.time + 1e-5 / 0.2)
-    here = state_from_platform(robot, *ACROSS_MODE, *moved[:4])
+    here = state_from_platform(robot, ACROSS_MODE, *moved[:4])
     assert np.abs(inverse_dynamics_of_platform(robot, here, moved.ax, moved.ay, 0.0, 0.0)).max() > 100.0
 
 
@@ -498,7 +504,7 @@ def test_a_straight_line_across_the_fall_is_refused_with_the_corner_that_would_d
 def test_a_request_across_the_fall_is_bent_where_that_is_quicker_than_another_way() -> None:
     robot, follower = under("dextar", VERTICAL), default_tuning(find_controller("unified"))
     limits = motion_limits_of(follower, torque=2.5)
-    found = plan_transfer(robot, ACROSS_MODE, ACROSS_START, ACROSS_GOAL, None, 500, follower, limits)
+    found = plan_transfer(Task(robot, ACROSS_MODE, 500, follower, limits), ACROSS_START, ACROSS_GOAL)
     assert len(found.waypoints) == 3
     assert found.course.blend_radius[0] > 0.03
     assert found.plan.path.duration < 1.0
@@ -515,7 +521,7 @@ def test_a_quicker_way_with_a_rest_is_preferred_to_a_bend() -> None:
     tried = [along(task, course, Speed.COMFORTABLE) for course in bent_courses(task, start, goal)]
     bent = [one.plan.path.duration for one in tried if isinstance(one, Timed)]
     assert bent
-    found = plan_transfer(robot, (1, -1), start, goal, None, 500, follower, limits)
+    found = plan_transfer(Task(robot, (1, -1), 500, follower, limits), start, goal)
     assert not found.course.rounded
     assert found.plan.path.duration < min(bent)
     # a level robot is not bent

@@ -19,6 +19,7 @@ from fivebar_control.model.geometry import (
     wrap,
 )
 from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.state import WorkingMode
 from fivebar_description.parameters import FiveBar, LegParameters
 
 SIGN = st.sampled_from([-1, 1])
@@ -40,27 +41,27 @@ def reachable(robot: FiveBar, x: float, y: float, by: float) -> bool:
     return min(reach_margin(robot.leg1, x, y), reach_margin(robot.leg2, x, y)) > by
 
 
-@given(mode1=SIGN, mode2=SIGN, x=COORDINATE, y=COORDINATE)
+@given(mode=st.tuples(SIGN, SIGN), x=COORDINATE, y=COORDINATE)
 def test_inverse_geometry_closes_both_legs_with_elbows_on_the_wanted_sides(
-    robot: FiveBar, mode1: int, mode2: int, x: float, y: float
+    robot: FiveBar, mode: WorkingMode, x: float, y: float
 ) -> None:
     assume(reachable(robot, x, y, by=1e-4))
-    q = inverse_geometry(robot, mode1, mode2, x, y)
-    for leg, mode, q1, q2 in ((robot.leg1, mode1, q.q11, q.q12), (robot.leg2, mode2, q.q21, q.q22)):
+    q = inverse_geometry(robot, mode, x, y)
+    for leg, sign, q1, q2 in ((robot.leg1, mode[0], q.q11, q.q12), (robot.leg2, mode[1], q.q21, q.q22)):
         tip_x = leg.base_x + leg.proximal * math.cos(q1) + leg.distal * math.cos(q1 + q2)
         tip_y = leg.proximal * math.sin(q1) + leg.distal * math.sin(q1 + q2)
         # the angle of the distal link comes from its cosine, which magnifies rounding where the leg is nearly straight
         assert distance(tip_x, tip_y, x, y) < 2e-16 / abs(math.sin(q2))
-        assert elbow_side(leg, q1, x, y) * mode > 0.0
+        assert elbow_side(leg, q1, x, y) * sign > 0.0
         assert -math.pi < q1 <= math.pi
 
 
-@given(mode1=SIGN, mode2=SIGN, x=COORDINATE, y=COORDINATE)
-def test_direct_geometry_undoes_inverse_geometry(robot: FiveBar, mode1: int, mode2: int, x: float, y: float) -> None:
+@given(mode=st.tuples(SIGN, SIGN), x=COORDINATE, y=COORDINATE)
+def test_direct_geometry_undoes_inverse_geometry(robot: FiveBar, mode: WorkingMode, x: float, y: float) -> None:
     assume(reachable(robot, x, y, by=1e-4))
-    determinant = det_a(state_from_platform(robot, mode1, mode2, x, y, 0.0, 0.0))
+    determinant = det_a(state_from_platform(robot, mode, x, y, 0.0, 0.0))
     assume(abs(determinant) > 1e-3)
-    q = inverse_geometry(robot, mode1, mode2, x, y)
+    q = inverse_geometry(robot, mode, x, y)
     # the circles meet at the angle whose sine is det A, which magnifies rounding
     found = direct_geometry(robot, 1 if determinant > 0.0 else -1, q.q11, q.q21)
     assert distance(*found, x, y) < 1e-15 / abs(determinant)
@@ -72,11 +73,11 @@ def test_inverse_geometry_undoes_direct_geometry(robot: FiveBar, assembly: int, 
     x, y = direct_geometry(robot, assembly, q11, q21)
     assume(not math.isnan(x))
     assume(reachable(robot, x, y, by=1e-4))
-    modes = [1 if elbow_side(leg, q1, x, y) > 0.0 else -1 for leg, q1 in ((robot.leg1, q11), (robot.leg2, q21))]
-    determinant = det_a(state_from_platform(robot, modes[0], modes[1], x, y, 0.0, 0.0))
+    one, two = (1 if elbow_side(leg, q1, x, y) > 0.0 else -1 for leg, q1 in ((robot.leg1, q11), (robot.leg2, q21)))
+    determinant = det_a(state_from_platform(robot, (one, two), x, y, 0.0, 0.0))
     assume(abs(determinant) > 1e-3)
     assert determinant * assembly > 0.0
-    q = inverse_geometry(robot, modes[0], modes[1], x, y)
+    q = inverse_geometry(robot, (one, two), x, y)
     for found, wanted in ((q.q11, q11), (q.q21, q21)):
         # acos magnifies rounding towards Type 1, 1e-4 m away at worst
         assert abs(wrap(found - wanted)) < 1e-11
@@ -104,11 +105,11 @@ def test_both_assembly_modes_are_mirror_images_over_the_line_of_the_elbows(
 
 def test_posture_of_section_3_3(dextar: FiveBar) -> None:
     """The angles of 3.45. Its second column drops a sign: the distal links are stretched there, u2 = -u1."""
-    q = inverse_geometry(dextar, 1, -1, -0.06745, 0.03989)
+    q = inverse_geometry(dextar, (1, -1), -0.06745, 0.03989)
     printed = (3.1218, -2.6846, 2.0933, -4.7977)
     for angle, wanted in zip(q, printed, strict=True):
         assert abs(wrap(angle - wanted)) < 5e-4
-    state = state_from_platform(dextar, 1, -1, -0.06745, 0.03989, 0.0, 0.0)
+    state = state_from_platform(dextar, (1, -1), -0.06745, 0.03989, 0.0, 0.0)
     assert abs(det_a(state)) < 5e-4
     assert (state.leg1.u_x, state.leg1.u_y) == pytest.approx((0.9059, 0.4235), abs=2e-4)
     assert (state.leg2.u_x, state.leg2.u_y) == pytest.approx((-0.9060, -0.4235), abs=2e-4)
@@ -118,16 +119,16 @@ def test_the_vertical_path_meets_the_locus_where_the_distal_links_are_level(dext
     """Elbows outwards at (-+0.09, h): level distal links put the platform at h = sqrt(0.09^2 - 0.031^2)."""
     y = math.sqrt(0.0081 - 0.000961)
     assert y == pytest.approx(0.08449, abs=5e-6)
-    state = state_from_platform(dextar, 1, -1, 0.0, y, 0.0, 0.0)
+    state = state_from_platform(dextar, (1, -1), 0.0, y, 0.0, 0.0)
     assert abs(det_a(state)) < 1e-15
     assert (state.leg1.u_x, state.leg2.u_x) == pytest.approx((1.0, -1.0), abs=1e-15)
-    above, below = (det_a(state_from_platform(dextar, 1, -1, 0.0, y + offset, 0.0, 0.0)) for offset in (1e-6, -1e-6))
+    above, below = (det_a(state_from_platform(dextar, (1, -1), 0.0, y + offset, 0.0, 0.0)) for offset in (1e-6, -1e-6))
     assert above * below < 0.0
 
 
 @pytest.mark.parametrize(("x", "y"), [(0.0, 0.18), (0.15, 0.0), (0.3, 0.3)])
 def test_a_leg_that_cannot_reach_has_no_angles(dextar: FiveBar, x: float, y: float) -> None:
-    q = inverse_geometry(dextar, 1, -1, x, y)
+    q = inverse_geometry(dextar, (1, -1), x, y)
     out_of_reach = [math.hypot(x - leg.base_x, y) > 0.18 for leg in (dextar.leg1, dextar.leg2)]
     assert [math.isnan(q.q11), math.isnan(q.q21)] == out_of_reach
     assert [math.isnan(q.q12), math.isnan(q.q22)] == out_of_reach

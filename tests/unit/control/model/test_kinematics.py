@@ -49,7 +49,7 @@ def angles_along(robot: FiveBar, state: State, ax: float, ay: float) -> Vector:
     rows = [
         inverse_geometry(
             robot,
-            *modes(state),
+            modes(state),
             state.x + state.vx * t + 0.5 * ax * t * t,
             state.y + state.vy * t + 0.5 * ay * t * t,
         )
@@ -60,7 +60,7 @@ def angles_along(robot: FiveBar, state: State, ax: float, ay: float) -> Vector:
 
 def slow(state: State, robot: FiveBar) -> State:
     """The state at a fifth of its speed, so that five instants stay close together."""
-    return state_from_platform(robot, *modes(state), state.x, state.y, 0.2 * state.vx, 0.2 * state.vy)
+    return state_from_platform(robot, modes(state), state.x, state.y, 0.2 * state.vx, 0.2 * state.vy)
 
 
 @pytest.mark.parametrize("where", ["regular", "locus"])
@@ -157,12 +157,12 @@ def test_measured_platform_is_the_mean_of_both_legs(robot: FiveBar) -> None:
 
 
 def test_rates_are_undefined_at_type_1_and_out_of_reach(dextar: FiveBar) -> None:
-    stretched = state_from_platform(dextar, 1, -1, -0.059, 0.18, 0.1, 0.1)
+    stretched = state_from_platform(dextar, (1, -1), -0.059, 0.18, 0.1, 0.1)
     assert stretched.leg1.b == 0.0
     assert math.isnan(stretched.leg1.dq1)
     assert math.isnan(stretched.leg1.dtheta)
     assert math.isnan(joint_acceleration(stretched.leg1, 1.0, 1.0))
-    outside = state_from_platform(dextar, 1, -1, 0.0, 0.2, 0.1, 0.1)
+    outside = state_from_platform(dextar, (1, -1), 0.0, 0.2, 0.1, 0.1)
     assert all(math.isnan(number) for leg in (outside.leg1, outside.leg2) for number in leg)
     assert outside[2:] == (0.0, 0.2, 0.1, 0.1)
 
@@ -246,7 +246,7 @@ def test_both_motors_give_the_state_where_a_leg_is_stretched_too(robot: FiveBar,
         reach = leg.proximal + leg.distal
         angle = 1.1 if stretched == 0 else 2.0
         place = leg.base_x + reach * math.cos(angle), reach * math.sin(angle)
-        q = np.array(inverse_geometry(robot, -mode, mode, *place))
+        q = np.array(inverse_geometry(robot, (-mode, mode), *place))
         q[2 * stretched : 2 * stretched + 2] = angle, 0.0
         _, v, gap = loop.close(q, np.array([0.4, -0.7, 0.5, 0.3]))
         assert gap < 1e-12
@@ -295,6 +295,6 @@ def test_modes_are_where_the_elbows_and_the_platform_are(robot: FiveBar, regular
 def test_modes_at_the_singularities_are_declared(dextar: FiveBar) -> None:
     on_locus = state_from_joints(dextar, 1.0, -1.0, 2.0, -2.0, 0.3, 0.0, 0.4, 0.0)
     assert assembly_mode(on_locus) == -1
-    assert assembly_mode(state_from_platform(dextar, 1, -1, 9.0, 9.0, 0.0, 0.0)) == -1
+    assert assembly_mode(state_from_platform(dextar, (1, -1), 9.0, 9.0, 0.0, 0.0)) == -1
     assert elbow_side(0.0) == 1
     assert (elbow_side(1e-9), elbow_side(-1e-9)) == (-1, 1)

@@ -13,9 +13,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from fivebar_control.estimation.platform_motion import platform_acceleration
+from fivebar_control.estimation.platform_motion import Applied, platform_acceleration
 from fivebar_control.identification.regressor import platform_load
-from fivebar_control.laws.resolution import resolved
+from fivebar_control.laws.resolution import Enforced, resolved
+from fivebar_control.laws.torque import ZERO
 from fivebar_control.laws.unified import input_map
 from fivebar_control.model.dynamics import (
     direct_dynamics,
@@ -32,6 +33,7 @@ from fivebar_control.model.kinematics import (
     leg_from_joints,
     leg_from_platform,
     state_from_platform,
+    working_mode,
 )
 from fivebar_control.model.kinematics import platform_acceleration as platform_acceleration_of_motors
 from fivebar_control.model.singularity import parallel_svd
@@ -221,8 +223,8 @@ def test_all_forms_of_the_model_agree(where: str, data: st.DataObject) -> None:
     assert mapped is not None
     law = mapped.g_x1 * tau1 + mapped.g_x2 * tau2 + mapped.a0_x, mapped.g_y1 * tau1 + mapped.g_y2 * tau2 + mapped.a0_y
     np.testing.assert_allclose(law, wanted[2:4], atol=TOLERANCE * size)
-    place = elbow_side(state.leg1.sin_q2), elbow_side(state.leg2.sin_q2), state.x, state.y, state.vx, state.vy
-    filtered = platform_acceleration(robot, *place, tau1, tau2)
+    place = working_mode(state), state.x, state.y, state.vx, state.vy
+    filtered = platform_acceleration(robot, *place, Applied(tau1, tau2, 0.0, 0.0))
     np.testing.assert_allclose(filtered, wanted[2:4], atol=TOLERANCE * size)
 
 
@@ -230,7 +232,7 @@ def test_all_forms_of_the_model_agree(where: str, data: st.DataObject) -> None:
 def test_the_plant_of_the_bench_has_its_residual_inertias(where: tuple[float, float]) -> None:
     """Pinocchio's plant is made from the grouped parameters: masses at the tips, with inertias that are negative."""
     robot = load_robot("motkin")
-    state = state_from_platform(robot, 1, -1, *where, 0.1, -0.2)
+    state = state_from_platform(robot, (1, -1), *where, 0.1, -0.2)
     q, v = vectors(state)
     a = ClosedLoop(robot).acceleration(q, v, np.array([0.01, 0.0, -0.02, 0.0]))
     motion = direct_dynamics(robot, state, 0.01, -0.02, 0.0, 0.0)
@@ -251,7 +253,7 @@ def test_constraint_laws_get_the_acceleration_along_v1(resolution: int, case: Ca
     mass = np.array([[model.m_xx, model.m_xy], [model.m_xy, model.m_yy]])
     beta = float(-(t @ (model.h_x, model.h_y) + alpha * t @ mass @ v) / (t @ mass @ t))
     ddq11, ddq21 = (joint_acceleration(leg, *(alpha * v + beta * t).tolist()) for leg in state[:2])
-    torque = resolved(resolution, robot, state, svd, alpha, ddq11, ddq21, 0.0, 0.0, beta)
+    torque = resolved(resolution, robot, state, svd, Enforced(alpha, ddq11, ddq21, beta), ZERO)
     motion = direct_dynamics(robot, state, torque.tau1, torque.tau2, 0.0, 0.0)
     size = abs(alpha) + abs(beta) + max(abs(state.leg1.c), abs(state.leg2.c))
     np.testing.assert_allclose(v @ (motion.ax, motion.ay), alpha, atol=TOLERANCE * size)
@@ -259,7 +261,7 @@ def test_constraint_laws_get_the_acceleration_along_v1(resolution: int, case: Ca
     # and so the criterion says
     place = Platform(state.x, state.y, state.vx, state.vy, *(alpha * v + beta * t).tolist())
     modes = elbow_side(state.leg1.sin_q2), elbow_side(state.leg2.sin_q2)
-    assert abs(criterion_residual(robot, *modes, place)) <= TOLERANCE * robot.mass * size
+    assert abs(criterion_residual(robot, modes, place)) <= TOLERANCE * robot.mass * size
 
 
 @pytest.mark.parametrize("inertias", [(0.0, 0.0), (1e-6, 0.0), (0.0, -1e-6), (1e-6, -1e-6)])
@@ -276,12 +278,12 @@ def test_a_time_law_meets_the_criterion_with_residual_inertias() -> None:
     motion = plan.path.at(crossing.time)
     assert math.hypot(motion.ax, motion.ay) > 0.05
     scale = robot.mass * math.hypot(motion.ax, motion.ay)
-    assert abs(criterion_residual(robot, 1, -1, motion)) < 1e-6 * scale
+    assert abs(criterion_residual(robot, (1, -1), motion)) < 1e-6 * scale
 
 
 def test_a_motors_share_of_residual_inertias_is_not_identified_but_taken_off() -> None:
     robot = load_robot("motkin")
-    state = state_from_platform(robot, 1, -1, 0.02, 0.09, 0.3, -0.2)
+    state = state_from_platform(robot, (1, -1), 0.02, 0.09, 0.3, -0.2)
     motion = MotorMotion(state.leg1.q1, state.leg2.q1, state.leg1.dq1, state.leg2.dq1, 20.0, -35.0)
     load = platform_load(robot, assembly_mode(state), motion)
     torques = inverse_dynamics(robot, state, 20.0, -35.0, 0.0, 0.0)

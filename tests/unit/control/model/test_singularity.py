@@ -38,7 +38,7 @@ def modes(state: State) -> tuple[int, int]:
 
 
 def moved(robot: FiveBar, state: State, dx: float, dy: float) -> State:
-    return state_from_platform(robot, *modes(state), state.x + dx, state.y + dy, 0.0, 0.0)
+    return state_from_platform(robot, modes(state), state.x + dx, state.y + dy, 0.0, 0.0)
 
 
 def test_closed_form_equals_the_numerical_decomposition(regular_states: States, matrices: Matrices) -> None:
@@ -93,7 +93,7 @@ def test_elbows_of_equal_links_pass_each_other_by_the_motors_alone(dextar: FiveB
             continue
         elbow = elbow_position(dextar.leg1, joints[0])
         turned = state_from_platform(
-            dextar, *modes(here), elbow[0] + 0.09 * math.cos(s + 0.3), elbow[1] + 0.09 * math.sin(s + 0.3), 0.0, 0.0
+            dextar, modes(here), elbow[0] + 0.09 * math.cos(s + 0.3), elbow[1] + 0.09 * math.sin(s + 0.3), 0.0, 0.0
         )
         assert (turned.leg1.q1, turned.leg2.q1) == pytest.approx((joints[0], joints[2]), abs=1e-7)
         svd = parallel_svd(here)
@@ -107,7 +107,7 @@ def test_elbows_of_equal_links_pass_each_other_by_the_motors_alone(dextar: FiveB
             passing = float(np.hypot(*(ends[0] - ends[1]))) / (2.0 * step)
             cotangents = here.leg1.cos_q2 / here.leg1.sin_q2 - here.leg2.cos_q2 / here.leg2.sin_q2
             assert passing == pytest.approx(speed * across * abs(cotangents), abs=1e-4)
-            with_speed = state_from_platform(dextar, *modes(here), here.x, here.y, *velocity.tolist())
+            with_speed = state_from_platform(dextar, modes(here), here.x, here.y, *velocity.tolist())
             assert inverse_condition_rate(with_speed) == pytest.approx(passing / 0.18, abs=1e-3)
 
 
@@ -189,9 +189,9 @@ def test_type_2_distance_where_it_is_known(dextar: FiveBar) -> None:
     """On the axis of symmetry the locus is met straight ahead."""
     y = math.sqrt(0.0081 - 0.000961)
     for offset in (1e-5, -1e-5, 1e-4):
-        state = state_from_platform(dextar, 1, -1, 0.0, y + offset, 0.0, 0.0)
+        state = state_from_platform(dextar, (1, -1), 0.0, y + offset, 0.0, 0.0)
         assert type2_distance(dextar, state) == pytest.approx(abs(offset), rel=20.0 * abs(offset))
-    assert type2_distance(dextar, state_from_platform(dextar, 1, -1, 0.0, y, 0.0, 0.0)) < 1e-15
+    assert type2_distance(dextar, state_from_platform(dextar, (1, -1), 0.0, y, 0.0, 0.0)) < 1e-15
 
 
 def test_type_2_distance_where_both_distal_links_turn_alike_is_unknown(dextar: FiveBar) -> None:
@@ -213,16 +213,16 @@ def test_type_2_distance_of_distal_links_at_right_angles_is_a_number(dextar: Fiv
 
 
 def test_type_1_distance_and_margin(dextar: FiveBar) -> None:
-    state = state_from_platform(dextar, 1, -1, 0.03, 0.12, 0.0, 0.0)
+    state = state_from_platform(dextar, (1, -1), 0.03, 0.12, 0.0, 0.0)
     assert type1_distance(dextar, state) == pytest.approx(0.18 - math.hypot(0.089, 0.12), abs=1e-16)
-    near_base = state_from_platform(dextar, 1, -1, -0.05, 0.02, 0.0, 0.0)
+    near_base = state_from_platform(dextar, (1, -1), -0.05, 0.02, 0.0, 0.0)
     assert type1_distance(dextar, near_base) == pytest.approx(math.hypot(0.009, 0.02), abs=1e-16)
     assert type1_margin(state) == pytest.approx(min(abs(math.sin(state.leg1.q2)), abs(math.sin(state.leg2.q2))))
 
 
 @pytest.mark.parametrize("x", [-0.14, 0.14])
 def test_no_margin_where_one_leg_does_not_reach(dextar: FiveBar, x: float) -> None:
-    state = state_from_platform(dextar, 1, -1, x, 0.05, 0.0, 0.0)
+    state = state_from_platform(dextar, (1, -1), x, 0.05, 0.0, 0.0)
     assert math.isnan(state.leg1.sin_q2) != math.isnan(state.leg2.sin_q2)
     assert math.isnan(type1_margin(state))
 
@@ -238,10 +238,10 @@ def type_3_robot(dextar: FiveBar) -> FiveBar:
 
 def test_every_class_is_told(dextar: FiveBar) -> None:
     """Type 1 by |sin q_i2|, Type 2 by kappa, either by itself or both."""
-    regular = state_from_platform(dextar, 1, -1, 0.0, 0.13, 0.0, 0.0)
+    regular = state_from_platform(dextar, (1, -1), 0.0, 0.13, 0.0, 0.0)
     stretched = dextar.leg1.base_x + 0.18 * math.cos(1.1), 0.18 * math.sin(1.1)
-    serial = state_from_platform(dextar, 1, -1, *stretched, 0.0, 0.0)
-    parallel = state_from_platform(dextar, 1, -1, 0.0, math.sqrt(0.0081 - 0.000961), 0.0, 0.0)
+    serial = state_from_platform(dextar, (1, -1), *stretched, 0.0, 0.0)
+    parallel = state_from_platform(dextar, (1, -1), 0.0, math.sqrt(0.0081 - 0.000961), 0.0, 0.0)
     both = state_from_joints(type_3_robot(dextar), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert (both.x, both.y) == pytest.approx((0.15, 0.0), abs=1e-16)
     margins = [(type1_margin(one), inverse_condition(one)) for one in (regular, serial, parallel, both)]
@@ -254,6 +254,6 @@ def test_every_class_is_told(dextar: FiveBar) -> None:
 
 
 def test_distances_from_both_loci(dextar: FiveBar) -> None:
-    near = state_from_platform(dextar, 1, -1, 0.0, math.sqrt(0.0081 - 0.000961) + 1e-4, 0.0, 0.0)
+    near = state_from_platform(dextar, (1, -1), 0.0, math.sqrt(0.0081 - 0.000961) + 1e-4, 0.0, 0.0)
     assert type2_distance(dextar, near) == pytest.approx(1e-4, rel=2e-3)
     assert type1_distance(dextar, near) == pytest.approx(0.18 - math.hypot(0.059, near.y), abs=1e-16)

@@ -12,6 +12,7 @@ import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.singularity import FOLDED, STRETCHED
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning import alternative_courses, roadmap
 from fivebar_control.planning.alternative_courses import APART, PLACES, chart_for, courses_elsewhere
 from fivebar_control.planning.figures import DWELL, TORQUE
@@ -26,13 +27,13 @@ MODE = (1, -1)
 START, GOAL = (0.0, 0.15), (0.0, 0.02)
 
 
-def task(robot: FiveBar, working_mode: tuple[int, int] = MODE, **limits: object) -> Task:
+def task(robot: FiveBar, working_mode: WorkingMode = MODE, **limits: object) -> Task:
     follower = default_tuning(CONTROLLERS["unified"])
     return Task(robot, working_mode, 500, follower, MotionLimits()._replace(**limits))
 
 
 def test_each_course_crosses_once_and_elsewhere(robot: FiveBar) -> None:
-    known = plan_transfer(robot, MODE, START, GOAL, None, 500)
+    known = plan_transfer(Task(robot, MODE, 500), START, GOAL)
     found = list(courses_elsewhere(task(robot), START, GOAL, known.plan))
     assert 2 <= len(found) <= PLACES
     crossings = [known.crossings[0]]
@@ -52,10 +53,10 @@ def test_each_course_crosses_once_and_elsewhere(robot: FiveBar) -> None:
 
 
 def test_none_where_nothing_is_crossed_or_elbows_must_not_pass(robot: FiveBar) -> None:
-    beside = plan_transfer(robot, MODE, START, (0.02, 0.15), None, 500)
+    beside = plan_transfer(Task(robot, MODE, 500), START, (0.02, 0.15))
     assert not beside.crossings
     assert list(courses_elsewhere(task(robot), START, (0.02, 0.15), beside.plan)) == []
-    known = plan_transfer(robot, MODE, START, GOAL, None, 500)
+    known = plan_transfer(Task(robot, MODE, 500), START, GOAL)
     found = courses_elsewhere(task(robot, elbows_pass=False), START, GOAL, known.plan)
     branches = [transfer_along(task(robot), one).crossings[0].distal_links for one in found]
     assert set(branches) <= {STRETCHED}
@@ -67,7 +68,7 @@ def test_alternative_courses_where_elbows_pass_come_later_whichever_way_a_gate_i
 ) -> None:
     mode = (1, 1)
     wide = task(dextar, mode)
-    known = plan_transfer(dextar, mode, start, goal, None, 500)
+    known = plan_transfer(Task(dextar, mode, 500), start, goal)
     drawn, branches, lengths, costs = chart_for(wide).gates, [], [], []
     for timed in courses_elsewhere(wide, start, goal, known.plan):
         points = timed.course.waypoints
@@ -82,7 +83,7 @@ def test_alternative_courses_where_elbows_pass_come_later_whichever_way_a_gate_i
 
 @pytest.mark.extra
 def test_a_place_counts_only_where_the_whole_course_keeps_the_limits(dextar: FiveBar) -> None:
-    known = plan_transfer(dextar, MODE, START, GOAL, None, 500)
+    known = plan_transfer(Task(dextar, MODE, 500), START, GOAL)
 
     def dwells(limit: float) -> list[float]:
         found = []
@@ -101,7 +102,7 @@ def test_a_place_counts_only_where_the_whole_course_keeps_the_limits(dextar: Fiv
 
 
 def test_no_gate_is_tried_when_the_time_is_over(robot: FiveBar, monkeypatch: pytest.MonkeyPatch) -> None:
-    known = plan_transfer(robot, MODE, START, GOAL, None, 500)
+    known = plan_transfer(Task(robot, MODE, 500), START, GOAL)
     assert list(courses_elsewhere(task(robot), START, GOAL, known.plan, time.monotonic())) == []
     # the map is drawn before what is looked at in it is counted
     gates = chart_for(task(robot)).gates

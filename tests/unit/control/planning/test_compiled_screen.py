@@ -78,7 +78,7 @@ def test_where_a_way_crosses_the_locus(
 
     def places() -> tuple[float, ...]:
         locus_fractions.cache_clear()
-        return locus_fractions(dextar, plan.mode1, plan.mode2, way)
+        return locus_fractions(dextar, plan.mode, way)
 
     found = places()
     assert len(found) == 1

@@ -60,7 +60,7 @@ def dense(robot: FiveBar, plan: Plan, steps: int) -> list[tuple[float, float]]:
     found = []
     for t in np.linspace(0.0, plan.path.duration, steps + 1).tolist():
         p = plan.path.at(t)
-        found.append((t, inverse_condition(state_from_platform(robot, 1, -1, p.x, p.y, p.vx, p.vy))))
+        found.append((t, inverse_condition(state_from_platform(robot, (1, -1), p.x, p.y, p.vx, p.vy))))
     return found
 
 
@@ -73,7 +73,7 @@ def test_off_the_locus_the_torque_is_what_pinocchio_needs(dextar: FiveBar, follo
     peak = 0.0
     for sample in range(plan.path.samples(RATE_HZ) + 1):
         p = plan.path.at(sample / RATE_HZ)
-        reference = reference_from_platform(dextar, 1, -1, p)
+        reference = reference_from_platform(dextar, (1, -1), p)
         leg1, leg2 = reference.state.leg1, reference.state.leg2
         torque = needed(sample, reference)
         q = np.array([leg1.q1, leg1.q2, leg2.q1, leg2.q2])
@@ -199,8 +199,8 @@ def test_the_motor_speed_is_that_of_the_difference_quotient(dextar: FiveBar) -> 
     largest = 0.0
     for t in np.linspace(0.0, 0.8, 4001).tolist():
         before, after = plan.path.at(t - step), plan.path.at(t + step)
-        one = state_from_platform(dextar, 1, -1, before.x, before.y, 0.0, 0.0)
-        other = state_from_platform(dextar, 1, -1, after.x, after.y, 0.0, 0.0)
+        one = state_from_platform(dextar, (1, -1), before.x, before.y, 0.0, 0.0)
+        other = state_from_platform(dextar, (1, -1), after.x, after.y, 0.0, 0.0)
         largest = max(
             largest,
             abs(other.leg1.q1 - one.leg1.q1) / (2.0 * step),
@@ -269,7 +269,7 @@ def test_a_crossing_between_two_samples_is_a_stay(dextar: FiveBar) -> None:
     (crossing,) = plan.crossings
     for sample in range(plan.path.samples(25) + 1):
         p = plan.path.at(sample / 25)
-        assert inverse_condition(state_from_platform(dextar, 1, -1, p.x, p.y, p.vx, p.vy)) > 0.05
+        assert inverse_condition(state_from_platform(dextar, (1, -1), p.x, p.y, p.vx, p.vy)) > 0.05
     (dwell,) = dwells_near_locus(dextar, plan, 25)
     assert dwell.start < crossing.time < dwell.end
     assert dwell.end - dwell.start == pytest.approx(2.0 * 0.05 / crossing.kappa_rate, rel=0.02)
@@ -284,7 +284,7 @@ def test_a_speed_that_is_unknown_of_either_motor_is_not_feasible(dextar: FiveBar
         for number, parameters in enumerate((dextar.leg1, dextar.leg2), start=1)
     )
     robot = dextar._replace(leg1=one, leg2=two)
-    state = state_from_platform(robot, 1, -1, 0.0, 0.15, 0.0, 0.0)
+    state = state_from_platform(robot, (1, -1), 0.0, 0.15, 0.0, 0.0)
     assert math.isnan(state.leg1.dq1) == (leg == 1)
     assert math.isnan(state.leg2.dq1) == (leg == 2)
     found = figure(screen(robot, plan, RATE_HZ, UNIFIED, MotionLimits()), SPEED)

@@ -183,14 +183,14 @@ def test_without_loads_there_is_no_such_figure() -> None:
 def test_the_planner_makes_a_crossing_quick_enough_and_refuses_what_cannot_be() -> None:
     limits = MotionLimits(loads=BORNE._replace(push=1.0))
     start, goal = (0.0, 0.15), (0.0, 0.02)
-    free = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, MotionLimits())
-    loaded = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits)
+    free = plan_transfer(Task(ROBOT, (1, -1), 500, UNIFIED, MotionLimits()), start, goal)
+    loaded = plan_transfer(Task(ROBOT, (1, -1), 500, UNIFIED, limits), start, goal)
     figure = loaded.feasibility.figure(LOADS)
     assert figure is not None
     assert figure.value <= 1e-3 < figure.limit == 2e-3
     assert loaded.durations < free.durations
     with pytest.raises(TransferRefused, match=LOADS):
-        plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits, duration=2.5)
+        plan_transfer(Task(ROBOT, (1, -1), 500, UNIFIED, limits), start, goal, duration=2.5)
     task = Task(ROBOT, (1, -1), 500, UNIFIED, MotionLimits(loads=Loads(push=30.0)))
     assert "no shorter duration bears the loads" in str(slowest_pace(task, Course((start, goal))))
 
@@ -215,7 +215,7 @@ def test_under_loads_the_planner_takes_the_time_law_that_keeps_nearer(
     start: tuple[float, float], goal: tuple[float, float], push: float, chosen: str
 ) -> None:
     limits = MotionLimits(loads=Loads(push=push))
-    transfer = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits)
+    transfer = plan_transfer(Task(ROBOT, (1, -1), 500, UNIFIED, limits), start, goal)
     verdicts = by_law(transfer, limits)
     assert all(verdict.feasible for verdict in verdicts.values())
     ratio = verdicts[OPTIMAL].expected_distance / verdicts[QUINTIC].expected_distance
@@ -249,7 +249,7 @@ def test_under_loads_the_planner_takes_the_slower_duration_unless_it_takes_the_p
     start: tuple[float, float], goal: tuple[float, float], factor: float
 ) -> None:
     limits = MotionLimits(loads=Loads(push=0.3))
-    transfer = plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, limits)
+    transfer = plan_transfer(Task(ROBOT, (1, -1), 500, UNIFIED, limits), start, goal)
     other = transfer._replace(durations=tuple(round(500 * factor * one) / 500 for one in transfer.durations))
     best = min(verdict.expected_distance for verdict in by_law(other, limits).values() if verdict.feasible)
     assert best > 1.05 * transfer.feasibility.expected_distance
@@ -257,9 +257,9 @@ def test_under_loads_the_planner_takes_the_slower_duration_unless_it_takes_the_p
 
 def test_without_loads_or_a_crossing_the_planner_keeps_the_polynomial() -> None:
     start, goal = (0.0, 0.15), (0.0, 0.02)
-    assert plan_transfer(ROBOT, (1, -1), start, goal, None, 500, UNIFIED, MotionLimits()).course.time_law == QUINTIC
+    assert plan_transfer(Task(ROBOT, (1, -1), 500, UNIFIED, MotionLimits()), start, goal).course.time_law == QUINTIC
     loaded = MotionLimits(loads=BORNE)
-    assert plan_transfer(ROBOT, (1, -1), start, (0.03, 0.13), None, 500, UNIFIED, loaded).course.time_law == QUINTIC
+    assert plan_transfer(Task(ROBOT, (1, -1), 500, UNIFIED, loaded), start, (0.03, 0.13)).course.time_law == QUINTIC
 
 
 def test_the_longest_duration_is_found_beside_a_shorter_one_that_does_not_do() -> None:

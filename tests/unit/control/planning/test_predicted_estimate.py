@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.constants import estimator_model
+from fivebar_control.estimation.constants import Instrumentation, estimator_model
 from fivebar_control.estimation.encoder import angle_variance, next_angle, repetitions
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
@@ -54,13 +54,15 @@ def test_the_estimator_finds_itself_as_uncertain_as_predicted(dextar: FiveBar, g
     assert sensing.declared
     assert not sensing._replace(tolerances=EXACT).declared
     estimate = predict_estimate(dextar, plan, RATE_HZ, sensing, predicted)
-    home = homing_at(dextar, 1, -1, 0.0, 0.12)
-    estimator = StateEstimator(dextar, home, RATE_HZ, sensing.drives, sensing.settings, TOLERANCES, encoder)
-    model = estimator_model(dextar, 1, -1, RATE_HZ, sensing.drives, sensing.settings, TOLERANCES)
+    home = homing_at(dextar, (1, -1), 0.0, 0.12)
+    estimator = StateEstimator(
+        dextar, home, Instrumentation(RATE_HZ, sensing.drives, sensing.settings, TOLERANCES, encoder)
+    )
+    model = estimator_model(dextar, (1, -1), Instrumentation(RATE_HZ, sensing.drives, sensing.settings, TOLERANCES))
     applied = 0.0, 0.0
     largest, closest = 0.0, math.inf
     for number, moment in enumerate(predicted.moments):
-        q11, q12, q21, q22 = inverse_geometry(dextar, 1, -1, moment.x, moment.y)
+        q11, q12, q21, q22 = inverse_geometry(dextar, (1, -1), moment.x, moment.y)
         rate = leg_motion(dextar.leg2, -1, *moment[:4]).dtheta
         readings = [LateReading(GYROSCOPE, number, rate)] if gyro else []
         readings += [LateReading(PASSIVE, number, (q12, q22)[leg - 1])] if leg else []

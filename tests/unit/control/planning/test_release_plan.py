@@ -14,7 +14,7 @@ from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, det_a, state_from_joints, state_from_platform
 from fivebar_control.model.singularity import inverse_condition, parallel_svd
 from fivebar_control.model.state import State
-from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, finished, plan_in_slices
+from fivebar_control.planning.release import CLEAR, ReleasePlan, ReleaseRefused, ReleaseTask, finished, plan_in_slices
 from fivebar_control.planning.release_drive import (
     NO_DRIVE,
     ReleaseDrive,
@@ -64,18 +64,18 @@ def on_the_locus(robot: FiveBar, x: float, sign: int, beside: float = 0.0) -> St
     low, high = sign * 0.05, sign * 0.1
     for _ in range(60):
         middle = 0.5 * (low + high)
-        ends = [det_a(state_from_platform(robot, sign, -sign, x, y, 0.0, 0.0)) for y in (low, middle)]
+        ends = [det_a(state_from_platform(robot, (sign, -sign), x, y, 0.0, 0.0)) for y in (low, middle)]
         low, high = (middle, high) if ends[0] * ends[1] > 0.0 else (low, middle)
-    at = state_from_platform(robot, sign, -sign, x, low, 0.0, 0.0)
+    at = state_from_platform(robot, (sign, -sign), x, low, 0.0, 0.0)
     svd = parallel_svd(at)
-    return state_from_platform(robot, sign, -sign, x + beside * svd.t_x, low + beside * svd.t_y, 0.0, 0.0)
+    return state_from_platform(robot, (sign, -sign), x + beside * svd.t_x, low + beside * svd.t_y, 0.0, 0.0)
 
 
 def folded(robot: FiveBar, heading: float) -> State:
     """A robot at rest whose elbows are 2 um apart, with its platform in a direction from them."""
     x, y = COMMON[0] + 0.08999 * math.cos(heading), COMMON[1] + 0.08999 * math.sin(heading)
-    modes = [1 if (x - base) * COMMON[1] + y * base > 0.0 else -1 for base in (-0.059, 0.059)]
-    return state_from_platform(robot, *modes, x, y, 0.0, 0.0)
+    one, two = (1 if (x - base) * COMMON[1] + y * base > 0.0 else -1 for base in (-0.059, 0.059))
+    return state_from_platform(robot, (one, two), x, y, 0.0, 0.0)
 
 
 def in_mujoco(robot: FiveBar, state: State, **effects: object) -> MujocoMotion:
@@ -171,15 +171,14 @@ def driven_plan(
 ) -> ReleasePlan:
     """A release without a gyroscope."""
     q11, q21 = state.leg1.q1, state.leg2.q1
-    return finished(plan_in_slices(robot, tolerances, limits, UNKNOWN, RATE, q11, q21, None, False, loads))
+    return finished(plan_in_slices(ReleaseTask(robot, tolerances, limits, UNKNOWN, RATE, loads), q11, q21, None, False))
 
 
 def driven_along(robot: FiveBar, state: State, length: float, duration: float) -> ReleaseDrive:
     """A drive from the locus along v1, against it for a negative length."""
     svd, sign = parallel_svd(state), math.copysign(1.0, length)
     return NO_DRIVE._replace(
-        mode1=1,
-        mode2=-1,
+        mode=(1, -1),
         x=state.x,
         y=state.y,
         d_x=sign * svd.v_x,
@@ -354,17 +353,19 @@ def test_a_drive_that_the_motors_do_not_follow_is_given_up(dextar: FiveBar) -> N
 def test_a_plan_of_a_drive_leaves_time_between_its_slices(dextar: FiveBar) -> None:
     state = on_the_locus(dextar, *STRETCHED["centre"])
     q11, q21 = state.leg1.q1, state.leg2.q1
-    loads = Loads(passive=0.001)
-    planned = plan_in_slices(dextar, CALIBRATED, LIMITS, UNKNOWN, RATE, q11, q21, None, False, loads)
+    task = ReleaseTask(dextar, CALIBRATED, LIMITS, UNKNOWN, RATE, Loads(passive=0.001))
+    planned = plan_in_slices(task, q11, q21, None, False)
     assert sum(1 for _ in planned) > 20
-    pressed = plan_in_slices(dextar, CALIBRATED, LIMITS, UNKNOWN, RATE, q11, q21)
+    pressed = plan_in_slices(task, q11, q21)
     assert sum(1 for _ in pressed) == 0
 
 
 def plan_of(
     robot: FiveBar, state: State, limits: Limits = LIMITS, platform: tuple[float, float] | None = None
 ) -> ReleasePlan:
-    return finished(plan_in_slices(robot, KNOWN, limits, UNKNOWN, RATE, state.leg1.q1, state.leg2.q1, platform))
+    return finished(
+        plan_in_slices(ReleaseTask(robot, KNOWN, limits, UNKNOWN, RATE), state.leg1.q1, state.leg2.q1, platform)
+    )
 
 
 def release(robot: FiveBar, plan: ReleasePlan, motion: MujocoMotion) -> tuple[ReleaseMemory, State]:
@@ -415,7 +416,7 @@ def test_elbows_in_one_place_are_opened_to_the_mode_that_was_planned(dextar: Fiv
 
 def test_what_is_not_known_is_refused_with_the_reason(dextar: FiveBar) -> None:
     centre, together = on_the_locus(dextar, 0.0, 1), folded(dextar, 0.4)
-    away = state_from_platform(dextar, 1, -1, 0.0, 0.12, 0.0, 0.0)
+    away = state_from_platform(dextar, (1, -1), 0.0, 0.12, 0.0, 0.0)
     place = together.x, together.y
     above = LIMITS._replace(workspace=Area(-0.1, 0.1, 0.08, 0.2))
 
@@ -425,7 +426,7 @@ def test_what_is_not_known_is_refused_with_the_reason(dextar: FiveBar) -> None:
         return str(caught.value)
 
     assert refusal(away).startswith("not near the Type 2 locus: the platform is 33.4 mm beside")
-    beside = state_from_platform(dextar, -1, 1, 0.0, 0.12, 0.0, 0.0)
+    beside = state_from_platform(dextar, (-1, 1), 0.0, 0.12, 0.0, 0.0)
     assert refusal(beside).startswith("not near the Type 2 locus")
     assert "anywhere on a circle" in refusal(together)
     assert "from the elbows: expected 90.0 mm within 10 mm" in refusal(together, platform=(0.0, 0.0))
@@ -434,7 +435,8 @@ def test_what_is_not_known_is_refused_with_the_reason(dextar: FiveBar) -> None:
     )
     assert refusal(centre, limits=LIMITS._replace(torque_limit=1.0)).startswith("the motors need 1.3 Nm")
     with pytest.raises(ReleaseRefused, match=r"elbows_pass: false"):
-        finished(plan_in_slices(dextar, KNOWN, LIMITS, False, RATE, together.leg1.q1, together.leg2.q1, place))
+        task = ReleaseTask(dextar, KNOWN, LIMITS, False, RATE)
+        finished(plan_in_slices(task, together.leg1.q1, together.leg2.q1, place))
 
 
 def steps(plan: ReleasePlan, angles: object, rate: object, samples: int = 3000) -> tuple[ReleaseMemory, float]:
@@ -498,7 +500,7 @@ def test_the_gyroscope_decides_between_two_hypotheses_that_the_encoders_fit_alik
     def turned(number: int) -> float:
         q11, q21 = angles(number)
         x, y = direct_geometry(dextar, assembly, q11, q21)
-        at = inverse_geometry(dextar, 1, -1, x, y)
+        at = inverse_geometry(dextar, (1, -1), x, y)
         return one.start if math.isnan(x) else at.q21 + at.q22
 
     memory, _ = steps(plan, angles, lambda number: RATE * math.remainder(turned(number) - turned(number - 1), math.tau))

@@ -59,7 +59,7 @@ def test_the_path_is_kept_and_every_crossing_meets_the_criterion(dextar: FiveBar
     plan = plan_along(dextar, path, MODE, 500)
     (crossing,) = plan.crossings
     motion = path.at(crossing.time)
-    force = criterion_residual(dextar, *MODE, motion)
+    force = criterion_residual(dextar, MODE, motion)
     assert abs(force) < 0.02 * dextar.mass * math.hypot(motion.ax, motion.ay) + 1e-3
     places = np.array([path.at(t)[:2] for t in np.linspace(0.0, path.duration, 2001)])
     assert max(np.min(np.hypot(*(places - np.array(row)).T)) for row in BENT) < 1e-4
@@ -77,10 +77,10 @@ def test_gravity_in_the_plane_is_counted_with() -> None:
     (crossing,) = plan_along(robot, path, MODE, 500).crossings
     motion = path.at(crossing.time)
     weight = robot.mass * 9.81
-    assert abs(criterion_residual(robot, *MODE, motion)) < 0.05 * weight
+    assert abs(criterion_residual(robot, MODE, motion)) < 0.05 * weight
     # the platform falls while it crosses: without acceleration its weight alone would be left over
     still = motion._replace(ax=0.0, ay=0.0)
-    assert abs(criterion_residual(robot, *MODE, still)) > 0.5 * weight
+    assert abs(criterion_residual(robot, MODE, still)) > 0.5 * weight
 
 
 def test_less_torque_takes_longer(dextar: FiveBar) -> None:

@@ -39,10 +39,10 @@ def simulated_hold(plan: Plan, moment: float, held: float) -> float:
         return needed(round(t * GRID_HZ), desired_at(ROBOT, plan, t, plan.path.at(t)))
 
     start = plan.path.at(moment)
-    one = other = state_from_platform(ROBOT, plan.mode1, plan.mode2, *start[:4])
+    one = other = state_from_platform(ROBOT, plan.mode, *start[:4])
     for step in range(1, round(held * GRID_HZ) + 1):
-        one = advanced(ROBOT, plan.mode1, plan.mode2, one, planned(first), 1.0 / GRID_HZ, 1)
-        other = advanced(ROBOT, plan.mode1, plan.mode2, other, planned(first + step), 1.0 / GRID_HZ, 1)
+        one = advanced(ROBOT, plan.mode, one, planned(first), 1.0 / GRID_HZ, 1)
+        other = advanced(ROBOT, plan.mode, other, planned(first + step), 1.0 / GRID_HZ, 1)
     return math.hypot(one.x - other.x, one.y - other.y)
 
 

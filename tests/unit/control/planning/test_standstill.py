@@ -26,7 +26,7 @@ def standing(robot: FiveBar, state: State, tolerances: Tolerances = EXACT) -> St
 
 
 def test_away_from_the_locus_both_assembly_modes_are_named(dextar: FiveBar) -> None:
-    state = state_from_platform(dextar, 1, -1, 0.02, 0.12, 0.0, 0.0)
+    state = state_from_platform(dextar, (1, -1), 0.02, 0.12, 0.0, 0.0)
     stand = standing(dextar, state)
     here, there = (stand.plus, stand.minus) if det_a(state) > 0.0 else (stand.minus, stand.plus)
     assert here == pytest.approx((0.02, 0.12), abs=1e-12)
@@ -39,7 +39,7 @@ def test_away_from_the_locus_both_assembly_modes_are_named(dextar: FiveBar) -> N
 
 def test_the_gap_varies_as_the_tolerances_let_the_elbows_vary(dextar: FiveBar) -> None:
     """Against difference quotients: one tolerance after the other, each uniform."""
-    angles = inverse_geometry(dextar, 1, -1, 0.01, 0.09)
+    angles = inverse_geometry(dextar, (1, -1), 0.01, 0.09)
     step = 1e-6
 
     def gap(robot: FiveBar, q11: float, q21: float) -> float:
@@ -68,7 +68,7 @@ def test_the_gap_varies_as_the_tolerances_let_the_elbows_vary(dextar: FiveBar) -
 @pytest.mark.parametrize("offset", [3e-4, -3e-4])
 def test_the_torque_makes_it_fall_to_its_side_and_the_gyroscope_tells_which(dextar: FiveBar, offset: float) -> None:
     """Just beside the locus the model knows the side; half a second of the torque moves it out of the way."""
-    state = state_from_platform(dextar, 1, -1, 0.0, LOCUS_Y + offset, 0.0, 0.0)
+    state = state_from_platform(dextar, (1, -1), 0.0, LOCUS_Y + offset, 0.0, 0.0)
     side = det_a(state)
     stand = standing(dextar, state, Tolerances(length=1e-4))
     assert stand.near
@@ -76,7 +76,7 @@ def test_the_torque_makes_it_fall_to_its_side_and_the_gyroscope_tells_which(dext
     assert any(f"{stand.tau1:+.3f} Nm" in sentence for sentence in way_out(stand))
     torque = Torque(stand.tau1, stand.tau2)
     while abs(state.y - LOCUS_Y) < 5e-3:
-        state = advanced(dextar, 1, -1, state, torque, 1e-3, 1)
+        state = advanced(dextar, (1, -1), state, torque, 1e-3, 1)
         assert abs(state.leg1.dq1) < 10.0
     assert det_a(state) * side > 0.0
     assert mode_by_turn(stand, state.leg2.dtheta, 0.03) == (1 if side > 0.0 else -1)
@@ -84,7 +84,7 @@ def test_the_torque_makes_it_fall_to_its_side_and_the_gyroscope_tells_which(dext
 
 
 def test_elbows_too_far_apart_put_it_on_the_locus(dextar: FiveBar) -> None:
-    state = state_from_platform(dextar, 1, -1, 0.0, LOCUS_Y, 0.0, 0.0)
+    state = state_from_platform(dextar, (1, -1), 0.0, LOCUS_Y, 0.0, 0.0)
     found = standstill_at(dextar, EXACT, state.leg1.q1 + 0.01, state.leg2.q1 - 0.01)
     assert found is not None
     assert found.gap < 0.0

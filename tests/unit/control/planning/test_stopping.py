@@ -50,7 +50,7 @@ def test_a_stop_near_the_locus_is_put_off(earliest: float) -> None:
     assert stop.begin > 0.5
     for number in range(20):
         place = stop.at(stop.begin + stop.slowing * number / 19)
-        kappa = inverse_condition(state_from_platform(load_robot("dextar"), 1, -1, place.x, place.y, 0.0, 0.0))
+        kappa = inverse_condition(state_from_platform(load_robot("dextar"), (1, -1), place.x, place.y, 0.0, 0.0))
         assert kappa >= MotionLimits().rest
 
 

@@ -29,7 +29,7 @@ def planned(robot: FiveBar, joints: tuple[str, ...], *points: TimedPoint) -> Pla
 
 
 def motors_at(robot: FiveBar, x: float, y: float) -> tuple[float, float]:
-    state = state_from_platform(robot, *MODE, x, y, 0.0, 0.0)
+    state = state_from_platform(robot, MODE, x, y, 0.0, 0.0)
     return state.leg1.q1, state.leg2.q1
 
 

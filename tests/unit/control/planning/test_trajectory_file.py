@@ -10,8 +10,8 @@ import pytest
 
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.kinematics import state_from_platform
-from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.orders import TimedPoint
+from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.point_planning import plan_points
 from fivebar_control.planning.timed_points import MOST_POINTS
 from fivebar_control.planning.trajectory_file import (
@@ -52,7 +52,7 @@ def there_and_back(*, rows: int, crossing: float, rest: float = 0.0) -> list[str
 def refusal(robot: FiveBar, file: TrajectoryFile) -> str:
     follower = default_tuning(CONTROLLERS["unified"])
     with pytest.raises(PlanRefused) as refused:
-        plan_points(robot, request_of(robot, FollowedFile(file, TOP, MODE)), 500, follower, MotionLimits(), None)
+        plan_points(Task(robot, MODE, 500, follower), request_of(robot, FollowedFile(file, TOP, MODE)))
     return str(refused.value)
 
 
@@ -148,7 +148,7 @@ def test_rows_after_time_0_begin_where_the_robot_rests(tmp_path: Path, dextar: F
 
 
 def test_motors_are_followed_by_the_motors(tmp_path: Path, dextar: FiveBar) -> None:
-    begin, end = (state_from_platform(dextar, *MODE, 0.0, y, 0.0, 0.0) for y in (0.15, 0.14))
+    begin, end = (state_from_platform(dextar, MODE, 0.0, y, 0.0, 0.0) for y in (0.15, 0.14))
     rows = [f"{t},{state.leg1.q1!r},{state.leg2.q1!r}" for t, state in ((0, begin), (1, end))]
     plan = plan_file(dextar, FollowedFile(file_of(tmp_path, "t,q11,q21", *rows), TOP, MODE), 100)
     there = plan.path.at(1.0)

@@ -15,6 +15,7 @@ from fivebar_control.laws.registry import CONTROLLERS, TunedController, default_
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_control.model.singularity import distal_links, inverse_condition
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of
 from fivebar_control.planning.pacing import NoPace, Task, pace_of, retimed, slowest_pace
@@ -33,13 +34,13 @@ ROBOTS = {name: load_robot(name) for name in ("dextar", "unequal")}
 UNIFIED, BLENDED = (default_tuning(CONTROLLERS[name]) for name in ("unified", "multi_cartesian"))
 
 
-def expect_feasible(robot: FiveBar, mode: tuple[int, int], transfer: Transfer, limits: MotionLimits) -> None:
+def expect_feasible(robot: FiveBar, mode: WorkingMode, transfer: Transfer, limits: MotionLimits) -> None:
     """Look at four times as many moments as a controller does, with the equations of the model only."""
     path = transfer.plan.path
     near_since, crossings, before = None, 0, 0.0
     for t in np.linspace(0.0, path.duration, round(path.duration * RATE_HZ * 4) + 1).tolist():
         p = path.at(t)
-        state = state_from_platform(robot, *mode, p.x, p.y, p.vx, p.vy)
+        state = state_from_platform(robot, mode, p.x, p.y, p.vx, p.vy)
         assert min(abs(state.leg1.sin_q2), abs(state.leg2.sin_q2)) >= limits.serial_margin - 1e-5
         assert max(abs(state.leg1.dq1), abs(state.leg2.dq1)) <= 0.9 * limits.motor_speed * 1.001
         determinant = det_a(state)
@@ -75,7 +76,7 @@ coordinate = st.floats(-0.18, 0.18)
 )
 def test_any_two_rests_get_a_feasible_motion_or_a_reason(
     name: str,
-    mode: tuple[int, int],
+    mode: WorkingMode,
     follower: TunedController,
     speed: Speed,
     start: tuple[float, float],
@@ -85,7 +86,7 @@ def test_any_two_rests_get_a_feasible_motion_or_a_reason(
     assume(all(rest_problem(robot, mode, *point, limits) is None for point in (start, goal)))
     assume(math.dist(start, goal) > 1e-3)
     try:
-        transfer = plan_transfer(robot, mode, start, goal, None, RATE_HZ, follower, limits, speed)
+        transfer = plan_transfer(Task(robot, mode, RATE_HZ, follower, limits), start, goal, duration=speed)
     except TransferRefused as refusal:
         assert "expected" in str(refusal) or "no gate" in str(refusal)
         return
@@ -95,7 +96,7 @@ def test_any_two_rests_get_a_feasible_motion_or_a_reason(
     assert len(transfer.crossings) % 2 == parted
 
 
-def random_rests(robot: FiveBar, mode: tuple[int, int], seed: int) -> tuple[tuple[float, float], tuple[float, float]]:
+def random_rests(robot: FiveBar, mode: WorkingMode, seed: int) -> tuple[tuple[float, float], tuple[float, float]]:
     random = np.random.default_rng(seed)
     found: list[tuple[float, float]] = []
     while len(found) < 2:
@@ -111,11 +112,11 @@ def test_nearly_every_pair_is_joined(dextar: FiveBar) -> None:
     for seed in range(8):
         mode = WORKING_MODES[seed % 4]
         start, goal = random_rests(dextar, mode, seed)
-        plan_transfer(dextar, mode, start, goal, None, RATE_HZ)
+        plan_transfer(Task(dextar, mode, RATE_HZ), start, goal)
 
 
 def test_a_straight_line_where_that_will_do(dextar: FiveBar) -> None:
-    transfer = plan_transfer(dextar, (1, -1), (0.0, 0.15), (0.0, 0.02), -1, RATE_HZ)
+    transfer = plan_transfer(Task(dextar, (1, -1), RATE_HZ), (0.0, 0.15), (0.0, 0.02), -1)
     assert transfer.waypoints == ((0.0, 0.15), (0.0, 0.02))
     (crossing,) = transfer.crossings
     assert (crossing.x, crossing.y) == pytest.approx((0.0, math.sqrt(0.0081 - 0.000961)))
@@ -126,14 +127,14 @@ def test_a_straight_line_where_that_will_do(dextar: FiveBar) -> None:
 def test_elbows_that_must_not_pass_are_led_around(dextar: FiveBar) -> None:
     start, goal = (0.063, -0.051), (0.018, 0.017)
     for allowed in ("unknown", True):
-        straight = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=allowed))
+        straight = plan_transfer(Task(dextar, (1, -1), RATE_HZ, limits=MotionLimits(elbows_pass=allowed)), start, goal)
         assert [crossing.distal_links for crossing in straight.crossings] == ["folded"]
         assert straight.waypoints == (start, goal)
-    around = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=False))
+    around = plan_transfer(Task(dextar, (1, -1), RATE_HZ, limits=MotionLimits(elbows_pass=False)), start, goal)
     assert [crossing.distal_links for crossing in around.crossings] == ["stretched"]
     with pytest.raises(TransferRefused) as refusal:
         via = (0.04, -0.018)
-        plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=MotionLimits(elbows_pass=False), via=[via])
+        plan_transfer(Task(dextar, (1, -1), RATE_HZ, limits=MotionLimits(elbows_pass=False)), start, goal, via=[via])
     assert "elbows pass each other (elbows_pass: false) is 1 at (" in str(refusal.value)
 
 
@@ -145,17 +146,17 @@ def test_the_map_prefers_gates_at_which_elbows_stay_apart(dextar: FiveBar, allow
     assert way is not None
     (gate,) = way.gates
     middle = np.mean(gate, axis=0).tolist()
-    assert distal_links(state_from_platform(dextar, 1, 1, *middle, 0.0, 0.0)) == crossed
+    assert distal_links(state_from_platform(dextar, (1, 1), *middle, 0.0, 0.0)) == crossed
 
 
 def test_only_laws_that_hold_the_path_by_its_normal_go_around_where_that_cannot_be_controlled(dextar: FiveBar) -> None:
     """The straight line crosses the locus nearly across t_s, so that the path's normal is t_s itself."""
     start, goal = (0.0153, 0.0703), (0.0006, -0.0286)
-    straight = plan_transfer(dextar, (-1, 1), start, goal, None, RATE_HZ, UNIFIED)
+    straight = plan_transfer(Task(dextar, (-1, 1), RATE_HZ, UNIFIED), start, goal)
     assert straight.waypoints == (start, goal)
     assert straight.crossings[0].authority < 0.06
     expect_feasible(dextar, (-1, 1), straight, MotionLimits())
-    around = plan_transfer(dextar, (-1, 1), start, goal, None, RATE_HZ, BLENDED, motion_limits_of(BLENDED))
+    around = plan_transfer(Task(dextar, (-1, 1), RATE_HZ, BLENDED, motion_limits_of(BLENDED)), start, goal)
     assert len(around.waypoints) > 2
     assert min(crossing.authority for crossing in around.crossings) >= 0.3
 
@@ -163,11 +164,11 @@ def test_only_laws_that_hold_the_path_by_its_normal_go_around_where_that_cannot_
 def test_only_laws_with_blending_zones_rest_outside_of_them(dextar: FiveBar) -> None:
     """A rest at 1/cond(A) = 0.17, to which a quick crossing leads: its zone would reach as far."""
     start, goal = (0.0, 0.15), (0.0, 0.07)
-    direct = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, UNIFIED, duration=0.5)
+    direct = plan_transfer(Task(dextar, (1, -1), RATE_HZ, UNIFIED), start, goal, duration=0.5)
     assert direct.waypoints == (start, goal)
     expect_feasible(dextar, (1, -1), direct, MotionLimits())
     with pytest.raises(TransferRefused, match=r"in 0\.5 s 1/cond\(A\) at rest is 0\.168 .*, expected at least 0\.198"):
-        plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, BLENDED, motion_limits_of(BLENDED), duration=0.5)
+        plan_transfer(Task(dextar, (1, -1), RATE_HZ, BLENDED, motion_limits_of(BLENDED)), start, goal, duration=0.5)
 
 
 def test_around_the_locus_rather_than_through_it_twice(dextar: FiveBar) -> None:
@@ -175,7 +176,7 @@ def test_around_the_locus_rather_than_through_it_twice(dextar: FiveBar) -> None:
     start, goal = (0.0, 0.15), (0.0, -0.11)
     signs = [place_at(dextar, (1, -1), 0.0, y).assembly for y in np.linspace(start[1], goal[1], 200).tolist()]
     assert sum(one != other for one, other in pairwise(signs)) == 2
-    transfer = plan_transfer(dextar, (1, -1), start, goal, 1, RATE_HZ)
+    transfer = plan_transfer(Task(dextar, (1, -1), RATE_HZ), start, goal, 1)
     assert transfer.crossings == ()
     assert len(transfer.waypoints) > 2
     expect_feasible(dextar, (1, -1), transfer, MotionLimits())
@@ -184,14 +185,14 @@ def test_around_the_locus_rather_than_through_it_twice(dextar: FiveBar) -> None:
 def test_through_the_locus_twice_where_there_is_no_other_way(dextar: FiveBar) -> None:
     """The tip of the workspace has the assembly mode of the middle, and the other one lies between them."""
     assert place_at(dextar, (-1, 1), 0.0, 0.167).assembly == place_at(dextar, (-1, 1), 0.0, -0.02).assembly == 1
-    transfer = plan_transfer(dextar, (-1, 1), (0.0, 0.167), (0.0, -0.02), 1, RATE_HZ)
+    transfer = plan_transfer(Task(dextar, (-1, 1), RATE_HZ), (0.0, 0.167), (0.0, -0.02), 1)
     assert len(transfer.crossings) == 2
     expect_feasible(dextar, (-1, 1), transfer, MotionLimits())
 
 
 def test_around_the_hole_at_a_base(dextar: FiveBar) -> None:
     """A leg that folds is Type 1: no way leads within 13.5 mm of its base."""
-    transfer = plan_transfer(dextar, (1, 1), (-0.09, 0.02), (-0.03, 0.02), None, RATE_HZ)
+    transfer = plan_transfer(Task(dextar, (1, 1), RATE_HZ), (-0.09, 0.02), (-0.03, 0.02))
     expect_feasible(dextar, (1, 1), transfer, MotionLimits())
 
 
@@ -210,27 +211,24 @@ def test_around_the_hole_at_a_base(dextar: FiveBar) -> None:
 )
 def test_a_refusal_says_why(
     dextar: FiveBar,
-    mode: tuple[int, int],
+    mode: WorkingMode,
     start: tuple[float, float],
     goal: tuple[float, float],
     assembly: int | None,
     expected: str,
 ) -> None:
     with pytest.raises(TransferRefused, match=expected):
-        plan_transfer(dextar, mode, start, goal, assembly, RATE_HZ)
+        plan_transfer(Task(dextar, mode, RATE_HZ), start, goal, assembly)
 
 
 def test_little_torque_makes_it_slower_or_impossible(dextar: FiveBar) -> None:
     def fastest(torque: float) -> float:
         found = plan_transfer(
-            dextar,
-            (1, -1),
+            Task(dextar, (1, -1), RATE_HZ, limits=MotionLimits(torque=torque)),
             (0.0, 0.15),
             (0.0, 0.02),
             -1,
-            RATE_HZ,
-            limits=MotionLimits(torque=torque),
-            duration=Speed.FASTEST,
+            Speed.FASTEST,
         )
         expect_feasible(dextar, (1, -1), found, MotionLimits(torque=torque))
         return sum(found.durations)
@@ -243,7 +241,7 @@ def test_little_torque_makes_it_slower_or_impossible(dextar: FiveBar) -> None:
 def test_a_duration_that_is_too_short_or_too_long_is_refused_with_the_possible_ones(dextar: FiveBar) -> None:
     def plan(duration: float) -> Transfer:
         return plan_transfer(
-            dextar, (1, -1), (0.0, 0.15), (0.0, 0.02), -1, RATE_HZ, limits=MotionLimits(torque=0.6), duration=duration
+            Task(dextar, (1, -1), RATE_HZ, limits=MotionLimits(torque=0.6)), (0.0, 0.15), (0.0, 0.02), -1, duration
         )
 
     assert sum(plan(2.0).durations) == pytest.approx(2.0)
@@ -265,7 +263,7 @@ def test_the_fastest_motion_is_that_of_the_quicker_time_law(
     dextar: FiveBar, start: tuple[float, float], goal: tuple[float, float], law: str
 ) -> None:
     limits = MotionLimits(torque=0.6)
-    found = plan_transfer(dextar, (1, -1), start, goal, None, RATE_HZ, limits=limits, duration=Speed.FASTEST)
+    found = plan_transfer(Task(dextar, (1, -1), RATE_HZ, limits=limits), start, goal, duration=Speed.FASTEST)
     expect_feasible(dextar, (1, -1), found, limits)
     task, least = Task(dextar, (1, -1), RATE_HZ, UNIFIED, limits), {}
     for time_law in (QUINTIC, OPTIMAL):
@@ -306,14 +304,14 @@ def test_a_retimed_plan_is_the_plan_of_that_duration(dextar: FiveBar) -> None:
 
 
 def test_planning_gives_the_same_each_time(dextar: FiveBar) -> None:
-    found = [plan_transfer(dextar, (1, -1), (0.0, 0.15), (0.0, -0.11), None, RATE_HZ) for _ in range(2)]
+    found = [plan_transfer(Task(dextar, (1, -1), RATE_HZ), (0.0, 0.15), (0.0, -0.11)) for _ in range(2)]
     assert found[0].waypoints == found[1].waypoints
     assert found[0].durations == found[1].durations
     assert len(found[0].waypoints) > 2
 
 
 def test_durations_are_whole_samples(dextar: FiveBar) -> None:
-    transfer = plan_transfer(dextar, (1, -1), (0.0, 0.15), (-0.05, -0.1), None, RATE_HZ)
+    transfer = plan_transfer(Task(dextar, (1, -1), RATE_HZ), (0.0, 0.15), (-0.05, -0.1))
     times = [segment.start_time for segment in transfer.plan.path.segments]
     assert [t * RATE_HZ for t in times] == pytest.approx([round(t * RATE_HZ) for t in times])
     for point, t in zip(transfer.waypoints, [*times, transfer.plan.path.duration], strict=True):

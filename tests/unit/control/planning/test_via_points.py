@@ -44,12 +44,8 @@ def transfer(
     limits: MotionLimits | None = None,
 ) -> Transfer:
     follower = default_tuning(CONTROLLERS[controller])
-    return plan_transfer(
-        *(robot, (1, -1), points[0], points[-1], None, RATE_HZ, follower),
-        *(motion_limits_of(follower) if limits is None else limits, duration),
-        via=points[1:-1],
-        blend_radius=radii,
-    )
+    task = Task(robot, (1, -1), RATE_HZ, follower, motion_limits_of(follower) if limits is None else limits)
+    return plan_transfer(task, points[0], points[-1], duration=duration, via=points[1:-1], blend_radius=radii)
 
 
 def slowest_at(found: Transfer, via: Point, reach: float) -> float:
@@ -92,7 +88,7 @@ def test_round_the_corners_it_never_rests_crosses_by_the_criterion_and_is_quicke
         assert slowest_at(found, via, 0.01) > 0.05
     (crossing,) = found.crossings
     # N, against those of the motion: 0.35 kg and accelerations of some m/s^2
-    assert criterion_residual(dextar, 1, -1, found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)
+    assert criterion_residual(dextar, (1, -1), found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)
     assert found.speed_at(crossing) > 0.1
     assert rests.course.time_law == (OPTIMAL if speed is Speed.FASTEST else QUINTIC)
     assert sum(found.durations) < share * sum(rests.durations)
@@ -116,7 +112,7 @@ def test_a_corner_may_hold_the_crossing_near_which_no_rest_is_possible(dextar: F
     found = transfer(dextar, IN_CORNER, (0.01,))
     (crossing,) = found.plan.crossings
     assert math.dist((crossing.x, crossing.y), via) < 0.01
-    assert criterion_residual(dextar, 1, -1, found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)
+    assert criterion_residual(dextar, (1, -1), found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)
     assert slowest_at(found, via, 0.01) > 0.1
 
 
@@ -126,7 +122,7 @@ def test_through_the_locus_and_back_to_where_it_was(dextar: FiveBar) -> None:
     assert len(found.crossings) == 2
     assert found.assembly_start == found.assembly_goal == 1
     for crossing in found.plan.crossings:
-        assert criterion_residual(dextar, 1, -1, found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)
+        assert criterion_residual(dextar, (1, -1), found.plan.path.at(crossing.time)) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_it_rests_where_the_radius_is_nought(dextar: FiveBar) -> None:

@@ -53,7 +53,7 @@ AWAY = (0.02, 0.13)
 
 
 def moving(vx: float, vy: float, x: float = AWAY[0], y: float = AWAY[1]) -> State:
-    return state_from_platform(ROBOT, 1, -1, x, y, vx, vy)
+    return state_from_platform(ROBOT, (1, -1), x, y, vx, vy)
 
 
 @given(st.floats(-0.04, 0.04), st.floats(0.03, 0.14), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
@@ -89,14 +89,14 @@ def test_which_faults_brake_and_for_how_long() -> None:
     assert braking_after(BRAKE, NO_FAULT) == braking_after(BRAKE, OVER_SPEED) == 0
     limits = guard_limits_of(SafetySettings(), RATE_HZ)
     for number in (*range(TORQUE_UNDEFINED, TRACKING_LOST + 1), TORQUE_EXCESSIVE):
-        fault = fault_of(number, limits, ROBOT, 1, -1, moving(1.0, 1.0), *AWAY, ZERO, 0.0)
+        fault = fault_of(number, limits, ROBOT, (1, -1), moving(1.0, 1.0), *AWAY, ZERO, 0.0)
         assert (fault.name in BRAKED_FAULTS) == (braking_after(BRAKE, number) > 0)
     assert braking_after(brake_of(SafetySettings(brake=False), ROBOT, RATE_HZ), TRACKING_LOST) == 0
     assert brake_of(SafetySettings(brake_duration=0.2), ROBOT, RATE_HZ).samples == 100
 
 
 def unsound() -> list[State]:
-    joints, fast = inverse_geometry(ROBOT, 1, -1, *AWAY), (3.0, 1.0, 2.0, -1.0)
+    joints, fast = inverse_geometry(ROBOT, (1, -1), *AWAY), (3.0, 1.0, 2.0, -1.0)
     return [
         state_from_joints(ROBOT, *joints, math.nan, 1.0, 2.0, 3.0),
         state_from_joints(ROBOT, *joints, 3.0, 1.0, math.inf, 3.0),
@@ -139,7 +139,7 @@ class Run:
     """The robot with its platform moving, which a pull of the motors has made, and then the brake or nothing."""
 
     def __init__(self, pull: tuple[float, float], samples: int, brake: Brake, friction: float = 1.0) -> None:
-        start = inverse_geometry(ROBOT, 1, -1, *AWAY)
+        start = inverse_geometry(ROBOT, (1, -1), *AWAY)
         settings = PlantSettings(torque_limit=LIMIT, friction_scale=friction)
         self.plant = Plant(ROBOT, JointAngles(*start), RATE_HZ, settings, ImuSettings())
         for _ in range(samples):

@@ -33,7 +33,7 @@ STEPS = 40
 
 
 def moving(x: float, y: float, vx: float = 0.0, vy: float = 0.0) -> State:
-    return state_from_platform(ROBOT, *MODES, x, y, vx, vy)
+    return state_from_platform(ROBOT, MODES, x, y, vx, vy)
 
 
 def ranges(least: float, most: float, width: float) -> st.SearchStrategy[tuple[float, float]]:

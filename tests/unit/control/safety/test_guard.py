@@ -25,7 +25,7 @@ ROBOT = load_robot()
 
 
 def moving(vx: float = 0.0, vy: float = 0.0) -> State:
-    return state_from_platform(ROBOT, 1, -1, *PLACE, vx, vy)
+    return state_from_platform(ROBOT, (1, -1), *PLACE, vx, vy)
 
 
 def make(**settings: object) -> Guard:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.model.kinematics import state_from_joints, state_from_platform
-from fivebar_control.model.state import State
+from fivebar_control.model.state import State, WorkingMode
 from fivebar_control.safety.settings import Area, SafetySettings
 from fivebar_control.safety.stages import (
     FORBIDDEN_POSTURE,
@@ -36,7 +36,7 @@ torques = st.floats(-1e6, 1e6)
 
 
 def at(x: float, y: float, vx: float = 0.0, vy: float = 0.0, modes: tuple[int, int] = MODES) -> State:
-    return state_from_platform(ROBOT, *modes, x, y, vx, vy)
+    return state_from_platform(ROBOT, modes, x, y, vx, vy)
 
 
 def found(
@@ -50,10 +50,10 @@ def found(
     """Return the first fault where only the named stages have a limit."""
     none = {"joint_speed_limit": math.inf, "type1_margin": 0.0, "tracking_error_limit": math.inf}
     allowed = guard_limits_of(SafetySettings(**{**none, **limits}), 500)
-    number = first_fault(allowed, ROBOT, *modes, state, *place, requested)
+    number = first_fault(allowed, ROBOT, modes, state, *place, requested)
     if number == NO_FAULT:
         return None
-    return fault_of(number, allowed, ROBOT, *modes, state, *place, requested, sigma)
+    return fault_of(number, allowed, ROBOT, modes, state, *place, requested, sigma)
 
 
 def undefined(torque: Torque, sigma: float) -> Fault | None:
@@ -68,8 +68,8 @@ def out_of_workspace(state: State, workspace: Area | None) -> Fault | None:
     return found(state, workspace=workspace)
 
 
-def near_type_1(state: State, mode1: int, mode2: int, margin: float) -> Fault | None:
-    return found(state, modes=(mode1, mode2), type1_margin=margin)
+def near_type_1(state: State, mode: WorkingMode, margin: float) -> Fault | None:
+    return found(state, modes=mode, type1_margin=margin)
 
 
 def tracking_lost(state: State, x: float, y: float, limit: float) -> Fault | None:
@@ -169,21 +169,21 @@ def test_encoders_may_put_the_platform_a_millimetre_out_of_reach(beyond: float, 
 def test_the_type_1_margin_is_that_of_the_working_mode() -> None:
     state = at(0.0, 0.15)
     clear = abs(state.leg1.sin_q2)
-    assert near_type_1(state, *MODES, clear - 1e-9) is None
-    fault = near_type_1(state, *MODES, clear + 1e-9)
+    assert near_type_1(state, MODES, clear - 1e-9) is None
+    fault = near_type_1(state, MODES, clear + 1e-9)
     assert fault is not None
     assert fault.name == "near_type_1"
     # a leg that has gone through Type 1 since the last sample stands in the other working mode
-    assert near_type_1(state, -1, -1, 0.01) is not None
-    assert near_type_1(state, 1, 1, 0.01) is not None
-    assert near_type_1(state, -1, 1, 0.0) is None
+    assert near_type_1(state, (-1, -1), 0.01) is not None
+    assert near_type_1(state, (1, 1), 0.01) is not None
+    assert near_type_1(state, (-1, 1), 0.0) is None
 
 
 def test_a_stretched_leg_is_near_type_1() -> None:
     stretched = ROBOT.leg1.proximal + ROBOT.leg1.distal
     near = at(ROBOT.leg1.base_x, stretched - 1e-6)
     assert abs(near.leg1.sin_q2) < 0.01
-    assert near_type_1(near, *MODES, SafetySettings().type1_margin) is not None
+    assert near_type_1(near, MODES, SafetySettings().type1_margin) is not None
 
 
 def test_tracking_is_lost_beyond_the_limit() -> None:
@@ -203,8 +203,8 @@ def test_what_reaches_a_limit_has_not_passed_it() -> None:
     for x in (-0.03, 0.03):
         state = at(x, 0.15)
         clear = min(abs(state.leg1.sin_q2), abs(state.leg2.sin_q2))
-        assert near_type_1(state, *MODES, clear) is None
-        assert near_type_1(state, *MODES, math.nextafter(clear, 1.0)) is not None
+        assert near_type_1(state, MODES, clear) is None
+        assert near_type_1(state, MODES, math.nextafter(clear, 1.0)) is not None
         assert tracking_lost(state, 0.01, 0.10, math.hypot(x - 0.01, state.y - 0.10)) is None
 
 
@@ -221,7 +221,7 @@ def test_requests_in_a_row_are_counted(torque: tuple[float, float], excessive: b
     limits = guard_limits_of(SafetySettings(torque_limit=1.5, request_ratio=4.0, request_samples=8), 500)
     count = excess_samples(limits, Torque(*torque), 7)
     assert count == (8 if excessive else 0)
-    number = first_fault(limits, ROBOT, *MODES, at(0.0, 0.12), 0.0, 0.12, Torque(*torque), count)
+    number = first_fault(limits, ROBOT, MODES, at(0.0, 0.12), 0.0, 0.12, Torque(*torque), count)
     assert number == (TORQUE_EXCESSIVE if excessive else NO_FAULT)
 
 
@@ -234,7 +234,7 @@ def test_a_forbidden_posture_is_named_by_its_number(y: float, vy: float, words: 
     limits = guard_limits_of(
         SafetySettings(forbidden=tuple(n for one in (elsewhere, here) for n in (*one, -4.0, 4.0, -4.0, 4.0))), 500
     )
-    fault = fault_of(FORBIDDEN_POSTURE, limits, ROBOT, *MODES, at(0.0, y, vy=vy), 0.0, y, ZERO, 0.0)
+    fault = fault_of(FORBIDDEN_POSTURE, limits, ROBOT, MODES, at(0.0, y, vy=vy), 0.0, y, ZERO, 0.0)
     assert fault.detail.endswith(words)
 
 

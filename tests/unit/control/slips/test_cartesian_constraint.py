@@ -55,7 +55,7 @@ def test_3_31_does_not_follow_from_3_30_even_by_its_own_signs() -> None:
 def test_mended_3_35_is_the_law_of_this_project() -> None:
     """With all signs mended and x = 0 as its constraint it is `min_norm`, to rounding."""
     at = centre()
-    reference = reference_from_platform(ROBOT, *MODE, Platform(0.0, at.state.y, 0.0, -0.3, 0.0, 0.0))
+    reference = reference_from_platform(ROBOT, MODE, Platform(0.0, at.state.y, 0.0, -0.3, 0.0, 0.0))
     f = np.array([reference.f1, reference.f2])
     row = np.linalg.solve(at.b, np.array([1.0, -1.0]))
     v_2 = -2500.0 * 1e-3

@@ -46,7 +46,7 @@ def test_friction_belongs_into_h_of_1_20_to_1_28() -> None:
     """1.30 has f; H as described in 1.20 has not, and the motors are then off by 30 rad/s^2."""
     at = away()
     state = at.state
-    reference = reference_from_platform(ROBOT, *MODE, Platform(state.x, state.y, state.vx, state.vy, 1.0, -2.0))
+    reference = reference_from_platform(ROBOT, MODE, Platform(state.x, state.y, state.vx, state.vy, 1.0, -2.0))
     f = np.array([reference.f1, reference.f2])
     mended = np.array(ctc_torque(ROBOT, state, reference, 2500.0, 100.0))
     wanted = np.linalg.solve(at.b, at.a @ (1.0, -2.0)) + at.drift
@@ -92,7 +92,7 @@ def test_feedforward_of_1_29_is_the_desired_acceleration_and_not_that_of_the_err
     """On a criterion-meeting reference with no error, 1.29 asks for friction alone and the platform gets 0.62 m/s^2."""
     at = beside()
     state = at.state
-    reference = reference_from_platform(ROBOT, *MODE, Platform(state.x, state.y, state.vx, state.vy, 0.0, 0.0))
+    reference = reference_from_platform(ROBOT, MODE, Platform(state.x, state.y, state.vx, state.vy, 0.0, 0.0))
     f = np.array([reference.f1, reference.f2])
     mended = np.array(reduced_ctc_torque(ROBOT, state, reference, 2500.0, 100.0))
     np.testing.assert_allclose(mended, ZZ @ at.drift + f, atol=1e-12)

@@ -14,6 +14,7 @@ from slip_cases import BASE, CENTRE_Y, LINK, MASS, MODE, ROBOT, Vector, away, ce
 from fivebar_control.model.dynamics import direct_dynamics
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_platform
+from fivebar_control.model.state import WorkingMode
 
 
 def test_the_distal_links_pull_against_each_other_at_the_centre() -> None:
@@ -34,8 +35,8 @@ def test_the_columns_1_1_do_not_occur_on_the_vertical_axis() -> None:
     so that u_1 = u_2 = (0, +-1).
     """
 
-    def distal(mode: tuple[int, int], y: float) -> tuple[float, Vector]:
-        state = state_from_platform(ROBOT, *mode, 0.0, y, 0.0, 0.0)
+    def distal(mode: WorkingMode, y: float) -> tuple[float, Vector]:
+        state = state_from_platform(ROBOT, mode, 0.0, y, 0.0, 0.0)
         return det_a(state), np.array([[state.leg1.u_x, state.leg1.u_y], [state.leg2.u_x, state.leg2.u_y]])
 
     folds = set()
@@ -70,7 +71,7 @@ def test_a_s_of_3_27_with_two_plus_signs_does_not_command_the_platform() -> None
 def test_phi_of_2_10_needs_a_working_mode() -> None:
     """2.8 has two solutions for the same y, 1.55 rad apart: the mode has to be said."""
     y = CENTRE_Y + 0.03
-    angles = [inverse_geometry(ROBOT, mode, -1, 0.0, y).q11 for mode in (1, -1)]
+    angles = [inverse_geometry(ROBOT, (mode, -1), 0.0, y).q11 for mode in (1, -1)]
     for angle in angles:
         residual = (BASE / 2.0 - LINK * math.cos(angle)) ** 2 + (y - LINK * math.sin(angle)) ** 2 - LINK**2
         assert abs(residual) < 1e-16
@@ -83,6 +84,6 @@ def test_2_6_to_2_9_are_right() -> None:
     for active, base, x, y in ((q[0], BASE / 2.0, 0.03, 0.12), (q[2], -BASE / 2.0, 0.03, 0.12)):
         reach = (x + base - LINK * math.cos(active)) ** 2 + (y - LINK * math.sin(active)) ** 2
         assert reach == pytest.approx(LINK**2, abs=1e-15)
-    angles = inverse_geometry(ROBOT, *MODE, 0.0, 0.12)
+    angles = inverse_geometry(ROBOT, MODE, 0.0, 0.12)
     reach = (-BASE / 2.0 - LINK * math.cos(angles.q21)) ** 2 + (0.12 - LINK * math.sin(angles.q21)) ** 2
     assert reach == pytest.approx(LINK**2, abs=1e-15)

@@ -20,7 +20,7 @@ from fivebar_control.model.state import Platform
 
 
 def phi(y: float) -> Vector:
-    angles = inverse_geometry(ROBOT, *MODE, 0.0, y)
+    angles = inverse_geometry(ROBOT, MODE, 0.0, y)
     return np.array([angles.q11, angles.q21])
 
 
@@ -83,7 +83,7 @@ def test_3_17_drops_a_term_that_3_3_has() -> None:
 
     def h_1(t: float) -> float:
         x, along = place(t)
-        return inverse_geometry(ROBOT, *MODE, x, along).q11 - float(phi(along)[0])
+        return inverse_geometry(ROBOT, MODE, x, along).q11 - float(phi(along)[0])
 
     h_ddot = (h_1(step) - 2.0 * h_1(0.0) + h_1(-step)) / step**2
     at = case(0.0, y, 0.0, speed)
@@ -100,7 +100,7 @@ def test_without_that_term_an_oblique_path_is_held_with_less_than_the_gain() -> 
     at = case(moving.x, moving.y, 0.0, 0.0)
     off, kp = 1e-5, 2500.0
     line = Line(moving.x - off, moving.y + 0.05, 0.0, -1.0)
-    v = np.array([-kp * one.h for one in path_constraints(ROBOT, *MODE, at.state, line)])
+    v = np.array([-kp * one.h for one in path_constraints(ROBOT, MODE, at.state, line)])
     v1, d = at.a[0], np.array([0.0, -1.0])
     row = np.linalg.solve(at.b, at.a @ v1)
     slope = np.linalg.solve(at.b, at.a @ d)
@@ -126,9 +126,9 @@ def test_qddot_of_3_18_is_not_hddot() -> None:
     assert np.linalg.norm(straight_on[1]) < 1e-10
     np.testing.assert_allclose(straight_on[0], bend, atol=1e-2)
     assert np.abs(bend / 2500.0).max() == pytest.approx(4.73e-3, abs=1e-5)
-    reference = reference_from_platform(ROBOT, *MODE, Platform(0.0, at.state.y, 0.0, -0.3, 0.0, 0.0))
+    reference = reference_from_platform(ROBOT, MODE, Platform(0.0, at.state.y, 0.0, -0.3, 0.0, 0.0))
     line, resolve = Line(0.0, 0.15, 0.0, -1.0), RESOLUTIONS["full_inverse"]
-    torque = vhc_joint_torque(ROBOT, *MODE, at.state, reference, line, 2500.0, 100.0, resolve)
+    torque = vhc_joint_torque(ROBOT, MODE, at.state, reference, line, 2500.0, 100.0, resolve)
     net = np.array([torque.tau1 - reference.f1, torque.tau2 - reference.f2])
     np.testing.assert_allclose(np.linalg.solve(ZZ, net), at.drift, atol=1e-9)
 
@@ -143,21 +143,21 @@ def held_by(speed: float, y_near: float, x: float, angle: float) -> tuple[float,
     d = np.array([math.cos(angle), math.sin(angle)])
     n = np.array([d[1], -d[0]])
     line, (vx, vy) = Line(x, y, *d.tolist()), (speed * d).tolist()
-    reference = reference_from_platform(ROBOT, *MODE, Platform(x, y, vx, vy, 0.0, 0.0))
+    reference = reference_from_platform(ROBOT, MODE, Platform(x, y, vx, vy, 0.0, 0.0))
     friction = np.array([reference.f1, reference.f2])
     bend = case(x, y, vx, vy).drift
 
     def pulled(off: float) -> tuple[float, float]:
         aside_x, aside_y = (np.array([x, y]) + off * n).tolist()
         at = case(aside_x, aside_y, vx, vy)
-        both = path_constraints(ROBOT, *MODE, at.state, line)
+        both = path_constraints(ROBOT, MODE, at.state, line)
         left, values, right = np.linalg.svd(at.a)
         column = np.linalg.solve(at.b, at.a @ right[0])
         asked = column - np.array([one.slope for one in both]) * (d @ right[0])
         v = bend + np.array([-kp * one.h - kd * one.dh for one in both])
         alpha = float(asked @ (v - at.drift) / (asked @ asked))
         printed = ZZ @ (column * alpha + at.drift) + at.b @ left[:, 0] * (MASS * alpha / values[0])
-        torque = vhc_joint_torque(ROBOT, *MODE, at.state, reference, line, kp, kd, RESOLUTIONS["full_inverse"])
+        torque = vhc_joint_torque(ROBOT, MODE, at.state, reference, line, kp, kd, RESOLUTIONS["full_inverse"])
         mended = np.array(torque) - friction
         return float(n @ pinocchio_motion(at.state, printed)[1]), float(n @ pinocchio_motion(at.state, mended)[1])
 
@@ -188,17 +188,17 @@ def test_the_brackets_of_3_19_add_a_vector_to_a_scalar() -> None:
     """
     at = case(0.0, CENTRE_Y, 0.02, -0.3)
     row = np.linalg.solve(at.b, np.array([1.0, -1.0]))
-    reference = reference_from_platform(ROBOT, *MODE, Platform(0.0, at.state.y, 0.0, -0.3, 0.0, 0.0))
+    reference = reference_from_platform(ROBOT, MODE, Platform(0.0, at.state.y, 0.0, -0.3, 0.0, 0.0))
     f = np.array([reference.f1, reference.f2])
     line = Line(0.0, 0.15, 0.0, -1.0)
-    both = path_constraints(ROBOT, *MODE, at.state, line)
+    both = path_constraints(ROBOT, MODE, at.state, line)
     v_1 = np.array([-2500.0 * one.h - 100.0 * one.dh for one in both])
     bend = phi_derivatives(at.state.y)[1] * 0.3**2
     back = np.linalg.pinv(row[:, None])[0]
     bracket = row @ ZZ + MASS * back
     drifting = at.drift - bend
     mended = row / (row @ row) * (bracket @ (v_1 + bend + drifting) - MASS * back @ at.drift + row @ f)
-    wanted = vhc_joint_torque(ROBOT, *MODE, at.state, reference, line, 2500.0, 100.0, RESOLUTIONS["min_norm"])
+    wanted = vhc_joint_torque(ROBOT, MODE, at.state, reference, line, 2500.0, 100.0, RESOLUTIONS["min_norm"])
     np.testing.assert_allclose(mended, wanted, atol=1e-5)
     assert (bracket @ v_1).shape == ()
     assert bend.shape == (2,)

@@ -25,7 +25,7 @@ def test_closure_of_1_1_has_a_minus_between_its_terms() -> None:
 
 def matrices_of_3_5(y: float) -> tuple[Vector, Vector]:
     """A and B as printed under 3.5, for x = 0."""
-    phi = inverse_geometry(ROBOT, *MODE, 0.0, y)
+    phi = inverse_geometry(ROBOT, MODE, 0.0, y)
     rows, diagonal = [], []
     for angle, base in ((phi.q11, BASE / 2.0), (phi.q21, -BASE / 2.0)):
         row = (base - LINK * math.cos(angle), y - LINK * math.sin(angle))
@@ -37,7 +37,7 @@ def matrices_of_3_5(y: float) -> tuple[Vector, Vector]:
 def test_slope_of_the_constraint_in_3_6_is_plus_b_inverse_a() -> None:
     """The second column of B^-1 A is phi', by central differences; 3.6 has it with the other sign."""
     y, h = 0.12, 1e-6
-    ahead, behind = (inverse_geometry(ROBOT, *MODE, 0.0, y + step) for step in (h, -h))
+    ahead, behind = (inverse_geometry(ROBOT, MODE, 0.0, y + step) for step in (h, -h))
     slope = np.array([ahead.q11 - behind.q11, ahead.q21 - behind.q21]) / (2.0 * h)
     a, b = matrices_of_3_5(y)
     np.testing.assert_allclose(np.linalg.solve(b, a)[:, 1], slope, rtol=1e-8)

@@ -69,12 +69,12 @@ def bound(law: str, **settings: float) -> LawRunner:
 def test_at_rest_the_torque_is_at_most_friction(controller: str, x: float, y: float, moment: float) -> None:
     """The robot stands millimetres off its path, and the plan's time has gone on."""
     sample = round(moment * SCENARIO.rate_hz)
-    state = state_from_platform(ROBOT, PLAN.mode1, PLAN.mode2, x, y, 0.0, 0.0)
+    state = state_from_platform(ROBOT, PLAN.mode, x, y, 0.0, 0.0)
     hold = Hold()
     hold.stop()
     held = hold.reference(state.x, state.y)
     assert held is not None
-    reference = reference_from_platform(ROBOT, PLAN.mode1, PLAN.mode2, held)
+    reference = reference_from_platform(ROBOT, PLAN.mode, held)
     sigma = Supervisor(PLAN, SCENARIO.rate_hz, "condition")(sample, state).sigma
     if controller == "unified":
         torque = bound("unified", observer_rate=0.0)(sample, state, reference)

@@ -45,7 +45,7 @@ def segment_of(plan: Plan) -> JointSegment:
 def test_the_state_from_the_motors_is_the_one_from_the_platform(dextar: FiveBar) -> None:
     """Away from Type 1 both ways lead to the same state."""
     for mode in MODES:
-        wanted = state_from_platform(dextar, *mode, 0.01, 0.12, 0.2, -0.3)
+        wanted = state_from_platform(dextar, mode, 0.01, 0.12, 0.2, -0.3)
         found = state_from_motors(dextar, 1, wanted.leg1.q1, wanted.leg2.q1, wanted.leg1.dq1, wanted.leg2.dq1)
         assert found[2:] == pytest.approx(wanted[2:], abs=1e-12)
         for leg, other in zip(found[:2], wanted[:2], strict=True):
@@ -86,12 +86,12 @@ def test_it_ends_in_the_postures_of_both_working_modes(dextar: FiveBar) -> None:
     plan = plan_through(dextar)
     segment = segment_of(plan)
     for t, mode, place in ((0.0, MODES[0], A), (1.0, MODES[1], BEYOND)):
-        q = inverse_geometry(dextar, *mode, *place)
+        q = inverse_geometry(dextar, mode, *place)
         motors = segment.motors_at(t)
         assert math.remainder(motors.q11 - q.q11, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
         assert math.remainder(motors.q21 - q.q21, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-12)
         assert motors[2:] == (0.0, 0.0, 0.0, 0.0)
-        assert plan.modes_at(t) == mode
+        assert plan.mode_at(t) == mode
 
 
 def test_its_torque_is_what_the_motion_takes(dextar: FiveBar) -> None:
@@ -122,7 +122,7 @@ def test_on_straight_segments_the_reference_is_that_of_the_platform(dextar: Five
     waypoints, modes = (A, BEYOND, (0.03, 0.1)), (*MODES[0], *MODES[1], *MODES[1])
     plan = plan_motion(dextar, modes, waypoints, (1.0, 1.0), 500, ZoneRule())
     platform = plan.path.at(1.3)
-    assert desired_at(dextar, plan, 1.3, platform) == reference_from_platform(dextar, *MODES[1], platform)
+    assert desired_at(dextar, plan, 1.3, platform) == reference_from_platform(dextar, MODES[1], platform)
 
 
 def test_where_the_distal_links_cannot_meet_there_is_no_place(dextar: FiveBar) -> None:
@@ -139,7 +139,7 @@ def test_a_straight_way_to_the_boundary_needs_the_seventh_order(dextar: FiveBar)
     def acceleration(law: object, rest: float) -> float:
         s, ds, dds = law(1.0 - rest)  # type: ignore[operator]
         dx, dy = BOUNDARY[0] - A[0], BOUNDARY[1] - A[1]
-        state = state_from_platform(dextar, *MODES[0], A[0] + dx * s, A[1] + dy * s, dx * ds, dy * ds)
+        state = state_from_platform(dextar, MODES[0], A[0] + dx * s, A[1] + dy * s, dx * ds, dy * ds)
         return abs(joint_acceleration(state.leg1, dx * dds, dy * dds))
 
     for law, grows in ((rest_to_rest, True), (rest_to_rest_without_jerk, False)):

@@ -9,6 +9,7 @@ import pytest
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.model.dynamics import inverse_dynamics_of_platform
 from fivebar_control.model.kinematics import state_from_platform
+from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.predicted_run import predict_run
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.optimal import POINTS, quickest_passage
@@ -35,7 +36,7 @@ def torque_beyond_friction(robot: FiveBar, plan: Plan) -> float:
     for t in np.linspace(0.0, plan.path.duration, 1001).tolist():
         if abs(t - plan.crossings[0].time) > 2e-3:
             x, y, vx, vy, ax, ay = plan.path.at(t)
-            state = state_from_platform(robot, 1, -1, x, y, vx, vy)
+            state = state_from_platform(robot, (1, -1), x, y, vx, vy)
             torques += inverse_dynamics_of_platform(robot, state, ax, ay, 0.0, 0.0)
     return float(np.max(np.abs(torques)))
 
@@ -56,7 +57,7 @@ def test_it_takes_little_more_than_half_the_torque_and_meets_the_criterion(dexta
     assert torque_beyond_friction(dextar, quickest) < 0.6 * torque_beyond_friction(dextar, quintic)
     crossing = quickest.crossings[0]
     there = quickest.path.at(crossing.time)
-    assert abs(criterion_residual(dextar, 1, -1, there)) < 1e-6
+    assert abs(criterion_residual(dextar, (1, -1), there)) < 1e-6
     # what is quickest does not depend on the duration, and the torque goes with its inverse square
     half = torque_beyond_friction(dextar, planned(dextar, 0.5, OPTIMAL))
     assert half == pytest.approx(4.0 * torque_beyond_friction(dextar, quickest), rel=0.02)
@@ -72,7 +73,7 @@ def test_the_average_takes_longer_than_the_quickest_passage_under_the_same_limit
     """docs/laws.md. Durations go with the root of the torque."""
     plan = plan_motion(dextar, (1, -1), ends, [1.0], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
     way = StraightWay(*ends[0], *ends[1])
-    averaged = quickest_passage(way, torques_along(dextar, 1, -1, way, POINTS))
+    averaged = quickest_passage(way, torques_along(dextar, (1, -1), way, POINTS))
     assert averaged is not None
     quickest = averaged.duration / (1.0 + averaged.law.window)
     assert torque_beyond_friction(dextar, plan) ** 0.5 / quickest - 1.0 == pytest.approx(longer, abs=0.005)
@@ -91,7 +92,7 @@ def test_it_meets_the_criterion_at_every_crossing(
     assert len(plan.crossings) == crossings
     for crossing in plan.crossings:
         there = plan.path.at(crossing.time)
-        assert abs(criterion_residual(robot, 1, -1, there)) < 1e-9
+        assert abs(criterion_residual(robot, (1, -1), there)) < 1e-9
 
 
 @pytest.mark.extra
@@ -111,11 +112,11 @@ LOCALLY = {
 
 @pytest.mark.parametrize(("mode", "ends"), LOCALLY.values(), ids=list(LOCALLY))
 def test_where_one_bump_fails_it_is_bent_about_the_crossing_alone(
-    mode: tuple[int, int], ends: tuple[tuple[float, float], tuple[float, float]], dextar: FiveBar
+    mode: WorkingMode, ends: tuple[tuple[float, float], tuple[float, float]], dextar: FiveBar
 ) -> None:
     plan = plan_motion(dextar, mode, ends, [1.0], RATE_HZ, ZoneRule(), OPTIMAL, 0.0)
     (crossing,) = plan.crossings
-    assert abs(criterion_residual(dextar, *mode, plan.path.at(crossing.time))) < 1e-6
+    assert abs(criterion_residual(dextar, mode, plan.path.at(crossing.time))) < 1e-6
     law = plan.path.straight(0).time_law
     assert getattr(law.__self__, "humps")  # type: ignore[attr-defined]  # noqa: B009
     step = 1e-6

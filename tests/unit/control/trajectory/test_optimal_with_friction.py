@@ -30,7 +30,7 @@ def torques(robot: FiveBar, plan: Plan) -> np.ndarray:
         if any(abs(t - crossing.time) < 2e-3 for crossing in plan.crossings):
             continue
         x, y, vx, vy, ax, ay = plan.path.at(t)
-        state = state_from_platform(robot, 1, -1, x, y, vx, vy)
+        state = state_from_platform(robot, (1, -1), x, y, vx, vy)
         f1, f2 = friction_torque(robot.leg1, state.leg1.dq1), friction_torque(robot.leg2, state.leg2.dq1)
         found.append(inverse_dynamics_of_platform(robot, state, ax, ay, f1, f2))
     return np.array(found)
@@ -74,7 +74,7 @@ def test_it_meets_the_criterion_at_every_crossing(
     for crossing in plan.crossings:
         there = plan.path.at(crossing.time)
         assert np.hypot(there.vx, there.vy) > 0.01
-        assert abs(criterion_residual(dextar, 1, -1, there)) < 1e-6
+        assert abs(criterion_residual(dextar, (1, -1), there)) < 1e-6
 
 
 @pytest.mark.extra

@@ -46,7 +46,7 @@ def plan(
 def kappa_at(robot: FiveBar, planned: Plan, t: float) -> float:
     """1 / cond(A) of the reference, by numpy."""
     at = planned.path.at(t)
-    state = state_from_platform(robot, planned.mode1, planned.mode2, at.x, at.y, 0.0, 0.0)
+    state = state_from_platform(robot, planned.mode, at.x, at.y, 0.0, 0.0)
     a = np.array([[state.leg1.u_x, state.leg1.u_y], [state.leg2.u_x, state.leg2.u_y]])
     return 1.0 / float(np.linalg.cond(a))
 
@@ -56,7 +56,7 @@ def mode_changes(robot: FiveBar, planned: Plan) -> list[float]:
 
     def assembly(t: float) -> bool:
         at = planned.path.at(t)
-        return det_a(state_from_platform(robot, planned.mode1, planned.mode2, at.x, at.y, 0.0, 0.0)) > 0.0
+        return det_a(state_from_platform(robot, planned.mode, at.x, at.y, 0.0, 0.0)) > 0.0
 
     times = [step * 1e-3 for step in range(math.ceil(planned.path.duration * 1e3) + 1)]
     return [after for before, after in pairwise(times) if assembly(before) != assembly(after)]
@@ -103,7 +103,7 @@ def test_both_robots_and_all_working_modes_have_their_own_crossings(robot: FiveB
             planned = plan(robot, ((0.0, 0.15), (0.01, 0.03)), rule=ZoneRule(epsilon=0.001), working_mode=working_mode)
         except PlanRefused:
             continue
-        assert (planned.mode1, planned.mode2) == working_mode
+        assert planned.mode == working_mode
         assert len(mode_changes(robot, planned)) == len(planned.crossings)
         counted += len(planned.crossings)
     assert counted >= 1
@@ -206,7 +206,7 @@ def test_a_crossing_along_the_controllable_direction_is_refused(robot: FiveBar, 
             c, s = 0.004 * math.cos(turn), 0.004 * math.sin(turn)
             dx, dy = c * svd.v_x - s * svd.v_y, s * svd.v_x + c * svd.v_y
             waypoints = ((state.x - dx, state.y - dy), (state.x + dx, state.y + dy))
-            ends = [state_from_platform(robot, *modes, *waypoint, 0.0, 0.0) for waypoint in waypoints]
+            ends = [state_from_platform(robot, modes, *waypoint, 0.0, 0.0) for waypoint in waypoints]
             if det_a(ends[0]) * det_a(ends[1]) > 0.0 or min(map(inverse_condition, ends)) < 0.001:
                 continue  # it leaves the locus on the side it came from, or stays near it
             if wanted < 0.3:
@@ -222,7 +222,7 @@ def test_a_crossing_along_the_controllable_direction_is_refused(robot: FiveBar, 
 
 def test_a_rest_on_the_locus_or_inside_a_zone_is_refused(dextar: FiveBar) -> None:
     inside = (0.0, LOCUS_Y - 0.004)
-    kappa = inverse_condition(state_from_platform(dextar, 1, -1, *inside, 0.0, 0.0))
+    kappa = inverse_condition(state_from_platform(dextar, (1, -1), *inside, 0.0, 0.0))
     text = refusal(dextar, ((0.0, 0.15), inside), rule=ZoneRule(epsilon=0.05))
     assert text.startswith("waypoint 2: a rest at (0.0000, 0.0805) m is inside the blending zone")
     assert f"1/cond(A) = {kappa:.4f}, expected at least 0.1000" in text

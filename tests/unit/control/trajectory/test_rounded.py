@@ -111,7 +111,7 @@ def test_every_crossing_meets_the_criterion_and_the_run_stays_near(
     plan = rounded_plan(dextar, points, 0.8 * (len(points) - 1), law, 0.02)
     assert len(plan.crossings) == len(points) - 2
     for crossing in plan.crossings:
-        assert abs(criterion_residual(dextar, 1, -1, plan.path.at(crossing.time))) < 1e-9
+        assert abs(criterion_residual(dextar, (1, -1), plan.path.at(crossing.time))) < 1e-9
     follower = default_tuning(CONTROLLERS["unified"])
     assert screen_run(dextar, plan, RATE_HZ, follower, motion_limits_of(follower, 0.68, 20.0)).feasible
     run = predict_run(dextar, plan, RATE_HZ, follower, 0.68)

@@ -50,7 +50,7 @@ def test_given_speeds_are_kept_and_the_jerk_does_not_step(dextar: FiveBar) -> No
 
 
 def test_the_platform_moves_as_the_motors_do(dextar: FiveBar) -> None:
-    begin = state_from_platform(dextar, 1, -1, 0.0, 0.15, 0.0, 0.0)
+    begin = state_from_platform(dextar, (1, -1), 0.0, 0.15, 0.0, 0.0)
     here = (begin.leg1.q1, begin.leg2.q1)
     knots = completed([0.0, 0.4], [here, (here[0] + 0.2, here[1] - 0.1)], [REST] * 2, [REST] * 2)
     segment = SplineSegment(knots, dextar, assembly_mode(begin))

@@ -43,7 +43,7 @@ def test_a_change_of_working_mode_is_planned_in_the_motors_angles(dextar: FiveBa
     (crossing,) = found.crossings
     assert crossing.segment == 1
     assert crossing.y < 0.05
-    assert [found.modes_at(t) for t in (0.0, 0.99, 1.5, 3.0)] == [OUT, IN, IN, IN]
+    assert [found.mode_at(t) for t in (0.0, 0.99, 1.5, 3.0)] == [OUT, IN, IN, IN]
 
 
 def test_the_motion_seen_in_a_mirror_is_the_motion_of_the_other_assembly_mode(dextar: FiveBar) -> None:
