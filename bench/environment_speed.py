@@ -46,8 +46,8 @@ def environment_speed(rig: str, rounds: int = ROUNDS) -> EnvironmentSpeed:
     for _ in range(rounds):
         torques = [envs.action_space.sample() for _ in range(STEPS)]
         began = perf_counter()
-        for one in torques:
-            envs.step(one)
+        for torque in torques:
+            envs.step(torque)
         between = perf_counter()
         crossing(*looped)
         steps_s, loop_s = min(steps_s, between - began), min(loop_s, perf_counter() - between)

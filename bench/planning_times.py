@@ -129,9 +129,9 @@ def _goto(folder: Path, watch: Watch, torque: float = 2.0, refused: bool = False
     requests = [_request(folder, goal, torque) for goal in (BEYOND, BESIDE)]
     loading = watch.lap()
     laps = []
-    for one in requests:
+    for request in requests:
         with suppress(InputError) if refused else nullcontext():
-            plan_likely(one)
+            plan_likely(request)
         laps.append(watch.lap())
     return Times(loading, *laps)
 

@@ -50,8 +50,8 @@ PROCESSES = (
 
 def start_up_rows() -> Iterator[tuple[str, str, str]]:
     """Yield what is started, its processor time and the target."""
-    for one in PROCESSES:
-        yield one.name, f"{processor_time(one.arguments):.2f} s", f"at most {one.target:g} s"
+    for process in PROCESSES:
+        yield process.name, f"{processor_time(process.arguments):.2f} s", f"at most {process.target:g} s"
     yield "a node until it waits for the others", f"{node_time():.2f} s", "at most 0.7 s"
 
 

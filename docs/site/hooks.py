@@ -182,7 +182,9 @@ def commands_section() -> str:
         command = group.get_command(context, name).help_filled()
         inner = typer.Context(command, info_name=name, parent=context)
         parts.append(f"## fivebar {name}\n\n{command.help}\n\n| argument or option | meaning |\n|---|---|")
-        records = [one.get_help_record(inner) for one in command.get_params(inner) if one.name != "help"]
+        records = [
+            parameter.get_help_record(inner) for parameter in command.get_params(inner) if parameter.name != "help"
+        ]
         rows = [(one.replace("\\|", "|"), cell(text)) for one, text in filter(None, records)]
         parts.append("\n".join(f"| `{one}` | {text} |" for one, text in rows) + "\n")
     return "\n".join(parts)

@@ -134,8 +134,8 @@ def led(scenario: Scenario) -> CalibrationRecord:
         InputError: it moves faster than it can be simulated.
     """
     samples = guide(scenario)
-    motors = np.array([one.motors for one in samples])
-    readings = [(made, reading) for one in samples for made, reading in one.imu]
+    motors = np.array([sample.motors for sample in samples])
+    readings = [(made, reading) for sample in samples for made, reading in sample.imu]
     return CalibrationRecord(
         times=np.arange(len(samples)) / scenario.rate_hz,
         motors=motors,
@@ -214,10 +214,10 @@ def calibrated_by_hand(scenario: Scenario, encoders_only: bool) -> Calibrated:
 def gap_text(robots: list[Calibrated]) -> str:
     """Return the elbow gap of robots before and after: each one's largest at a crossing, and the intervals there."""
     count = len(GEOMETRY)
-    before = [1e3 * float(np.max(np.abs(one.gaps_before))) for one in robots]
-    after = [1e3 * float(np.max(np.abs(one.errors[count:]))) for one in robots]
-    widths = [1e3 * float(np.median(one.half_widths[count:])) for one in robots]
-    crossings = sum(len(one.gaps_before) for one in robots)
+    before = [1e3 * float(np.max(np.abs(robot.gaps_before))) for robot in robots]
+    after = [1e3 * float(np.max(np.abs(robot.errors[count:]))) for robot in robots]
+    widths = [1e3 * float(np.median(robot.half_widths[count:])) for robot in robots]
+    crossings = sum(len(robot.gaps_before) for robot in robots)
     return (
         f"elbow gap of {len(robots)} robots before {np.median(before):.2f}, {max(before):.2f} mm (median, largest),"
         f" after {np.median(after):.4f}, {max(after):.4f} mm, half width {np.median(widths):.4f} mm;"
@@ -228,7 +228,7 @@ def gap_text(robots: list[Calibrated]) -> str:
 def coverage(robots: list[Calibrated]) -> dict[str, float]:
     """Return the share of intervals that hold the truth, of each parameter, of all eight, and at the crossings."""
     count = len(GEOMETRY)
-    held = [np.abs(one.errors) <= one.half_widths for one in robots]
+    held = [np.abs(robot.errors) <= robot.half_widths for robot in robots]
     each = np.mean([one[:count] for one in held], axis=0)
     return {
         **dict(zip(GEOMETRY, each.tolist(), strict=True)),
@@ -256,7 +256,14 @@ def main() -> None:
     rig = put_together(find_rig(given.rig)) if given.put_together else find_rig(given.rig)
     by_hand = given.led or given.encoders_only
     scenarios = (drawn_of_rig(rig, given.seed, number) for number in numbers)
-    print(gap_text([calibrated_by_hand(one, given.encoders_only) if by_hand else calibrated(one) for one in scenarios]))
+    print(
+        gap_text(
+            [
+                calibrated_by_hand(scenario, given.encoders_only) if by_hand else calibrated(scenario)
+                for scenario in scenarios
+            ]
+        )
+    )
 
 
 def print_coverage(found: list[Calibrated]) -> None:

@@ -78,7 +78,7 @@ def authority(scenario: Scenario, horizon: int) -> Authority:
         states.append(state_from_platform(robot, scenario.working_mode, *place[:4]))
     maps = [input_map(robot, state) for state in states]
     inputs = np.array([one[:4] for one in maps if one is not None]).reshape(len(states), 2, 2)
-    to_place, to_speed = (one[-1] for one in prediction_matrices(horizon, 1.0 / RATE_HZ))
+    to_place, to_speed = (matrix[-1] for matrix in prediction_matrices(horizon, 1.0 / RATE_HZ))
     least = []
     for first in range(count):
         ahead = inputs[first : first + horizon]

@@ -61,9 +61,9 @@ def path_run(case: Draw, law: str, force: float) -> PathRun:
 
 def line(law: str, force: float, runs: Sequence[PathRun]) -> str:
     """Return a line of the table, in Markdown."""
-    timed, path = ([one.timed for one in runs], [one.path for one in runs])
-    near = (share_words(sum(one < PEAK_LIMIT for one in errors), len(runs), 0) for errors in (timed, path))
-    end = [one.final for one in runs if math.isfinite(one.final)]
+    timed, path = ([run.timed for run in runs], [run.path for run in runs])
+    near = (share_words(sum(error < PEAK_LIMIT for error in errors), len(runs), 0) for errors in (timed, path))
+    end = [run.final for run in runs if math.isfinite(run.final)]
     return (
         f"| {force:g} N | `{law}` | {' | '.join(near)} |"
         f" {1e3 * np.median(timed):.2f} mm | {1e3 * np.median(path):.3f} mm |"

@@ -329,8 +329,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def line(rig: str, branch: str, runs: Sequence[ReleaseRun | str]) -> str:
     """Return a rig's line of the table."""
-    made = [one for one in runs if isinstance(one, ReleaseRun)]
-    refused = Counter(one.partition(":")[0] for one in runs if isinstance(one, str))
+    made = [run for run in runs if isinstance(run, ReleaseRun)]
+    refused = Counter(run.partition(":")[0] for run in runs if isinstance(run, str))
     done = [one for one in made if one.phase == RELEASED]
     others = Counter(ENDINGS[one.phase].partition(":")[0] for one in made if one.phase > RELEASED)
     endless = sum(one.phase < RELEASED for one in made)

@@ -77,8 +77,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("starts", type=int, nargs="?", default=200, help="how many")
     starts = random_starts(parser.parse_args().starts)
-    right = sum(one.right for one in starts)
-    plus = sum(one.actual.assembly > 0 for one in starts)
+    right = sum(start.right for start in starts)
+    plus = sum(start.actual.assembly > 0 for start in starts)
     print(f"{right} of {len(starts)} seen rightly; {plus} in assembly mode +, {len(starts) - plus} in -")
 
 

@@ -122,11 +122,11 @@ def crossing_table(rows: Sequence[CrossingRow]) -> TextTable:
     lines = [
         (f"working mode {mode.mode}: all rests, largest part and pairs joined without crossing", *entries)
         for mode, *entries in (
-            (modes[0], *map(_areas, modes)) for modes in zip(*(one.modes for one in gains), strict=True)
+            (modes[0], *map(_areas, modes)) for modes in zip(*(gain.modes for gain in gains), strict=True)
         )
     ]
     lines += [(words, *map(entry, gains)) for words, entry in LINES]
-    return TextTable(("", *(one.robot for one in gains)), lines)
+    return TextTable(("", *(gain.robot for gain in gains)), lines)
 
 
 def _answer(rows: Sequence[CrossingRow]) -> str:

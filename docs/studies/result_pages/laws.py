@@ -59,16 +59,16 @@ def law_rows(run: str, finished: FinishedStudy) -> list[LawRow]:
     return [
         LawRow(
             run,
-            one.rig,
-            one.controller,
-            one.crossings,
-            one.successes,
-            one.error_median,
-            one.error_95,
-            one.torque_median,
-            one.stopped,
+            score.rig,
+            score.controller,
+            score.crossings,
+            score.successes,
+            score.error_median,
+            score.error_95,
+            score.torque_median,
+            score.stopped,
         )
-        for one in sorted(scores(finished.rows, crossings), key=lambda one: _place(one.controller))
+        for score in sorted(scores(finished.rows, crossings), key=lambda one: _place(one.controller))
     ]
 
 

@@ -196,8 +196,10 @@ def _figure(rows: Sequence[OddsRow]) -> Figure:
         for one in places:
             low, high = one.interval
             axes.plot([100 * one.predicted + shift] * 2, (100 * low, 100 * high), color=colour, linewidth=1.2)
-        across = [100 * one.predicted + shift for one in places]
-        axes.plot(across, [100 * one.observed for one in places], "o", color=colour, markersize=4, label=rig_words(rig))
+        across = [100 * place.predicted + shift for place in places]
+        axes.plot(
+            across, [100 * place.observed for place in places], "o", color=colour, markersize=4, label=rig_words(rig)
+        )
     axes.set_xlim(-2, 102)
     axes.set_ylim(-2, 102)
     axes.set_xticks(range(0, 101, 10))

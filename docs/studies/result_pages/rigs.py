@@ -140,7 +140,7 @@ def share_text(good: int, count: int) -> str:
 
 def _errors(row: RigRow, kind: str) -> str:
     values = [getattr(row, f"{kind}_{mark}") for mark in (50, 95, 99)]
-    return "–" if None in values else ", ".join(in_millimetres(one).removesuffix(" mm") for one in values) + " mm"
+    return "–" if None in values else ", ".join(in_millimetres(value).removesuffix(" mm") for value in values) + " mm"
 
 
 LINES: tuple[tuple[str, Callable[[RigRow], str]], ...] = (

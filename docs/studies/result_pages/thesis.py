@@ -47,8 +47,16 @@ def thesis_rows(run: str, finished: FinishedStudy) -> list[ThesisRow]:
     """Return the rows of a reproduction."""
     claims: Sequence[ClaimRow] = finished.shown
     return [
-        ThesisRow(run, one.place, one.title, one.thesis, one.measured, f"{one.judgement.verdict}", one.judgement.reason)
-        for one in claims
+        ThesisRow(
+            run,
+            claim.place,
+            claim.title,
+            claim.thesis,
+            claim.measured,
+            f"{claim.judgement.verdict}",
+            claim.judgement.reason,
+        )
+        for claim in claims
     ]
 
 

@@ -164,9 +164,9 @@ def crossing_points(robot: FiveBar, home: Point) -> tuple[WayThrough, ...]:
     places = places_of(robot, 2)
     here = [
         home,
-        *(one for one in places if assembly_mode(state_at(robot, one)) == mode and math.dist(one, home) < link),
+        *(place for place in places if assembly_mode(state_at(robot, place)) == mode and math.dist(place, home) < link),
     ]
-    there = [one for one in places if assembly_mode(state_at(robot, one)) != mode]
+    there = [place for place in places if assembly_mode(state_at(robot, place)) != mode]
     ways = [
         way
         for begin, end in itertools.product(here[:TRIED], there[: 4 * TRIED])

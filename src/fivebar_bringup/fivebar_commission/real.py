@@ -149,7 +149,7 @@ def write_motion_by_hand(samples: list[StampedAngles], readings: list[StampedRea
         for sample in samples:
             message = serialize.joint_state(sample.stamp, ACTIVE_JOINTS, sample.angles, effort=(0.0, 0.0))
             bag.write(MOTOR_STATES, sample.stamp, message)
-        for one in readings:
-            message = serialize.imu(one.stamp, IMU_FRAME, one.angular_velocity, one.acceleration)
-            bag.write(IMU_DATA, one.stamp, message)
+        for reading in readings:
+            message = serialize.imu(reading.stamp, IMU_FRAME, reading.angular_velocity, reading.acceleration)
+            bag.write(IMU_DATA, reading.stamp, message)
         bag.close({})

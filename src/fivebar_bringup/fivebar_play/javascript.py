@@ -80,7 +80,7 @@ class Translation:
     @property
     def functions(self) -> list[FunctionType]:
         """The functions that have been asked for and those that they need, methods left out."""
-        return [one for one in self._names if isinstance(one, FunctionType) and one not in self._without]
+        return [name for name in self._names if isinstance(name, FunctionType) and name not in self._without]
 
     @property
     def classes(self) -> list[str]:
@@ -230,8 +230,8 @@ class _Body:
             case ast.Return():
                 yield "return null;" if node.value is None else f"return {self._expression(node.value)};"
             case ast.Assign():
-                targets = [self._target(one) for one in node.targets]
-                if len(targets) > 1 and not all(isinstance(one, ast.Name) for one in node.targets):
+                targets = [self._target(target) for target in node.targets]
+                if len(targets) > 1 and not all(isinstance(target, ast.Name) for target in node.targets):
                     self._refuse(node, "a tuple that is assigned twice")
                 yield f"{' = '.join([*targets, self._expression(node.value)])};"
             case ast.AnnAssign(simple=1):
@@ -318,7 +318,7 @@ class _Body:
     def _comparison(self, node: ast.Compare) -> str:
         sides = [node.left, *node.comparators]
         # what stands in the middle of a chain is evaluated twice here
-        if not all(isinstance(one, ast.Name | ast.Attribute | ast.Constant) for one in sides[1:-1]):
+        if not all(isinstance(side, ast.Name | ast.Attribute | ast.Constant) for side in sides[1:-1]):
             self._refuse(node, "a chain of comparisons with more than a name in its middle")
         parts = []
         for left, operator, right in zip(sides, node.ops, sides[1:], strict=False):

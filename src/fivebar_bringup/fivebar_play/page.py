@@ -92,4 +92,4 @@ def recorded(push: float) -> dict[str, Any]:
 
 
 def _lines(loci: list[Type2], shape: str) -> list[list[list[float]]]:
-    return [np.round(1e3 * one.curve.platform, 3).tolist() for one in loci if one.shape == shape]
+    return [np.round(1e3 * locus.curve.platform, 3).tolist() for locus in loci if locus.shape == shape]

@@ -60,8 +60,8 @@ def start_cell(context):
             parameters=parameters_for_all(context),
         )
         processes = described_processes(request)
-        recorders[robot] = next((one for one in processes if one.name == RECORDER), None)
-        actions += launched_nodes([one for one in processes if one.name != RECORDER], robot, {}, False)
+        recorders[robot] = next((process for process in processes if process.name == RECORDER), None)
+        actions += launched_nodes([process for process in processes if process.name != RECORDER], robot, {}, False)
     lockstep = mode == Mode.LOCKSTEP and hardware == Hardware.SIMULATED
     shared = [cell_clock(list(scenarios), lockstep)]
     if record:

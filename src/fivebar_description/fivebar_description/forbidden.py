@@ -77,7 +77,7 @@ def motor_range(postures: Sequence[ForbiddenPosture], joint: str, home: float) -
 
     None where there are none.
     """
-    ends = [getattr(one, joint) for one in postures if one.model_fields_set - {"name"} == {joint}]
+    ends = [getattr(posture, joint) for posture in postures if posture.model_fields_set - {"name"} == {joint}]
     if not ends:
         return None
     turn = 2.0 * math.pi
@@ -95,7 +95,7 @@ class NamedBounds(NamedTuple):
 
 def numbers_of(postures: Sequence[ForbiddenPosture]) -> tuple[float, ...]:
     """Return all ranges in one row, as a node's parameter holds them."""
-    return tuple(float(number) for one in postures for number in one.bounds())
+    return tuple(float(number) for posture in postures for number in posture.bounds())
 
 
 def bounds_in(numbers: Sequence[float]) -> tuple[PostureBounds, ...]:
@@ -106,7 +106,7 @@ def bounds_in(numbers: Sequence[float]) -> tuple[PostureBounds, ...]:
 def kept_clear_of(numbers: Sequence[float], postures: Sequence[ForbiddenPosture]) -> tuple[NamedBounds, ...]:
     """Return the postures that a robot may not enter: those in one row, named by place, else those of its file."""
     given = tuple(NamedBounds(f"{place}", bounds) for place, bounds in enumerate(bounds_in(numbers), start=1))
-    return given or tuple(NamedBounds(one.name, one.bounds()) for one in postures)
+    return given or tuple(NamedBounds(posture.name, posture.bounds()) for posture in postures)
 
 
 def numbers_problem(numbers: Sequence[float]) -> str | None:

@@ -100,7 +100,7 @@ class Living:
 
     def among(self, publishers: Sequence[PublisherOf], machine: bytes) -> list[PublisherOf]:
         """Return those that live, as seen from a machine; b"" where its own identity is not known."""
-        return [one for one in publishers if not self._is_predecessor(one, publishers, machine)]
+        return [publisher for publisher in publishers if not self._is_predecessor(publisher, publishers, machine)]
 
     def is_gone(self, one: PublisherOf, machine: bytes) -> bool:
         """Return whether the process of a publisher was on this machine and has ended."""
@@ -137,14 +137,14 @@ def second_publisher_of(topic: str) -> str:
 
 def second_publisher(topic: str, publishers: Sequence[PublisherOf], machine: bytes, joints: Sequence[str] = ()) -> str:
     """Return the text of the fault that several publishers of a topic, or on it of the same joints, are."""
-    *others, last = [one.describe(machine) for one in publishers]
+    *others, last = [publisher.describe(machine) for publisher in publishers]
     of_joints = f" of {', '.join(joints)}" if joints else ""
     return f"{second_publisher_of(topic)}{', '.join(others)} and {last}, expected one publisher{of_joints}"
 
 
 def contradiction(topic: str, moment: str, publishers: Sequence[PublisherOf], machine: bytes) -> str:
     """Return the text of the fault that two different messages of one moment are."""
-    names = ", ".join(one.describe(machine) for one in publishers) or "nobody any more"
+    names = ", ".join(publisher.describe(machine) for publisher in publishers) or "nobody any more"
     return f"{SECOND_PUBLISHER}: two different messages on {topic} for {moment}, which is published by {names}"
 
 

@@ -124,7 +124,7 @@ def _problem(
     if first["type"] == "missing":
         return f"{key}: is missing"
     # of alternatives, the one whose type it has says more than the others, which want another type
-    fitting = [one for one in details if not one["type"].endswith("_type")] or details
+    fitting = [detail for detail in details if not detail["type"].endswith("_type")] or details
     words = dict.fromkeys(_expectation(one) for one in fitting)
     expectation = " or ".join(word if not at else word.removeprefix("expected ") for at, word in enumerate(words))
     value = first["input"]

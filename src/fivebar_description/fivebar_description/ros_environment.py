@@ -79,7 +79,9 @@ def _is_installed(library: str, environment: Mapping[str, str]) -> bool:
     """Return whether a shared library is where ROS looks for it."""
     folders = [Path(one) for one in environment.get("LD_LIBRARY_PATH", "").split(os.pathsep) if one]
     prefixes = [sys.prefix, *environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)]
-    if any((folder / library).is_file() for folder in [*folders, *(Path(one) / "lib" for one in prefixes if one)]):
+    if any(
+        (folder / library).is_file() for folder in [*folders, *(Path(prefix) / "lib" for prefix in prefixes if prefix)]
+    ):
         return True
     try:
         ctypes.CDLL(library)

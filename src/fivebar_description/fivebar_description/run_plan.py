@@ -73,7 +73,7 @@ class RunPlan(NamedTuple):
         if not isinstance(told, dict) or set(told) != set(MotionStart._fields):
             return None
         samples, joints, announces = told["samples"], told["joints"], told["announces"]
-        angles = isinstance(joints, list) and all(type(one) is float and math.isfinite(one) for one in joints)
+        angles = isinstance(joints, list) and all(type(joint) is float and math.isfinite(joint) for joint in joints)
         counted = type(samples) is int and 0 < samples <= LARGEST_COUNT
         if not (counted and angles and len(joints) == 4 and isinstance(announces, bool)):
             return None

@@ -262,13 +262,15 @@ QUANTITIES = (
 @cache
 def quantities(nominal: Topic) -> tuple[Quantity, ...]:
     """Return the quantities of a run whose nominal law publishes on a topic, in the order of the table."""
-    return tuple(one._replace(topic=nominal) if one is TORQUE_OF_NOMINAL else one for one in QUANTITIES)
+    return tuple(
+        quantity._replace(topic=nominal) if quantity is TORQUE_OF_NOMINAL else quantity for quantity in QUANTITIES
+    )
 
 
 @cache
 def sampled_topics(nominal: Topic) -> dict[Topic, tuple[Quantity, ...]]:
     """Return the topics with a message for every sample, and the quantities that each carries."""
-    sampled = [one for one in quantities(nominal) if one.names]
+    sampled = [quantity for quantity in quantities(nominal) if quantity.names]
     return {
         topic: tuple(one for one in sampled if one.topic == topic)
         for topic in dict.fromkeys(one.topic for one in sampled)

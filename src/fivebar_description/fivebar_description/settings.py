@@ -231,7 +231,7 @@ def shape_of(kind: Any) -> SettingShape:
     if get_origin(kind) is Literal:
         return SettingShape(type(arguments[0]))
     if get_origin(kind) in (Union, UnionType):
-        depths = [shape_of(one).depth for one in arguments]
+        depths = [shape_of(argument).depth for argument in arguments]
         return SettingShape(shape_of(arguments[0]).element, max(depths), 0 in depths and max(depths) > 0)
     if hasattr(kind, "_fields"):
         arguments = tuple(get_type_hints(kind).values())

@@ -39,7 +39,7 @@ def keys_at(schema: Mapping[str, Any], keys: Sequence[str]) -> set[str]:
     places = [*_alternatives(schema, definitions)]
     for key in keys:
         inside = [child for place in places for child in _children(place, key)]
-        places = [one for child in inside for one in _alternatives(child, definitions)]
+        places = [alternative for child in inside for alternative in _alternatives(child, definitions)]
     return {name for place in places for name in place.get("properties", ())}
 
 
@@ -61,7 +61,7 @@ def unit_at(schema: Mapping[str, Any], keys: Sequence[str]) -> str:
     unit = ""
     for key in keys:
         inside = [child for place in places for child in _children(place, key)]
-        places = [one for child in inside for one in _alternatives(child, definitions)]
+        places = [alternative for child in inside for alternative in _alternatives(child, definitions)]
         # that of a list is also that of its numbers
         units = [found[1] for one in places if (found := UNIT.search(one.get("description", "")))]
         unit = units[0] if units else unit if key.isdecimal() else ""

@@ -268,5 +268,5 @@ def _tag_at(
     posture_at: Callable[[float], RenderedPosture], times: Points
 ) -> tuple[list[float], list[float], list[float]]:
     postures: Sequence[RenderedPosture] = [posture_at(float(time)) for time in times]
-    x_s, y_s = [one.platform[0] for one in postures], [one.platform[1] for one in postures]
-    return x_s, y_s, [one.angle for one in postures]
+    x_s, y_s = [posture.platform[0] for posture in postures], [posture.platform[1] for posture in postures]
+    return x_s, y_s, [posture.angle for posture in postures]

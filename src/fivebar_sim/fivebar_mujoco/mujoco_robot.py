@@ -70,7 +70,7 @@ class MujocoRobot(NamedTuple):
     def is_loaded(self) -> bool:
         """Whether there is a push, a cable or a constant force, which acts on the platform at some time."""
         forces = self.push.force, self.cable.force, self.cable.stiffness, self.force_x, self.force_y
-        return any(one != 0.0 for one in forces)
+        return any(force != 0.0 for force in forces)
 
 
 def mujoco_robot(robot: FiveBar, settings: PlantSettings, mechanism: Mechanism, step: float = STEP) -> MujocoRobot:

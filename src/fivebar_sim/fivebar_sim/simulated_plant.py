@@ -179,7 +179,9 @@ class SimulatedPlant:
         if self._scalars:
             exact = self._robot.truth().position
             scalars = [one for sensor in self._scalars for one in sensor.arrived(number, exact)]
-        timed = [(one.topic, time_of_stamp(sample_stamp_ns(one.made, rate_hz)), one.value) for one in scalars]
+        timed = [
+            (scalar.topic, time_of_stamp(sample_stamp_ns(scalar.made, rate_hz)), scalar.value) for scalar in scalars
+        ]
         seen: tuple[TimedPosition, ...] = ()
         if self.camera is not None:
             seen = tuple(

@@ -27,4 +27,4 @@ def recorded_payloads(recording: Recording) -> list[RecordedPayload]:
         return []
     masses = recording.field(PAYLOAD, "data").tolist()
     payloads = map(RecordedPayload, recording.log_times(PAYLOAD).tolist(), masses)
-    return [one for one in payloads if 0.0 <= one.mass <= MOST_PAYLOAD]
+    return [payload for payload in payloads if 0.0 <= payload.mass <= MOST_PAYLOAD]

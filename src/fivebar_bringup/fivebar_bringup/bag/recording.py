@@ -182,7 +182,7 @@ class Recording:
         """
         if not self.count(RUN_EPOCH):
             return START_STAMP_NS
-        announced = [one for one in self.read_texts(RUN_EPOCH, read_epoch) if one is not None][::-1]
+        announced = [text for text in self.read_texts(RUN_EPOCH, read_epoch) if text is not None][::-1]
         sources = [one for one in (MOTOR_STATES, JOINT_STATES) if self.count(one)]
         stamps = set(self.stamps(sources[0]).tolist()) if sources else set()
         period = NANOSECONDS // rate_hz
@@ -205,7 +205,7 @@ class Recording:
         if topic.type != _JOINT_STATE:
             raise self._error(topic, "its messages have no joint names")
         names = dict.fromkeys(tuple(message.name) for message in self._messages(topic))
-        if len({tuple(sorted(one)) for one in names}) > 1:
+        if len({tuple(sorted(name)) for name in names}) > 1:
             raise self._error(topic, f"names change within the recording: {', '.join(map(str, names))}")
         return next(iter(names), ())
 

@@ -76,7 +76,7 @@ def parameters(result: CalibrationResult) -> Figure:
         for number, one in enumerate(rows):
             _draw_row(axes, number, one)
         axes.axvline(0.0, color=GREY, linewidth=1.0)
-        axes.set_yticks(range(len(rows)), [one.name for one in rows])
+        axes.set_yticks(range(len(rows)), [row.name for row in rows])
         axes.set_ylim(len(rows) - 0.5, -0.5)
         axes.set_xlabel(f"change in {rows[0].unit}")
     return figure

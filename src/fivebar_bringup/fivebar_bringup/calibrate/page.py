@@ -29,8 +29,13 @@ def html_page(result: CalibrationResult, pictures: Sequence[Picture]) -> str:
 
 
 def _parameter_rows(result: CalibrationResult) -> Iterable[tuple[str, ...]]:
-    for one in result.parameters():
-        yield one.name, f"{one.before:g} ± {one.half_width_before:.2g}", one.text(), one.unit
+    for parameter in result.parameters():
+        yield (
+            parameter.name,
+            f"{parameter.before:g} ± {parameter.half_width_before:.2g}",
+            parameter.text(),
+            parameter.unit,
+        )
 
 
 def quality_rows(result: CalibrationResult) -> list[tuple[str, str]]:

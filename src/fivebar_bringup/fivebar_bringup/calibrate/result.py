@@ -96,7 +96,7 @@ class CalibrationResult(NamedTuple):
         for name, *figures in rows:
             unit, factor = UNITS[name]
             if name in shown:
-                result.append(CalibratedParameter(name, unit, *(factor * one for one in figures)))
+                result.append(CalibratedParameter(name, unit, *(factor * figure for figure in figures)))
         return result
 
     def _names(self) -> tuple[str, ...]:
@@ -197,9 +197,9 @@ class CalibrationResult(NamedTuple):
     def parameter_file(self) -> str:
         """Return the robot file as YAML, its intervals in a comment."""
         rows = self.parameters()
-        width = max(len(one.name) for one in rows)
+        width = max(len(row.name) for row in rows)
         lines = [f"Calibrated from {self.bag}, starting from {self.start.name}: {INTERVALS}"]
-        lines += [f"  {one.name:<{width}}  {one.text()} {one.unit}" for one in rows]
+        lines += [f"  {row.name:<{width}}  {row.text()} {row.unit}" for row in rows]
         lines += [f"Not seen: {one.words}" for one in self.unseen]
         one, two = self.zeros()
         lines.append(f"Encoder zeros: add {-one:+.6f} to home_offset_rad of q11 and {-two:+.6f} to that of q21.")

@@ -92,6 +92,6 @@ def _table(result: CalibrationResult) -> Table:
     from fivebar_bringup.calibrate.result import INTERVALS
 
     table = Table("parameter", "before", f"calibrated, {INTERVALS}", "unit", box=None)
-    for one in result.parameters():
-        table.add_row(one.name, f"{one.before:g}", one.text(), one.unit)
+    for parameter in result.parameters():
+        table.add_row(parameter.name, f"{parameter.before:g}", parameter.text(), parameter.unit)
     return table

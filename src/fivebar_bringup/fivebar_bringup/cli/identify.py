@@ -117,7 +117,7 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
     table = Table(f"transmission, {INTERVALS}", "leg 1 (left)", "leg 2 (right)", "unit", box=None)
     for name, unit in (("frequency", "Hz"), ("damping", ""), ("rotor_share", "")):
         values = [getattr(leg, name) for leg in found.legs]
-        table.add_row(name, *(f"{one.value:.4g} ± {one.half_width:.2g}" for one in values), unit)
+        table.add_row(name, *(f"{value.value:.4g} ± {value.half_width:.2g}" for value in values), unit)
     printer.print(table)
     printer.print(
         f"on locked rotors the links swing at {found.locked[0]:.3g} and {found.locked[1]:.3g} Hz here;"
@@ -159,7 +159,7 @@ def _periods(text: str) -> tuple[int, ...]:
     words = [word.strip() for word in text.split(",")]
     periods = tuple(int(word) for word in words if word.isdecimal())
     unique = len(set(periods)) == len(words)
-    if not (unique and all(0 < one <= MOST_PERIODS for one in periods)):
+    if not (unique and all(0 < period <= MOST_PERIODS for period in periods)):
         raise InputError(f'--cogging: {text!r}: expected numbers of periods in a turn, such as "12,24"')
     return periods
 
@@ -170,7 +170,7 @@ def _motors(motors: tuple[MotorMap, MotorMap]) -> Table:
     table = Table(f"motor, {INTERVALS}", "1 (left)", "2 (right)", "unit", box=None)
 
     def row(name: str, unit: str, values: Sequence[MotorValue]) -> None:
-        table.add_row(name, *(f"{one.value:.4g} ± {one.half_width:.2g}" for one in values), unit)
+        table.add_row(name, *(f"{value.value:.4g} ± {value.half_width:.2g}" for value in values), unit)
 
     row("actual over commanded torque", "", [motor.gain for motor in motors])
     row("Coulomb friction, as commanded", "Nm", [motor.coulomb for motor in motors])

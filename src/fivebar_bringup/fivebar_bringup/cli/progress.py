@@ -123,7 +123,7 @@ def _lines(name: str, until_begun: bool) -> Iterator[Progress]:
             if begun.is_set() and until_begun:
                 return
             parts = (state["stage"], state["done"], f"{time.monotonic() - began:.0f} s", left.words)
-            words = ", ".join(one for one in parts if one)
+            words = ", ".join(part for part in parts if part)
             print(printable(f"{name}: {words}"), file=sys.stderr, flush=True)
             pause = NEXT_LINES
 

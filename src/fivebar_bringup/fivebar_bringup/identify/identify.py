@@ -62,7 +62,7 @@ def _refuse_other_unit(result: IdentificationResult) -> None:
     Raises:
         InputError: they do, as with torques in another unit.
     """
-    named = [one for one in result.parameters() if one.name in SCALED_BY_TORQUE]
+    named = [parameter for parameter in result.parameters() if parameter.name in SCALED_BY_TORQUE]
     ratios = [one.value / one.before for one in named if one.before > 0.0]
     if not ratios or min(ratios) <= 0.0:
         return

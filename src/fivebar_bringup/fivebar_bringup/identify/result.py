@@ -80,7 +80,10 @@ class IdentificationResult(NamedTuple):
     def rows(self) -> list[tuple[str, str, str, str, str]]:
         """Return what is identified as the lines of a table: name, before, value and interval, unit, change."""
         return [
-            *((one.name, f"{one.before:g}", one.text(), one.unit, one.change()) for one in self.parameters()),
+            *(
+                (parameter.name, f"{parameter.before:g}", parameter.text(), parameter.unit, parameter.change())
+                for parameter in self.parameters()
+            ),
             *((one.name, "", one.text(), one.unit, "") for one in self.beside()),
         ]
 
@@ -98,7 +101,7 @@ class IdentificationResult(NamedTuple):
 
     def robot_file(self) -> RobotFile:
         """Return the identified robot: what is not identified is that of the initial file."""
-        value = {one.name: round(one.value, one.decimals + 1) for one in self.parameters()}
+        value = {parameter.name: round(parameter.value, parameter.decimals + 1) for parameter in self.parameters()}
         grouped = self.start.grouped()
         forces, robot = self.start.forces, self.start.five_bar()
         if forces.tilt > 0.0:
@@ -142,7 +145,9 @@ class IdentificationResult(NamedTuple):
         """Return the robot file as YAML, its intervals in a comment."""
         width = max(len(name) for name in PARAMETERS)
         lines = [f"Identified from {self.bag}, starting from {self.start.name}: {INTERVALS}"]
-        lines += [f"  {one.name:<{width}}  {one.text()} {one.unit}" for one in self.parameters()]
+        lines += [
+            f"  {parameter.name:<{width}}  {parameter.text()} {parameter.unit}" for parameter in self.parameters()
+        ]
         lines += [f"  {one.name:<{width}}  {one.text()} {one.unit}" for one in self.beside()]
         lines.append(f"Lengths and width_rad_s are those of {self.start.name}, not identified.")
         # neither a path nor a name may end the comment
@@ -159,13 +164,13 @@ class IdentificationResult(NamedTuple):
             "rate_hz": self.rate_hz,
             "confidence": CONFIDENCE,
             "parameters": {
-                one.name: {
-                    "value": one.value,
-                    "half_width": one.half_width,
-                    "before": one.before,
-                    "unit": one.unit,
+                parameter.name: {
+                    "value": parameter.value,
+                    "half_width": parameter.half_width,
+                    "before": parameter.before,
+                    "unit": parameter.unit,
                 }
-                for one in self.parameters()
+                for parameter in self.parameters()
             },
             "beside": {
                 one.name: {"value": one.value, "half_width": one.half_width, "unit": one.unit} for one in self.beside()

@@ -117,7 +117,7 @@ def within_drives(robot: str, torque_limit: float | None, speed_limit: float | N
     drives, usual = file.drives, MotionLimits()
     torques = torque_limit, drives.torque_limit, usual.torque
     speeds = speed_limit, drives.joint_speed_limit, usual.motor_speed
-    torque, speed = (next(one for one in limits if one is not None) for limits in (torques, speeds))
+    torque, speed = (next(limit for limit in limits if limit is not None) for limits in (torques, speeds))
     return torque, speed
 
 

@@ -96,4 +96,4 @@ class GoalClient(DomainMember):
 
 
 def _nodes(endpoints: Sequence[TopicEndpointInfo]) -> set[tuple[str, str]]:
-    return {(one.node_namespace, one.node_name) for one in endpoints}
+    return {(endpoint.node_namespace, endpoint.node_name) for endpoint in endpoints}

@@ -177,7 +177,7 @@ def drawn_effects(errors: RobotErrors, seed: int, number: int, crossing: float) 
     if errors.zero > 0.0:
         effects["encoders"] = dict(zip(("zero_1", "zero_2"), (errors.zero * one for one in zeros), strict=True))
     if errors.torque_constant > 0.0:
-        drawn = [_relative(errors, errors.torque_constant * one) for one in constants]
+        drawn = [_relative(errors, errors.torque_constant * constant) for constant in constants]
         effects["motors"] = dict(zip(("constant_1", "constant_2"), drawn, strict=True))
     if errors.tilt > 0.0:
         effects["tilt"] = {"angle": errors.tilt * tilt, "heading": tilted}

@@ -213,7 +213,8 @@ ALWAYS = frozenset(
 UNITS = {
     name: unit
     for columns, units in chain(
-        ((one.columns, one.units) for one in QUANTITIES), ((one.columns, one.units) for one in DERIVED.values())
+        ((quantity.columns, quantity.units) for quantity in QUANTITIES),
+        ((one.columns, one.units) for one in DERIVED.values()),
     )
     for name, unit in zip(columns, units, strict=True)
     if name

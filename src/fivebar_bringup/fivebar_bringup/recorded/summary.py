@@ -287,8 +287,14 @@ def _clock_steps(recording: Recording) -> list[str]:
 def planned_crossings(plan: Plan, elbows_pass: ElbowsPass) -> list[PlannedCrossing]:
     """Return the crossings of a plan of a robot whose elbows may pass each other, or may not."""
     return [
-        PlannedCrossing(one.time, one.x, one.y, one.distal_links, elbows_pass if one.distal_links == FOLDED else None)
-        for one in plan.crossings
+        PlannedCrossing(
+            crossing.time,
+            crossing.x,
+            crossing.y,
+            crossing.distal_links,
+            elbows_pass if crossing.distal_links == FOLDED else None,
+        )
+        for crossing in plan.crossings
     ]
 
 

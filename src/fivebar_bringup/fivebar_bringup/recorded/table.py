@@ -75,10 +75,14 @@ class RunTable:
     def columns(self) -> dict[str, FloatArray]:
         """Return every column of which at least one value is known, [n] each, by its name."""
         found: dict[str, FloatArray] = {}
-        for one in self.quantities:
-            values = self.values(one)
-            known = [name for name in one.columns if name and not np.all(np.isnan(values[:, one.columns.index(name)]))]
-            found |= {name: values[:, one.columns.index(name)] for name in known}
+        for quantity in self.quantities:
+            values = self.values(quantity)
+            known = [
+                name
+                for name in quantity.columns
+                if name and not np.all(np.isnan(values[:, quantity.columns.index(name)]))
+            ]
+            found |= {name: values[:, quantity.columns.index(name)] for name in known}
         return found
 
     def _joined(self, one: Quantity) -> FloatArray:

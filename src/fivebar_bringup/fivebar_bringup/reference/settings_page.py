@@ -59,7 +59,7 @@ def _default(name: str) -> Any:
 
 
 def _table(settings: list[Declared]) -> str:
-    rows = [COLUMNS, tuple("---" for _ in COLUMNS), *(_row(one) for one in settings)]
+    rows = [COLUMNS, tuple("---" for _ in COLUMNS), *(_row(setting) for setting in settings)]
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 

@@ -43,7 +43,10 @@ Each value as its message had it, in the row of the sample that the stamp names.
 def table_page() -> str:
     """Return the page as Markdown."""
     derived = [_row(one.columns, one.units, one.meaning) for one in DERIVED.values()]
-    recorded = [_row(one.columns, one.units, one.meaning, _source(one)) for one in quantities(TORQUE_OF_NOMINAL.topic)]
+    recorded = [
+        _row(quantity.columns, quantity.units, quantity.meaning, _source(quantity))
+        for quantity in quantities(TORQUE_OF_NOMINAL.topic)
+    ]
     return (
         HEAD
         + "\n".join(["| columns | unit | what |", "|---|---|---|", *derived])

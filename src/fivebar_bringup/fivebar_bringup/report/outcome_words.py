@@ -106,7 +106,9 @@ def _warnings(summary: Summary) -> list[str]:
     }
     kinds = {"late": "samples", "missing": "samples", "not recorded": "messages", "malformed": "messages"}
     elbows = [
-        f"{ELBOWS_UNKNOWN} at {place(one.x, one.y)}" for one in summary.planned_crossings if one.elbows_pass == UNKNOWN
+        f"{ELBOWS_UNKNOWN} at {place(crossing.x, crossing.y)}"
+        for crossing in summary.planned_crossings
+        if crossing.elbows_pass == UNKNOWN
     ]
     return [
         *(f"{count} {kinds[word]} {word}" for word, count in counted.items() if count),

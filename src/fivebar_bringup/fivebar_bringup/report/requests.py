@@ -53,9 +53,10 @@ def plan_with_requests(recording: Recording, scenario: Scenario) -> Plan:
     crossings: list[Crossing] = []
     for motion in motions:
         crossings += [
-            one._replace(segment=one.segment + len(segments), time=one.time + motion.begin) for one in motion.crossings
+            crossing._replace(segment=crossing.segment + len(segments), time=crossing.time + motion.begin)
+            for crossing in motion.crossings
         ]
-        segments += [one._replace(start_time=one.start_time + motion.begin) for one in motion.segments]
+        segments += [segment._replace(start_time=segment.start_time + motion.begin) for segment in motion.segments]
     return plan._replace(path=Path(segments, last), crossings=tuple(crossings))
 
 
@@ -103,12 +104,16 @@ def _motions(
             whole, at = motions[-1], begin - motions[-1].begin
             slowing = status.get("slowing_s", status["last_sample"] / scenario.rate_hz - begin)
             stopped = StoppedSegment(Path(whole.segments), at, slowing)
-            crossed = tuple(one._replace(segment=0) for one in whole.crossings if one.time < at)
+            crossed = tuple(crossing._replace(segment=0) for crossing in whole.crossings if crossing.time < at)
             motions[-1] = _Motion(whole.begin, stopped.as_path().segments, crossed)
         elif status["state"] == RESUMED:
             since, rising = status["path_time_s"], status["rising_s"]
             late = 0.5 * rising - since
-            ahead = tuple(one._replace(segment=0, time=one.time + late) for one in whole.crossings if one.time >= since)
+            ahead = tuple(
+                crossing._replace(segment=0, time=crossing.time + late)
+                for crossing in whole.crossings
+                if crossing.time >= since
+            )
             motions.append(
                 _Motion(begin, ResumedSegment(Path(whole.segments), since, rising).as_path().segments, ahead)
             )

@@ -254,7 +254,7 @@ def _text_of(loop: LoopInUrdf, joints: dict[str, ElementTree.Element], name: str
     untold = ["inertia of the rotors and their gears, unless a link has it: add it to proximal_links"]
     untold += ["torque constants, encoders and delays: `drives` of this file, and the drives file"]
     elements = [joints[joint] for joint in names.motors]
-    frictions = [_number(one, "dynamics", "friction") for one in elements]
+    frictions = [_number(element, "dynamics", "friction") for element in elements]
     if None in frictions:
         untold.insert(0, "friction: 0 is written; `fivebar identify` measures it")
     for leg, passive, motor in zip(legs, names.passive, names.motors, strict=True):
@@ -284,7 +284,9 @@ def _text_of(loop: LoopInUrdf, joints: dict[str, ElementTree.Element], name: str
     ]
     drives = {}
     for key, attribute in (("torque_limit", "effort"), ("joint_speed_limit", "velocity")):
-        values = [value for one in elements if (value := _number(one, "limit", attribute)) and value < UNLIMITED]
+        values = [
+            value for element in elements if (value := _number(element, "limit", attribute)) and value < UNLIMITED
+        ]
         if len(values) == 2:
             drives[key] = min(values)
     lines += [f"drives: {_section(drives)}"] if drives else []

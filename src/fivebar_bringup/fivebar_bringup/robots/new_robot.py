@@ -112,8 +112,8 @@ def asked(ask: Ask, refuse: Refuse, typed: dict[str, str] | None = None) -> dict
                 home_of(_robot(answers))
             except InputError as error:
                 refuse(str(error))
-                for one in LENGTHS:
-                    typed.pop(one.key, None)
+                for length in LENGTHS:
+                    typed.pop(length.key, None)
                 place = 0
     return answers
 
@@ -129,7 +129,7 @@ def robot_text(name: str, answers: Answers) -> str:
     inertias = [inertia_of_leg(answers, leg) for leg in (1, 2)]
     # half of what one count in a sample is
     width = min(LARGEST_WIDTH, max(LEAST_WIDTH, 0.5 * TURN / counts * answers["rate"]))
-    lengths = ", ".join(f"{one.key}: {_metres(answers[one.key])}" for one in LENGTHS)
+    lengths = ", ".join(f"{length.key}: {_metres(answers[length.key])}" for length in LENGTHS)
     friction = f"{answers['friction']:.6g}"
     lines = [
         f"# {_one_line(name)}: from answers to `fivebar robot new`. Keys: docs/reference/robot.schema.json",
@@ -176,7 +176,7 @@ def home_of(robot: FiveBar) -> tuple[float, float]:
     grid = [(x, y) for x in np.linspace(left, right, PLACES) for y in np.linspace(max(0.0, bottom), top, PLACES)]
     points = [(round(float(x), 3) + 0.0, round(float(y), 3) + 0.0) for x, y in grid]
     places = [place_at(robot, HOME_MODE, *point) for point in points]
-    inside = [one for one in places if min(one.kappa, one.serial) > 0.0]
+    inside = [place for place in places if min(place.kappa, place.serial) > 0.0]
     if not inside:
         raise InputError("these lengths: with elbows outwards there is no place above the motors that both legs reach")
     best = max(inside, key=lambda one: (round(min(one.kappa, one.serial), 3), -abs(one.x)))
@@ -194,8 +194,8 @@ def _robot(answers: Answers) -> FiveBar:
     Raises:
         InputError: these are no lengths of one robot.
     """
-    lengths = {one.key: 1e-3 * answers[one.key] for one in LENGTHS}
-    link = sum(lengths[one.key] for one in LENGTHS[1:]) / 4.0
+    lengths = {length.key: 1e-3 * answers[length.key] for length in LENGTHS}
+    link = sum(lengths[length.key] for length in LENGTHS[1:]) / 4.0
     mass = WATER * link**3
     content = {
         "format": 1,

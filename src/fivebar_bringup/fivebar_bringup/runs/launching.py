@@ -201,8 +201,8 @@ def cell_rviz_configuration(robots: Sequence[str], frame: str) -> str:
     content = yaml.safe_load(share_file("fivebar_bringup", "rviz", "fivebar.rviz").read_text(encoding="utf-8"))
     manager = content["Visualization Manager"]
     displays = manager["Displays"]
-    shown = [_of_robot(one, robot) for robot in robots for one in displays if _topics_in(one)]
-    manager["Displays"] = [one for one in displays if not _topics_in(one)] + shown
+    shown = [_of_robot(display, robot) for robot in robots for display in displays if _topics_in(display)]
+    manager["Displays"] = [display for display in displays if not _topics_in(display)] + shown
     manager["Global Options"]["Fixed Frame"] = frame
     return str(yaml.safe_dump(content, sort_keys=False))
 

@@ -29,7 +29,7 @@ def advice_for(scenario: Scenario, plan: Plan, verdict: Feasibility, only_loads:
 
 def _at_higher_rate(scenario: Scenario) -> str:
     """Return the first higher rate of the controllers that would do, where the present one is low."""
-    for rate_hz in (one for one in HIGHER_RATES if one > scenario.rate_hz):
+    for rate_hz in (rate for rate in HIGHER_RATES if rate > scenario.rate_hz):
         if _is_feasible(scenario.model_copy(update={"rate_hz": rate_hz})):
             return f"with rate_hz: {rate_hz}"
     return ""

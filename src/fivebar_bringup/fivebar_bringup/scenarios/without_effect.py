@@ -87,7 +87,7 @@ def _problem(key: str, scenario: Scenario, any_law: bool) -> str | None:
 def is_of_another_law(key: str, controller: Controller) -> bool:
     """Return whether a key of a scenario sets a law, but none of a controller's."""
     of_laws = ("law", *(one for keys in SECTIONS.values() for one in keys))
-    return any(_belongs(key, one) for one in of_laws) and not any(
+    return any(_belongs(key, law) for law in of_laws) and not any(
         _belongs(key, one) for one in keys_of_laws(controller)
     )
 
@@ -136,12 +136,16 @@ def _off(key: str, scenario: Scenario) -> str | None:
         switches = next((by for start, by in switched.items() if name.startswith(start)), ())
     settings = attrgetter(section)(scenario)
     neutral = type(settings)()
-    if not switches or name in switches or any(_is_on(getattr(settings, one), section, one) for one in switches):
+    if (
+        not switches
+        or name in switches
+        or any(_is_on(getattr(settings, switch), section, switch) for switch in switches)
+    ):
         return None
     value = getattr(settings, name)
     if value == getattr(neutral, name):
         return None
-    also = " or ".join(f"`{section}.{one}`" for one in switches)
+    also = " or ".join(f"`{section}.{switch}`" for switch in switches)
     return f"has no effect while {also} is off; set that too"
 
 

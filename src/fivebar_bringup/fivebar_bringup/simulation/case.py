@@ -162,7 +162,7 @@ def _estimation(scenario: Scenario, robot: FiveBar) -> Estimation:
 def _lost(scenario: Scenario, plant: PlantSettings) -> BoolArray:
     """Return which samples' commands are lost, for a sample longer than any run of the scenario."""
     lost = np.zeros(round(sum(scenario.durations()) * scenario.rate_hz) + 2, dtype=np.bool_)
-    numbers = [one for one in lost_commands(plant.bus, plant.seed, scenario.rate_hz) if one < len(lost)]
+    numbers = [command for command in lost_commands(plant.bus, plant.seed, scenario.rate_hz) if command < len(lost)]
     lost[numbers] = True
     return lost
 

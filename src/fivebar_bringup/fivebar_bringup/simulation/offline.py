@@ -279,7 +279,7 @@ class _Recorder:
 
     def _scalars(self, readings: SensorReadings) -> list[ScalarReading]:
         joint = self._scenario.passive.joint
-        angles = [(joint, PASSIVE_STATES, self._made(one.time), one.angle) for one in readings.passive_angles]
+        angles = [(joint, PASSIVE_STATES, self._made(angle.time), angle.angle) for angle in readings.passive_angles]
         values = [(EXTRA_NAME, EXTRA_READINGS, self._made(one.time), one.value) for one in readings.extra]
         return [ScalarReading(*one) for one in (*angles, *values)]
 
@@ -369,8 +369,11 @@ def _messages(sample: Sample, stamp: int, nominal: Topic, scenario: Scenario) ->
     ]
     messages += [(IMU_ERROR, serialize.float64(one.error)) for one in sample.imu if one.error is not None]
     messages += [
-        (one.topic, serialize.joint_state(sample_stamp_ns(one.made, scenario.rate_hz), (one.name,), (one.value,)))
-        for one in sample.scalars
+        (
+            scalar.topic,
+            serialize.joint_state(sample_stamp_ns(scalar.made, scenario.rate_hz), (scalar.name,), (scalar.value,)),
+        )
+        for scalar in sample.scalars
     ]
     messages += [
         (VISION_PLATFORM, serialize.joint_state(one.stamp, VISION_NAMES, one.reading)) for one in sample.vision

@@ -82,7 +82,7 @@ def _readings(samples: list[Sample]) -> dict[Quantity, FloatArray]:
         for reading in sample.imu:
             made[TURN_RATE].setdefault(reading.made, reading.reading.angular_velocity)
             made[ACCELERATION].setdefault(reading.made, reading.reading.acceleration)
-        passive = (one for one in sample.scalars if one.topic == PASSIVE_STATES)
+        passive = (scalar for scalar in sample.scalars if scalar.topic == PASSIVE_STATES)
         made[PASSIVE_ANGLE] |= {one.made: (one.value,) for one in passive}
     return {
         one: np.array([values.get(sample.number, (math.nan,) * len(one.columns)) for sample in samples])

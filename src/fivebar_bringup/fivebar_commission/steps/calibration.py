@@ -38,7 +38,9 @@ def run(session: Session) -> Findings:
 
 def figures_of(found: CalibrationResult) -> dict[str, Any]:
     """Return what a calibration has found, for the report."""
-    figures: dict[str, Any] = {f"{one.name}, {one.unit}": one.text() for one in found.parameters()}
+    figures: dict[str, Any] = {
+        f"{parameter.name}, {parameter.unit}": parameter.text() for parameter in found.parameters()
+    }
     return figures | dict(found.mounting_rows())
 
 
@@ -53,7 +55,7 @@ def take(session: Session, found: CalibrationResult, folder: Path) -> None:
     if mounting is not None and imu is not None:
         update = {name: getattr(mounting, name)[0] for name in ("roll", "pitch", "yaw", "mount_x", "mount_y")}
         session.learn(imu=imu_keys(imu._replace(**update)))
-    values = {one.name: one for one in found.parameters()}
+    values = {parameter.name: parameter for parameter in found.parameters()}
     plays = [values[name] for name in ("play_1", "play_2") if name in values]
     if plays and session.state.transmissions:
         play = max(0.0, *(2e-3 * one.value for one in plays))
@@ -61,13 +63,15 @@ def take(session: Session, found: CalibrationResult, folder: Path) -> None:
 
 
 def _refuse_implausible(found: CalibrationResult, figures: dict[str, Any]) -> None:
-    for one in found.parameters():
-        shift = abs(one.value - one.before)
-        if one.name.startswith(("l_", "base_", "zero_")) and shift > LARGEST_SHIFT * max(one.half_width_before, 1e-9):
+    for parameter in found.parameters():
+        shift = abs(parameter.value - parameter.before)
+        if parameter.name.startswith(("l_", "base_", "zero_")) and shift > LARGEST_SHIFT * max(
+            parameter.half_width_before, 1e-9
+        ):
             raise GateClosed(
                 "implausible",
-                f"{one.name} comes out {one.value:.4g} {one.unit} instead of {one.before:.4g}: measure it, or"
-                " declare wider tolerances in the robot file",
+                f"{parameter.name} comes out {parameter.value:.4g} {parameter.unit} instead of {parameter.before:.4g}:"
+                " measure it, or declare wider tolerances in the robot file",
                 figures,
             )
     widest = float(found.found.gap_half_widths().max())

@@ -45,8 +45,12 @@ def run(session: Session) -> Findings:
     finished(summary, run_directory)
     robot = str(session.robot_path)
     found = identify_bag(run_directory.path, robot)
-    changes = {one.name: one.value / one.before for one in found.parameters()[:3] if one.before}
-    figures: dict[str, Any] = {f"{one.name}, {one.unit}": one.text() for one in found.parameters()}
+    changes = {
+        parameter.name: parameter.value / parameter.before for parameter in found.parameters()[:3] if parameter.before
+    }
+    figures: dict[str, Any] = {
+        f"{parameter.name}, {parameter.unit}": parameter.text() for parameter in found.parameters()
+    }
     figures |= {"largest torques, Nm": list(summary.torque_peak_nm)}
     wrong = [name for name, ratio in changes.items() if not 1.0 / LARGEST_CHANGE < ratio < LARGEST_CHANGE]
     if wrong:
@@ -63,7 +67,10 @@ def run(session: Session) -> Findings:
             for joint, one in zip(ACTIVE_JOINTS, map_bag(run_directory.path, robot, ()), strict=True)
         }
     session.learn_robot(found.robot_file())
-    words = ", ".join(f"{one.name} {one.value:.4g} {one.unit} ({one.change()})" for one in found.parameters()[:3])
+    words = ", ".join(
+        f"{parameter.name} {parameter.value:.4g} {parameter.unit} ({parameter.change()})"
+        for parameter in found.parameters()[:3]
+    )
     return Findings(words, figures, (str(run_directory.path.relative_to(session.folder)),))
 
 
@@ -85,7 +92,7 @@ def exciting(session: Session) -> Scenario:
         scenario = session.scenario(
             "excitation",
             waypoints=points,
-            segment_duration=[round(one, 3) for one in durations],
+            segment_duration=[round(duration, 3) for duration in durations],
             unified={"kp": BANDWIDTH**2, "kd": 2.0 * BANDWIDTH},
             tracking_error_limit=OFF_BY,
             error_tolerance=OFF_BY,
@@ -95,7 +102,7 @@ def exciting(session: Session) -> Scenario:
         speed_needed = scan.worst("speed", "speed", SPEED_SHARE * session.allowed.speed, True)
         if torque.kept and speed_needed.kept:
             return scenario
-        durations = [SLOWER * one for one in durations]
+        durations = [SLOWER * duration for duration in durations]
     raise GateClosed(
         "too_little_torque",
         f"the exciting motion takes {torque.value:.3g} Nm at any speed: allow more than {session.allowed.torque:g} Nm",

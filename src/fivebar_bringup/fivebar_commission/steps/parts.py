@@ -36,8 +36,8 @@ def run(session: Session) -> Findings:
     figures = {
         "rate, Hz": file.rate_hz,
         "ids": file.ids(),
-        "counts in a turn of each joint": [one.counts for one in facts],
-        "torque limit of each joint, Nm": [one.torque_limit for one in facts],
+        "counts in a turn of each joint": [fact.counts for fact in facts],
+        "torque limit of each joint, Nm": [fact.torque_limit for fact in facts],
         "readings, rad": [round(first, 4), round(second, 4)],
         "gyroscope": "none" if imu is None else f"{imu.rate_hz} readings a second",
         "notes of the drives": notes,

@@ -106,7 +106,7 @@ def _corrected(session: Session, motor: int, change: float) -> str:
 
 def _factor_of(ratio: float) -> float | None:
     """Return the usual factor, or one over it, that a ratio stands for; None where it stands for none."""
-    factors = [*(float(one) for one in FACTORS), *(1.0 / one for one in FACTORS)]
+    factors = [*(float(factor) for factor in FACTORS), *(1.0 / factor for factor in FACTORS)]
     best = min(factors, key=lambda one: abs(math.log(ratio / one)))
     return best if abs(math.log(ratio / best)) < 0.5 * BY_HAND else None
 

@@ -182,7 +182,7 @@ class Viewer(GraphNode):
         self._frames += 1
         self.note_answer()
         rows = [] if self._robot is None else self._feed.rows(self._robot)
-        self._server.send_frame(json.dumps({"rows": {name: [one[name] for one in rows] for name in COLUMNS}}))
+        self._server.send_frame(json.dumps({"rows": {name: [row[name] for row in rows] for name in COLUMNS}}))
         if self._frames % STATES_EVERY == 0:
             self._send_states()
 

@@ -112,7 +112,7 @@ def assess_report(settings: AssessSettings, rows: Sequence[AssessRow]) -> StudyR
         "drawn": dict(status_counts(rows)),
         "expected": [{**one._asdict(), "success": one.success._asdict()} for one in found],
         "removed": [_as_json(one) for one in removed],
-        "sensors": [_as_json(one) for one in sensors],
+        "sensors": [_as_json(sensor) for sensor in sensors],
         "bandwidths": [_as_json(one) for one in tunings],
         "typical": {
             name: {
@@ -176,9 +176,10 @@ def _summary(settings: AssessSettings, rows: Sequence[AssessRow], file: RobotFil
     """Return about ten lines that say what the robot can do."""
     first, counts = settings.controllers[0], status_counts(rows)
     locus = reach.loci[0]
+    assumed = ", ".join(assumption.key for assumption in assumptions(file))
     drawn, within = sum(counts.values()), counts[ACCEPTED] + counts[UNLIKELY]
     lines = [
-        f"assumed, since {file.name} does not declare it: {', '.join(one.key for one in assumptions(file))}",
+        f"assumed, since {file.name} does not declare it: {assumed}",
         f"reaches {reach.measures.workspace_area:.0f} cm²; Type 2 locus with elbows outwards {locus.length:.0f} cm,"
         f" along {locus.room:.0%} of it there is room to cross",
         *_typical_lines(settings.robot, file, typical_results(rows, first)),
@@ -192,13 +193,14 @@ def _summary(settings: AssessSettings, rows: Sequence[AssessRow], file: RobotFil
         )
     if within:
         steps = (
-            f"{variant_words(one.variant, file.declares_errors)} {one.success.share:.0%}"
-            for one in upgrades(rows, first)
+            f"{variant_words(upgrade.variant, file.declares_errors)} {upgrade.success.share:.0%}"
+            for upgrade in upgrades(rows, first)
         )
         lines.append(f"of all {within} within reach succeed: {'; '.join(steps)}")
         lines += [
-            f"  mend first: {one.words}: {one.gain:+.1%} ± {one.spread:.1%}{f' ({one.remedy})' if one.remedy else ''}"
-            for one in removed_errors(rows, first)[:SHOWN_CHANGES]
+            f"  mend first: {error.words}: {error.gain:+.1%} ± {error.spread:.1%}"
+            + (f" ({error.remedy})" if error.remedy else "")
+            for error in removed_errors(rows, first)[:SHOWN_CHANGES]
         ]
     best = best_tuning(rows, first)
     if best != DECLARED:

@@ -49,12 +49,12 @@ class RobotReach(NamedTuple):
         """Return the reach as plain values, with the units in the names."""
         loci = [
             {
-                "working_mode": list(one.working_mode),
-                "type2_length_cm": round(one.length, 2),
-                "stretched_share": round(one.stretched / one.length, 4) if one.length else None,
-                "share_with_room_to_cross": round(one.room, 4),
+                "working_mode": list(locus.working_mode),
+                "type2_length_cm": round(locus.length, 2),
+                "stretched_share": round(locus.stretched / locus.length, 4) if locus.length else None,
+                "share_with_room_to_cross": round(locus.room, 4),
             }
-            for one in self.loci
+            for locus in self.loci
         ]
         return {**self.measures.as_json(), "loci": loci}
 

@@ -178,7 +178,7 @@ def half_width(gains: Sequence[float], compared: int) -> float:
 
 def removed_errors(rows: Sequence[AssessRow], controller: str) -> list[Change]:
     """Return what comes of each error that is removed, ranked; only those whose removal is sure to help."""
-    return [one for one in changes(rows, controller, REMOVED) if one.sure]
+    return [change for change in changes(rows, controller, REMOVED) if change.sure]
 
 
 def sensor_changes(rows: Sequence[AssessRow], controller: str) -> list[Change]:

@@ -106,7 +106,10 @@ def compare(
             refuse_changes_without_effect(read_changes(changes), (case.scenario() for case in cases))
         made = run_command(COMPARISON.place, given, out, Machines(jobs, scheduler, scheduler_file), as_json)
     verdicts, overview = made.shown
-    lines = [Text.assemble((WORDS[one.met], COLOURS[one.met]), f": {one.title}: {one.measured}") for one in verdicts]
+    lines = [
+        Text.assemble((WORDS[verdict.met], COLOURS[verdict.met]), f": {verdict.title}: {verdict.measured}")
+        for verdict in verdicts
+    ]
     stuck = [row for row in made.rows if row.outcome == RunOutcome.COULD_NOT_RUN]
     reasons = {(row.controller, row.why_not): f"could not run: {row.controller}: {row.why_not}" for row in stuck}
     columns = ("rig", "controller", "succeeded", "refused", "could not run", "error", "applied", "saturated")

@@ -75,7 +75,7 @@ def _others(
         joint = JOINTS[scenario.passive.place]
         words = f"the readings of {joint} have the opposite sign: its encoder counts backwards"
         backwards = [
-            [one._replace(value=-one.value) if one.sensor == PASSIVE else one for one in readings]
+            [reading._replace(value=-reading.value) if reading.sensor == PASSIVE else reading for reading in readings]
             for readings in some.late
         ]
         yield words, some._replace(late=backwards)

@@ -72,7 +72,7 @@ def _middle_report(settings: RobustnessSettings, rows: Sequence[RobustnessRow]) 
         "climbs": [_as_json(climb) for climb in climbs],
     }
     pictures = share_figures(climbs)
-    durations = ", ".join(f"{one:g}" for one in settings.durations)
+    durations = ", ".join(f"{duration:g}" for duration in settings.durations)
     page = study_page(
         title="What must a robot be like?",
         setting=f"{settings.robot} · middle crossing in {durations} s · {settings.draws} draws each · compiled engine",

@@ -163,8 +163,10 @@ def timed(case: Draw) -> TimedCase:
 
     robot = scenario.five_bar()
     alternatives = Alternatives(tried, lambda course: course.by_other_laws(robot), elsewhere, RATE_HZ)
-    durations = (alternatives.in_duration(Candidate(first, scenario), one * case.duration) for one in DURATIONS)
-    motions = [one for one in durations if one is not None]
+    durations = (
+        alternatives.in_duration(Candidate(first, scenario), duration * case.duration) for duration in DURATIONS
+    )
+    motions = [duration for duration in durations if duration is not None]
     choice = best_of_all(motions, alternatives, errors, seed, required)
     if choice is None:
         return TimedCase(first, odds, likely=False)

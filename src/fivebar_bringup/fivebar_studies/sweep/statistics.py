@@ -248,14 +248,14 @@ def kind_of(row: SweepRow) -> str:
 def explanations_table(explanations: Sequence[Explanation], command: Callable[[int], str]) -> Table:
     """Return the failures of the counted controller one by one; `command` gives the command that repeats a case."""
     lines: list[Line] = []
-    for one in explanations:
-        row = one.row
+    for explanation in explanations:
+        row = explanation.row
         encoders = "exact sensors" if row.encoder_counts is None else f"{row.encoder_counts} counts"
         equipment = Cell(f"{encoders}, delay {row.delay_samples}", [row.encoder_counts, row.delay_samples])
         duration, authority = Cell(f"{row.duration:.2f} s", row.duration), _figure(row.authority, "")
         scales = [row.mass_scale, row.inertia_scale, row.friction_scale]
         scaled = Cell(", ".join(f"{scale:.2f}" for scale in scales), scales)
-        told = Cell(one.text, one.text, False)
+        told = Cell(explanation.text, explanation.text, False)
         lines.append((row.case, equipment, duration, authority, scaled, told, command(row.case)))
     return table(
         "explanations",

@@ -185,7 +185,9 @@ def _judge(settings: SweepSettings) -> str:
 def _drawn_words(settings: SweepSettings) -> str:
     rig = settings.rig
     robot = settings.robot or drawing.robot_of(rig)
-    encoders = ", ".join("none, with exact sensors" if one is None else f"{one}" for one in drawing.ENCODERS)
+    encoders = ", ".join(
+        "none, with exact sensors" if encoder is None else f"{encoder}" for encoder in drawing.ENCODERS
+    )
     robots = (
         f"mass, inertia and friction each within {100.0 * drawing.SPREAD:g} % of the controllers' model; encoder counts"
         f" {encoders} (on the motors only, with estimator and torque in steps of"

@@ -58,17 +58,17 @@ def calibrate_by_turning_points(
     count = len(GEOMETRY)
     start = values_before(robot)
     before = deviations_before(robot, tolerances)
-    deviation = np.array([one.deviation for one in points])
+    deviation = np.array([point.deviation for point in points])
     rows = np.zeros((len(points), len(PARAMETERS)))
-    rows[:, :count] = np.array([one.row for one in points]) / deviation[:, None]
-    gaps = np.array([one.gap for one in points]) / deviation
+    rows[:, :count] = np.array([point.row for point in points]) / deviation[:, None]
+    gaps = np.array([point.gap for point in points]) / deviation
     prior = np.diag(1.0 / before**2)
     information = rows.T @ rows
     covariance = covariance_of(information + prior, before)
     change = -covariance @ (rows.T @ gaps)
     left = gaps + rows @ change
     misfit = float(left @ left) / len(left)
-    samples = np.array([one.sample for one in points])
+    samples = np.array([point.sample for point in points])
     theta = distal_angles(start[:count], record.motors[samples]).mean(axis=1)
     closed = closure((start + change)[:count], record.motors[samples], theta)
     return Calibration(

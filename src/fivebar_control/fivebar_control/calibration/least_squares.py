@@ -151,7 +151,7 @@ class ClosureProblem:
         biases = [0.0, *([float(np.median(turned[resting]))] if np.any(resting) else [])]
         states = [self._first_states(assembly, bias) for assembly in (0, 1) for bias in biases]
         states.sort(key=lambda one: self._cost(self._rows(self._expected, one), self._expected))
-        return [(self._expected, one) for one in states[:2]]
+        return [(self._expected, state) for state in states[:2]]
 
     def fitted(self, values: FloatArray, states: FloatArray) -> ClosureFit:
         """Return the fit that begins at values and states."""
@@ -201,7 +201,7 @@ class ClosureProblem:
         for number in range(first + 1, self._samples):
             angle += float(turned[number - 1])
             if sure[number]:
-                near = min((math.remainder(one - angle, 2.0 * math.pi) for one in pairs[number]), key=abs)
+                near = min((math.remainder(pair - angle, 2.0 * math.pi) for pair in pairs[number]), key=abs)
                 if abs(near) < DRIFT:
                     angle += near
             states[number] = angle

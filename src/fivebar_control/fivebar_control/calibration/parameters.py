@@ -61,7 +61,7 @@ def deviations_before(robot: FiveBar, tolerances: Tolerances, camera: bool = Fal
 
     What a transmission yields is in proportion to the torques, and these to the inertia: a compliance is sized by it.
     """
-    length, base, zero = (max(one / UNIFORM, HELD) for one in tolerances[:3])
+    length, base, zero = (max(tolerance / UNIFORM, HELD) for tolerance in tolerances[:3])
     scale = max(tolerances.gyro_scale / UNIFORM, HELD)
     compliances = [1.0 / (leg.inertia * (2.0 * math.pi * SOFT) ** 2) for leg in (robot.leg1, robot.leg2)]
     drive = [PLAY_BOUND] * 2 + compliances

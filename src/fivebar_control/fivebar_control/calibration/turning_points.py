@@ -75,7 +75,7 @@ def turning_points(robot: FiveBar, record: CalibrationRecord, lag: float = 0.0) 
             f" expected at most {1e3 * LARGEST_GAP:g} mm: is it the robot of the recording?"
         )
     passages = [(top, *_around(closed.gap, top, TOP)) for top in _tops(closed.gap) if closed.gap[top] >= -LARGEST_GAP]
-    passages = [one for one in passages if one[2] - one[1] >= LEAST_SAMPLES]
+    passages = [passage for passage in passages if passage[2] - passage[1] >= LEAST_SAMPLES]
     # a lag is alike in all passages, and their mean has all of it
     variance = read.resolution**2 / 12.0 + len(passages) * lag * lag
     found = []

@@ -73,7 +73,7 @@ class CompiledController(MotionController):
         """Keep the rows of so many samples from the next one on, at whose end the reference rests."""
         queue, first = self._motions(), self._moment
         moments = range(first, first + samples)
-        self._rows = np.array([plan_row(self._plan, one / self._rate_hz, queue.at(one)) for one in moments])
+        self._rows = np.array([plan_row(self._plan, moment / self._rate_hz, queue.at(moment)) for moment in moments])
         self._first_row = first
 
     def _row_at(self, moment: int) -> FloatArray:

@@ -21,7 +21,7 @@ def late_readings(readings: SensorReadings, scenario: ControlScenario) -> list[L
         usable_rate = scenario.imu.usable_rate
         found += [LateReading(GYROSCOPE, moment(one.time), usable_rate(one.angular_velocity)) for one in readings.imu]
     if scenario.passive.leg:
-        found += [LateReading(PASSIVE, moment(one.time), one.angle) for one in readings.passive_angles]
+        found += [LateReading(PASSIVE, moment(angle.time), angle.angle) for angle in readings.passive_angles]
     if scenario.sees:
         positions = ((moment(one.time), used(PlatformReading(*one[1:]))) for one in readings.camera)
         found += [LateReading(CAMERA, made, *position) for made, position in positions]

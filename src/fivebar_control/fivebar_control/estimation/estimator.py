@@ -234,7 +234,7 @@ class StateEstimator:
         if ahead.lost and self._answer is not None:
             return self._answer._replace(effort=effort)
         # NaN stays NaN
-        a, b, c, d, e, f = (0.0 if one < 0.0 else math.sqrt(one) for one in ahead.variances)
+        a, b, c, d, e, f = (0.0 if variance < 0.0 else math.sqrt(variance) for variance in ahead.variances)
         self._answer = JointEstimate(ahead.joints[:4], ahead.joints[4:], effort, (a, b, c, d, e, f), ahead.disturbance)
         return self._answer
 

@@ -66,7 +66,7 @@ class Resting:
         if not self._motors or self._motors[-1].sample - self._motors[0].sample < self._samples:
             raise HomingContradicted(f"the motors have not been read for {REST_TIME:g} s")
         last, begun = self._motors[-1], self._motors[0].sample
-        turned = max(max(abs(one.q11 - last.q11), abs(one.q21 - last.q21)) for one in self._motors)
+        turned = max(max(abs(motor.q11 - last.q11), abs(motor.q21 - last.q21)) for motor in self._motors)
         if turned > self._still:
             raise HomingContradicted(f"the motors have turned by {turned:.4f} rad within {REST_TIME:g} s")
         if len(self._seen) < 2 or self._seen[0].made < begun:

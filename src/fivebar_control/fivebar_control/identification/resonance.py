@@ -426,14 +426,14 @@ def frequency_response(record: Record) -> Response:
     rate = record.rate_hz
     length = round(WINDOW * rate)
     # each between two gaps, as a loaded machine leaves them
-    parts = [one for one in stretches(np.hstack([record.angles, record.torques])) if len(one) >= length]
+    parts = [stretch for stretch in stretches(np.hstack([record.angles, record.torques])) if len(stretch) >= length]
     total = sum(map(len, parts))
     if total < 4 * length:
         raise NotIdentifiable(
             f"too short: {total / rate:.1f} s without a gap, expected at least {4 * WINDOW:.0f} s of a chirp"
         )
-    angles, torques = [one[:, :2] for one in parts], [one[:, 2:] for one in parts]
-    inputs = [0.5 * np.array([one[:, 0] + one[:, 1], one[:, 0] - one[:, 1]]).T for one in torques]
+    angles, torques = [part[:, :2] for part in parts], [part[:, 2:] for part in parts]
+    inputs = [0.5 * np.array([torque[:, 0] + torque[:, 1], torque[:, 0] - torque[:, 1]]).T for torque in torques]
 
     def spectra(ones: Sequence[FloatArray], others: Sequence[FloatArray]) -> ComplexArray:
         """Return [n, 2, 2], the spectra of columns times the conjugates of other columns, over all parts."""

@@ -248,7 +248,7 @@ class StateEstimatorNode(SamplingNode):
         (q11, q21), (tau1, tau2) = values[0]
         self._end_wait()
         # the IMU's readings come with every run, also where the estimator does not use them
-        released = tuple(one for one in values[1] if one[0] in self._sensors) if len(values) > 1 else None
+        released = tuple(value for value in values[1] if value[0] in self._sensors) if len(values) > 1 else None
         self._waiting = (sample, (q11, q21, tau1, tau2), released)
         self._end_wait_if_complete()
 

@@ -144,7 +144,7 @@ def _path_about(plan: Plan, crossed: float, times: Sequence[float]) -> FloatArra
     steps = range(-BESIDE, len(times) + BESIDE)
     instants = (crossed + times[0] + step * period for step in steps)
     places = (plan.path.at(min(max(instant, 0.0), plan.path.duration)) for instant in instants)
-    return np.array([(one.x, one.y) for one in places])
+    return np.array([(place.x, place.y) for place in places])
 
 
 def _followed(crossing: Crossing, least: float, kappa: float) -> float:

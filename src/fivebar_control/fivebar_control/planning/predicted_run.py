@@ -150,7 +150,7 @@ def judged_by(judge: str, predicted: PredictedRun, plan: Plan, rate_hz: int) -> 
     if judge != PATH or math.isinf(predicted.error.value):
         return predicted
     instants = (plan.path.at(sample / rate_hz) for sample in range(plan.path.samples(rate_hz) + 1))
-    places = np.array([(one.x, one.y) for one in instants])
+    places = np.array([(instant.x, instant.y) for instant in instants])
     numbers = [sample for one in stretches_of(plan, rate_hz) for sample in range(one.first, one.last + 1)]
     platform = np.full((numbers[-1] + 1, 2), math.nan)
     platform[numbers[: len(predicted.moments)]] = np.array(predicted.moments)[:, :2]

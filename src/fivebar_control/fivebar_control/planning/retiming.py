@@ -82,7 +82,7 @@ def retimed_points(task: Task, points: TimedPoints, start: Point) -> TimedPoints
     mode = task.working_mode
     crossed = crossings_on(task.robot, mode, way, grid.tolist())
     terms = [criterion_terms(task.robot, mode, way, share) for share in crossed]
-    ratios, pushes = tuple(one.ratio for one in terms), [one.push for one in terms]
+    ratios, pushes = tuple(term.ratio for term in terms), [term.push for term in terms]
     path = CrossedWay(way, crossed, ratios)  # type: ignore[arg-type]
     rows = _limited(task, path, pushes, grid)
     # in a unit of time in which torques along the path are about 1, since the solver's tolerances are absolute

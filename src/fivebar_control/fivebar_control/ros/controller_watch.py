@@ -160,17 +160,19 @@ class ControllerWatch:
 
     def _is_heard(self) -> bool:
         publishers = publishers_of(self._node, self._link.commands)
-        return any(is_own(self._node, one) and one.gid.hex() in self._heard for one in publishers)
+        return any(is_own(self._node, publisher) and publisher.gid.hex() in self._heard for publisher in publishers)
 
     def look(self) -> None:
         """Look who publishes the commands, and whether the controller listens; in any thread."""
         publishers = publishers_of(self._node, self._link.commands)
-        own = next((one for one in publishers if is_own(self._node, one)), None)
+        own = next((publisher for publisher in publishers if is_own(self._node, publisher)), None)
         machine = b"" if own is None else own.machine
         others = [
-            one
-            for one in publishers
-            if one.node != self._watchdog and not is_own(self._node, one) and not self._living.is_gone(one, machine)
+            publisher
+            for publisher in publishers
+            if publisher.node != self._watchdog
+            and not is_own(self._node, publisher)
+            and not self._living.is_gone(publisher, machine)
         ]
         self._commander = (
             Fault.from_text(second_publisher(self._link.commands, [own, *others], machine))

@@ -78,7 +78,7 @@ class Path:
         self.duration = max(segments[-1].start_time + segments[-1].duration, rest_until)
         # of a straight segment once, since it is asked for at every sample
         self._lines = tuple(
-            None if isinstance(one, RoundedSegment) else one.line_at(one.start_time) for one in segments
+            None if isinstance(segment, RoundedSegment) else segment.line_at(segment.start_time) for segment in segments
         )
 
     @classmethod

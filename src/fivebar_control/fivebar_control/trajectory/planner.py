@@ -194,9 +194,9 @@ def _rounded(
         return straight
     segments: list[AnySegment] = []
     last = 0
-    for one in stretches(waypoints, durations, radii):
-        segments.append(straight[last] if one is None else one)
-        last += 1 if one is None else len(one.curve.points) - 1
+    for stretch in stretches(waypoints, durations, radii):
+        segments.append(straight[last] if stretch is None else stretch)
+        last += 1 if stretch is None else len(stretch.curve.points) - 1
     return segments
 
 
@@ -354,7 +354,7 @@ def _refuse_rest_in_zone(
 ) -> None:
     """Raise where a rest is in a zone; `rests` are the indices of the waypoints at which the motion rests."""
     widest = max((crossing.epsilon for crossing in crossings), default=0.0)
-    for number, mode, (x, y) in ((one + 1, modes[one], waypoints[one]) for one in rests):
+    for number, mode, (x, y) in ((rest + 1, modes[rest], waypoints[rest]) for rest in rests):
         kappa = inverse_condition(state_from_platform(robot, mode, x, y, 0.0, 0.0))
         if kappa < ON_LOCUS:
             raise PlanRefused(f"waypoint {number}: a rest at {place(x, y)} is on the Type 2 locus")

@@ -137,8 +137,8 @@ def completed(
         _column(
             times,
             [place[axis] for place in positions],
-            [None if one is None else one[axis] for one in rates],
-            [None if one is None else one[axis] for one in bends],
+            [None if rate is None else rate[axis] for rate in rates],
+            [None if bend is None else bend[axis] for bend in bends],
         )
         for axis in (0, 1)
     ]

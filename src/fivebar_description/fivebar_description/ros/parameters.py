@@ -72,29 +72,29 @@ def declare(
         InputError: a value given from outside has another type, is out of range or is not allowed.
     """
     values: dict[str, Any] = {}
-    for one in settings:
-        default, place = defaults[one.name], f"{node.get_name()}: parameter {one.name}"
-        descriptor = descriptor_of(one, default, tunable and one.setting.tunable)
-        _read_tuple(node, one.name, default)
+    for setting in settings:
+        default, place = defaults[setting.name], f"{node.get_name()}: parameter {setting.name}"
+        descriptor = descriptor_of(setting, default, tunable and setting.setting.tunable)
+        _read_tuple(node, setting.name, default)
         try:
-            value = as_tuple(node.declare_parameter(one.name, default, descriptor).value)
+            value = as_tuple(node.declare_parameter(setting.name, default, descriptor).value)
         except InvalidParameterTypeException as error:
             raise InputError(f"{place}: {unwrapped(error)}") from error
         except InvalidParameterValueException as error:
-            lower, upper = _range(one)
-            bounds = f"expected {lower} to {upper} {one.setting.unit}".rstrip()
+            lower, upper = _range(setting)
+            bounds = f"expected {lower} to {upper} {setting.setting.unit}".rstrip()
             expected = "" if lower is None else f"{bounds}: "
             raise InputError(f"{place}: {expected}{unwrapped(error)}") from error
         if value is None:
             raise InputError(f"{place}: has no value, as ROS reads an empty list: expected a value such as {default!r}")
-        if one.shape.single:
+        if setting.shape.single:
             value = value if isinstance(value, tuple) else (value,)
             if not all(isinstance(part, float | int) and not isinstance(part, bool) for part in value):
                 raise InputError(f"{place}: {value!r}: expected numbers")
-        problem = one.problem(value)
+        problem = setting.problem(value)
         if problem is not None:
             raise InputError(f"{place}: {list(value) if isinstance(value, tuple) else value!r}: {problem}")
-        values[one.name] = value
+        values[setting.name] = value
     return values
 
 
@@ -118,7 +118,7 @@ def as_tuple(value: Any) -> Any:
 
 def check_changes(settings: Sequence[Declared], parameters: Sequence[Parameter]) -> SetParametersResult:
     """Return whether a change of parameters may be made; types and ranges are checked by rclpy itself."""
-    by_name = {one.name: one for one in settings}
+    by_name = {setting.name: setting for setting in settings}
     for parameter in parameters:
         one = by_name.get(parameter.name)
         problem = one.problem(as_tuple(parameter.value)) if one is not None else None

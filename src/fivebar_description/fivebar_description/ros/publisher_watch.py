@@ -225,7 +225,7 @@ class PublisherWatch:
         now, machine = time.monotonic(), self._own_machine()
         for topic, since in list(self._suspected.items()):
             publishers = publishers_of(self._node, topic)
-            complete = len(publishers) > 1 and all(one.known for one in publishers)
+            complete = len(publishers) > 1 and all(publisher.known for publisher in publishers)
             waits = topic not in self.conflicts and now - since < self._longest_wait(publishers, machine)
             if waits and not complete:
                 continue
@@ -257,7 +257,7 @@ class PublisherWatch:
 
     def _longest_wait(self, publishers: list[PublisherOf], machine: bytes) -> float:
         """Return how long (s) names are awaited."""
-        if len(publishers) > 1 and sum(not self._living.is_gone(one, machine) for one in publishers) < 2:
+        if len(publishers) > 1 and sum(not self._living.is_gone(publisher, machine) for publisher in publishers) < 2:
             return NAME_TIME_AFTER_DEATH
         if not self._node.answered or self._node.in_simulated_time:
             return NAME_TIME_AT_REST
@@ -276,7 +276,7 @@ class PublisherWatch:
         """Return this machine's part of identities, by a publisher of this node."""
         if not self._machine:
             publishers = publishers_of(self._node, self._node.resolve_topic_name(RUN_READY.name))
-            own = (one.machine for one in publishers if is_own(self._node, one))
+            own = (publisher.machine for publisher in publishers if is_own(self._node, publisher))
             self._machine = next(own, b"")
         return self._machine
 

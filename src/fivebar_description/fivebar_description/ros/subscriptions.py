@@ -243,7 +243,7 @@ class TopicSubscription:
 
     def get_publisher_count(self) -> int:
         """Return how many publishers are heard."""
-        return max(int(one.get_publisher_count()) for one in self.subscriptions)
+        return max(int(subscription.get_publisher_count()) for subscription in self.subscriptions)
 
     @property
     def problem(self) -> str:

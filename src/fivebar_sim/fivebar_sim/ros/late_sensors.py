@@ -58,7 +58,7 @@ class LateSensors:
         self._seed, self._make_scalars = seed, scalars
         self._imu = node.advertise(IMU_DATA)
         self.restart()
-        self._senders = {one.topic.name: node.advertise(one.topic) for one in self.scalars}
+        self._senders = {scalar.topic.name: node.advertise(scalar.topic) for scalar in self.scalars}
 
     def restart(self) -> None:
         """Begin again with sample 0."""
