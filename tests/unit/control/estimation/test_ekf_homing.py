@@ -135,7 +135,7 @@ def test_an_answer_is_predicted_with_the_torques_on_their_way(dextar: FiveBar) -
     belief = late.belief
     assert belief is not None
     model = believed(dextar)
-    expected = advanced(model, advanced(model, belief.estimate, 0.9, -0.9), (1.0, -1.0))
+    expected = advanced(model, advanced(model, belief.estimate, 0.9, -0.9), 1.0, -1.0)
     found = inverse_geometry(dextar, (1, -1), expected.x, expected.y)
     assert answer.position == pytest.approx(tuple(found), abs=1e-12)
     assert math.hypot(expected.x - belief.estimate.x, expected.y - belief.estimate.y) > 1e-6

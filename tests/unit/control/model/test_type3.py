@@ -50,7 +50,7 @@ def moment(robot: FiveBar, point: Type3, dt: float, along: float) -> tuple[State
     for sign in (1, -1):
         modes = list(point.working_modes[0])
         modes[point.leg - 1] = sign
-        state = state_from_platform(robot, modes[0], modes[1], *place.tolist(), *moving.tolist())
+        state = state_from_platform(robot, (modes[0], modes[1]), *place.tolist(), *moving.tolist())
         turned = abs(math.remainder((state.leg1, state.leg2)[point.leg - 1].q1 - leg.q1, 2.0 * math.pi))
         # a stretched leg goes on to its other mode; a folded one keeps its elbow, which is the other mode too
         order = -sign * dt if point.shape == "stretched" else turned
