@@ -37,7 +37,7 @@ ELSEWHERE = {
     ),
     "unit/sim/test_sensors.py": ("fivebar_sim.scalar_sensors",),
     "unit/control/estimation/test_ekf_ambiguity.py": ("fivebar_control.estimation.mirror",),
-    "unit/control/estimation/test_gyro_watch.py": ("fivebar_control.estimation.trips",),
+    "unit/control/estimation/test_gyro_watch.py": ("fivebar_control.estimation.fault_numbers",),
     "unit/control/estimation/test_step.py": ("fivebar_control.estimation.causes",),
     "unit/control/estimation/test_measurement_rows.py": (
         "fivebar_description.tolerances",

@@ -34,7 +34,7 @@ from fivebar_control.hardware.two_motors import PairAnswer, PairCommand, ShaftRe
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints
 from fivebar_control.model.state import Platform, State
-from fivebar_control.trajectory.time_law import rest_to_rest
+from fivebar_control.trajectory.time_scaling import rest_to_rest
 from fivebar_description.errors import InputError
 from fivebar_description.imu import ImuSettings
 from fivebar_description.parameters import FiveBar

@@ -10,11 +10,11 @@ from typing import NamedTuple
 from fivebar_bringup.simulation.case import EngineRun
 from fivebar_bringup.simulation.engine_robot import Robot
 from fivebar_bringup.simulation.engine_sensors import LateState, arrived, sensed, unsensed
+from fivebar_control.estimation.fault_numbers import ESTIMATE_LOST
 from fivebar_control.estimation.frozen import FrozenMemory, nothing_read
 from fivebar_control.estimation.late_sensors import with_readings
 from fivebar_control.estimation.readings import EstimatorMemory, longest_gap
 from fivebar_control.estimation.step import estimator_step, first_update
-from fivebar_control.estimation.trips import ESTIMATE_LOST
 from fivebar_control.loop.sampled_plan import X, Y
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints

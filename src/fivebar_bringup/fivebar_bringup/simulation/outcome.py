@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.estimation.trips import TRIP_NAMES
+from fivebar_control.estimation.fault_numbers import TRIP_NAMES
 from fivebar_control.loop.closed_loop import PLANT_DIVERGED
 from fivebar_control.safety.stages import STAGE_NAMES
 

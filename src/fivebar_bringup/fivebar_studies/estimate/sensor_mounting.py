@@ -10,7 +10,7 @@ import numpy as np
 
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.scenario import Scenario
-from fivebar_control.calibration.otherwise import READINGS, Otherwise, turned_gyroscope
+from fivebar_control.calibration.alternative_mountings import READINGS, AlternativeMounting, turned_gyroscope
 from fivebar_control.calibration.record import CONTRADICTS
 from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.late_reading import PASSIVE
@@ -81,7 +81,7 @@ def _others(
         yield words, some._replace(late=backwards)
 
 
-def _read(record: EstimatorRecord, other: Otherwise) -> EstimatorRecord:
+def _read(record: EstimatorRecord, other: AlternativeMounting) -> EstimatorRecord:
     changed = iter(other.gyroscope(_velocities(record)).tolist())
     return record._replace(
         angles=other.motors(record.angles),

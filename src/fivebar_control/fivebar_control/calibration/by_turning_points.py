@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
+from fivebar_control.calibration.alternative_mountings import explanations
 from fivebar_control.calibration.closure import GEOMETRY, closure, distal_angles
-from fivebar_control.calibration.otherwise import explanations
 from fivebar_control.calibration.parameters import PARAMETERS, deviations_before, values_before
 from fivebar_control.calibration.record import CONTRADICTS, CalibrationRecord, ContradictsRobot, NotCalibratable
 from fivebar_control.calibration.result import Calibration, LocusPassage, covariance_of

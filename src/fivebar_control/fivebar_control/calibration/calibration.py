@@ -16,8 +16,8 @@ elsewhere: what cannot be seen stays as it was.
 
 from __future__ import annotations
 
+from fivebar_control.calibration.alternative_mountings import explanations
 from fivebar_control.calibration.least_squares import ClosureProblem
-from fivebar_control.calibration.otherwise import explanations
 from fivebar_control.calibration.record import (
     CONTRADICTS,
     NOT_SEEN,

@@ -441,7 +441,7 @@ class MotionController:
             return KnownJoints(angles, readings.joint_velocities, (tau1, 0.0, tau2, 0.0), None, (0.0, 0.0), NO_FAULT)
         # here, because most runs measure all joints
         from fivebar_control.controller.late_readings import late_readings
-        from fivebar_control.estimation.trips import TRIP_NUMBERS
+        from fivebar_control.estimation.fault_numbers import TRIP_NUMBERS
 
         motors = readings.motor_angles
         if motors is None:

@@ -17,6 +17,13 @@ from fivebar_control.estimation.causes import inconsistency_reason
 from fivebar_control.estimation.constants import Instrumentation, estimator_model
 from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.encoder import first_angle
+from fivebar_control.estimation.fault_numbers import (
+    ENCODER_FROZEN,
+    ESTIMATE_AMBIGUOUS,
+    ESTIMATE_INCONSISTENT,
+    ESTIMATE_LOST,
+    TRIP_NAMES,
+)
 from fivebar_control.estimation.frozen import (
     FrozenMemory,
     frozen_reason,
@@ -39,13 +46,6 @@ from fivebar_control.estimation.step import (
     Prediction,
     filter_functions,
     first_update,
-)
-from fivebar_control.estimation.trips import (
-    ENCODER_FROZEN,
-    ESTIMATE_AMBIGUOUS,
-    ESTIMATE_INCONSISTENT,
-    ESTIMATE_LOST,
-    TRIP_NAMES,
 )
 from fivebar_control.fault import Fault
 from fivebar_control.model.geometry import inverse_geometry

@@ -30,10 +30,10 @@ from typing import NamedTuple
 from fivebar_control.estimation.constants import EstimatorModel
 from fivebar_control.estimation.covariance import ERRORS
 from fivebar_control.estimation.ekf import Estimate
+from fivebar_control.estimation.fault_numbers import ENCODER_FROZEN, ESTIMATE_INCONSISTENT
 from fivebar_control.estimation.gyro_watch import GyroHeard, gyro_cause, repeats
 from fivebar_control.estimation.measurements import encoder_row, share_of_errors
 from fivebar_control.estimation.platform_motion import leg_at_rest
-from fivebar_control.estimation.trips import ENCODER_FROZEN, ESTIMATE_INCONSISTENT
 from fivebar_control.model.geometry import wrap
 from fivebar_control.safety.stages import NO_FAULT
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from fivebar_control.estimation.trips import (
+from fivebar_control.estimation.fault_numbers import (
     GYROSCOPE_EARLY,
     GYROSCOPE_FROZEN,
     GYROSCOPE_LATE,

@@ -22,6 +22,7 @@ from fivebar_control.estimation.covariance import Matrix
 from fivebar_control.estimation.ekf import Estimate, advanced, guessed, predicted
 from fivebar_control.estimation.encoder import first_angle, next_angle, with_variance
 from fivebar_control.estimation.extra_sensor import extra_taken
+from fivebar_control.estimation.fault_numbers import ESTIMATE_AMBIGUOUS, ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.estimation.frozen import FrozenMemory, after_readings, named_fault
 from fivebar_control.estimation.gyro_watch import gyro_fault, unheard
 from fivebar_control.estimation.gyroscope import turn_rate
@@ -56,7 +57,6 @@ from fivebar_control.estimation.readings import (
     no_pattern,
     strain,
 )
-from fivebar_control.estimation.trips import ESTIMATE_AMBIGUOUS, ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import joints_of, state_from_platform
 from fivebar_control.model.state import Joints

@@ -11,7 +11,7 @@ from fivebar_control.laws.registry import ESTIMATE, SIGMOID
 from fivebar_control.model.singularity import inverse_condition, inverse_condition_rate
 from fivebar_control.model.state import State
 from fivebar_control.trajectory.planner import Plan
-from fivebar_control.trajectory.time_law import rest_to_rest
+from fivebar_control.trajectory.time_scaling import rest_to_rest
 
 
 class SupervisorState(NamedTuple):

@@ -20,7 +20,7 @@ from fivebar_control.model.kinematics import det_a, joint_acceleration, state_fr
 from fivebar_control.model.singularity import parallel_svd
 from fivebar_control.model.state import Leg, State, WorkingMode
 from fivebar_control.planning.standstill import Standstill
-from fivebar_control.trajectory.time_law import rest_to_rest
+from fivebar_control.trajectory.time_scaling import rest_to_rest
 from fivebar_description.imu import STANDARD_GRAVITY
 from fivebar_description.loads import Loads
 from fivebar_description.parameters import FiveBar, friction_torque

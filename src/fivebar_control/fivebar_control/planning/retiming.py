@@ -27,7 +27,7 @@ from fivebar_control.trajectory.optimal import CrossedWay, OptimalLaw, bent_abou
 from fivebar_control.trajectory.path import Path, crossings_on
 from fivebar_control.trajectory.refusal import PlanRefused, place
 from fivebar_control.trajectory.spline import Knot, SplineSegment, SplineWay, completed
-from fivebar_control.trajectory.time_law import progress, time_fraction
+from fivebar_control.trajectory.time_scaling import progress, time_fraction
 from fivebar_description.interface import PLATFORM_NAMES
 
 FloatArray = NDArray[np.float64]

@@ -31,8 +31,8 @@ from fivebar_control.trajectory.path import Segment, way_of
 from fivebar_control.trajectory.pushed_law import CriterionTerms, Demand, pushed_law
 from fivebar_control.trajectory.refusal import PlanRefused, place
 from fivebar_control.trajectory.rounded import RoundedSegment
-from fivebar_control.trajectory.time_law import rest_to_rest
 from fivebar_control.trajectory.time_laws import CRITERION, OPTIMAL, Untimed
+from fivebar_control.trajectory.time_scaling import rest_to_rest
 from fivebar_description.parameters import (
     FiveBar,
     external_force,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from fivebar_control.model.kinematics import platform_acceleration, state_from_motors, working_mode
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import MotorMotion, Platform, State, WorkingMode
-from fivebar_control.trajectory.time_law import rest_to_rest_without_jerk
+from fivebar_control.trajectory.time_scaling import rest_to_rest_without_jerk
 from fivebar_description.parameters import FiveBar
 
 NO_LINE = Line(math.nan, math.nan, math.nan, math.nan)

@@ -28,8 +28,8 @@ from fivebar_control.trajectory.criterion import criterion_terms
 from fivebar_control.trajectory.path import Segment, Way, way_of
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_control.trajectory.rounded import RoundedSegment
-from fivebar_control.trajectory.time_law import time_fraction
 from fivebar_control.trajectory.time_laws import CRITERION, OPTIMAL, QUINTIC, Untimed
+from fivebar_control.trajectory.time_scaling import time_fraction
 from fivebar_description.parameters import FiveBar, has_external_force
 
 FloatArray = NDArray[np.float64]

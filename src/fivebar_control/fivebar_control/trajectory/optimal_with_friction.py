@@ -36,8 +36,8 @@ from fivebar_control.trajectory.optimal import (
 )
 from fivebar_control.trajectory.path import Segment, Way
 from fivebar_control.trajectory.rounded import RoundedSegment
-from fivebar_control.trajectory.time_law import progress
 from fivebar_control.trajectory.time_laws import OPTIMAL_WITH_FRICTION, Untimed
+from fivebar_control.trajectory.time_scaling import progress
 from fivebar_description.parameters import FiveBar, friction_torque, largest_friction
 
 FloatArray = NDArray[np.float64]

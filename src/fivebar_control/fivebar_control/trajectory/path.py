@@ -25,7 +25,7 @@ from fivebar_control.root_search import zero_between
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.rounded import RoundedPolyline, RoundedSegment
 from fivebar_control.trajectory.spline import SplineSegment
-from fivebar_control.trajectory.time_law import TimeLaw, progress, rest_to_rest, time_fraction
+from fivebar_control.trajectory.time_scaling import TimeLaw, progress, rest_to_rest, time_fraction
 from fivebar_description.parameters import FiveBar, with_floats
 
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.refusal import PlanRefused, place
-from fivebar_control.trajectory.time_law import TimeLaw, progress, rest_to_rest, time_fraction
+from fivebar_control.trajectory.time_scaling import TimeLaw, progress, rest_to_rest, time_fraction
 from fivebar_description.settings import Setting
 
 LEAST_RADIUS = 1e-3

@@ -10,7 +10,7 @@ from fivebar_control.model.line import Line
 from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.joint_segment import NO_LINE
 from fivebar_control.trajectory.path import AnySegment, Path
-from fivebar_control.trajectory.time_law import rest_to_rest
+from fivebar_control.trajectory.time_scaling import rest_to_rest
 
 
 class StoppedSegment(NamedTuple):

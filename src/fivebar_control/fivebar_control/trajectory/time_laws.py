@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 from fivebar_control.model.state import WorkingMode
 from fivebar_control.trajectory.path import Segment
 from fivebar_control.trajectory.rounded import RoundedSegment
-from fivebar_control.trajectory.time_law import rest_to_rest_without_jerk
+from fivebar_control.trajectory.time_scaling import rest_to_rest_without_jerk
 from fivebar_description.parameters import FiveBar
 from fivebar_description.settings import Setting
 

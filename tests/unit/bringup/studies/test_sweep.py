@@ -21,7 +21,7 @@ from fivebar_bringup.cli.main import app
 from fivebar_bringup.odds.odds import shortcomings
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.outcome import Outcome
-from fivebar_control.estimation.trips import ESTIMATE_AMBIGUOUS
+from fivebar_control.estimation.fault_numbers import ESTIMATE_AMBIGUOUS
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
 from fivebar_control.planning.alternative_courses import TimedCourse

@@ -13,6 +13,14 @@ from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_control.estimation.constants import Instrumentation, estimator_model
 from fivebar_control.estimation.ekf import Estimate
 from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.fault_numbers import (
+    ENCODER_FROZEN,
+    ESTIMATE_INCONSISTENT,
+    GYROSCOPE_EARLY,
+    GYROSCOPE_FROZEN,
+    GYROSCOPE_LATE,
+    GYROSCOPE_MISSING,
+)
 from fivebar_control.estimation.frozen import (
     AWAY,
     FEWEST,
@@ -28,14 +36,6 @@ from fivebar_control.estimation.frozen import (
 )
 from fivebar_control.estimation.gyro_watch import not_used, unheard, used, waited
 from fivebar_control.estimation.settings import Drives, EkfSettings
-from fivebar_control.estimation.trips import (
-    ENCODER_FROZEN,
-    ESTIMATE_INCONSISTENT,
-    GYROSCOPE_EARLY,
-    GYROSCOPE_FROZEN,
-    GYROSCOPE_LATE,
-    GYROSCOPE_MISSING,
-)
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.scenario.sensors import homing_of

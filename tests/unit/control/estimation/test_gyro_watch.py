@@ -10,6 +10,7 @@ from estimator_at_rest import ANGLES, HOME, RATE_HZ, ROBOT
 
 from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.fault_numbers import GYROSCOPE_FROZEN, TRIP_NAMES
 from fivebar_control.estimation.gyro_watch import (
     FEWEST,
     LEAST_SWING,
@@ -22,7 +23,6 @@ from fivebar_control.estimation.gyro_watch import (
 from fivebar_control.estimation.homing import Homing
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.estimation.settings import Drives, EkfSettings
-from fivebar_control.estimation.trips import GYROSCOPE_FROZEN, TRIP_NAMES
 from fivebar_control.safety.stages import NO_FAULT
 
 TIMEOUT = round(EkfSettings().gyro_timeout * RATE_HZ)

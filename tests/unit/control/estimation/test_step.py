@@ -13,6 +13,7 @@ from fivebar_control.estimation.camera import CAMERA_GATE, seen_at, with_seen
 from fivebar_control.estimation.causes import causes_of, inconsistency_reason
 from fivebar_control.estimation.ekf import Belief, advanced, as_vector, guessed, predicted
 from fivebar_control.estimation.encoder import Angle
+from fivebar_control.estimation.fault_numbers import ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.estimation.gyroscope import turn_rate, with_rate
 from fivebar_control.estimation.history import VALUE, angle_at, keep_belief, row_of
 from fivebar_control.estimation.late_reading import GYROSCOPE, PASSIVE, SENSORS
@@ -21,7 +22,6 @@ from fivebar_control.estimation.passive_encoder import elbow_speed, with_elbow
 from fivebar_control.estimation.readings import Misfit, Pattern, Trend, with_motors
 from fivebar_control.estimation.settings import Drives
 from fivebar_control.estimation.step import first_update, mean_square, next_update, prediction
-from fivebar_control.estimation.trips import ESTIMATE_INCONSISTENT, ESTIMATE_LOST
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.safety.stages import NO_FAULT
 

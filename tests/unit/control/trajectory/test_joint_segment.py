@@ -21,7 +21,7 @@ from fivebar_control.model.state import Platform
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.joint_segment import JointSegment
 from fivebar_control.trajectory.planner import Plan, plan_motion
-from fivebar_control.trajectory.time_law import rest_to_rest, rest_to_rest_without_jerk
+from fivebar_control.trajectory.time_scaling import rest_to_rest, rest_to_rest_without_jerk
 from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar, friction_torque
 

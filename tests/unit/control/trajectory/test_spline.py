@@ -12,7 +12,7 @@ from scipy.interpolate import make_interp_spline
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.spline import SplineSegment, completed
-from fivebar_control.trajectory.time_law import rest_to_rest
+from fivebar_control.trajectory.time_scaling import rest_to_rest
 from fivebar_description.parameters import FiveBar
 
 REST = (0.0, 0.0)

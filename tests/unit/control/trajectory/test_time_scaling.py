@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fivebar_control.trajectory.time_law import rest_to_rest, rest_to_rest_without_jerk
+from fivebar_control.trajectory.time_scaling import rest_to_rest, rest_to_rest_without_jerk
 
 INSIDE = st.floats(0.001, 0.999)
 both = pytest.mark.parametrize("law", [rest_to_rest, rest_to_rest_without_jerk])

@@ -24,7 +24,7 @@ def _as_they_are(values: FloatArray) -> FloatArray:
     return values
 
 
-class Otherwise(NamedTuple):
+class AlternativeMounting(NamedTuple):
     """Another reading of a recording.
 
     Attributes:
@@ -49,14 +49,16 @@ class Otherwise(NamedTuple):
         return self.motors is not _as_they_are
 
 
-def _motors(words: str, factors: tuple[float, float] = (1.0, 1.0), turn: tuple[float, float] = (0.0, 0.0)) -> Otherwise:
+def _motors(
+    words: str, factors: tuple[float, float] = (1.0, 1.0), turn: tuple[float, float] = (0.0, 0.0)
+) -> AlternativeMounting:
     """Return the reading with other factors of the motors' angles, turned by some quarters of a turn."""
     change = 0.5 * math.pi * np.array(turn)
-    return Otherwise(words, motors=lambda angles: angles * factors + change)
+    return AlternativeMounting(words, motors=lambda angles: angles * factors + change)
 
 
-def _gyroscope(words: str, factor: float) -> Otherwise:
-    return Otherwise(words, gyroscope=lambda rates: factor * rates)
+def _gyroscope(words: str, factor: float) -> AlternativeMounting:
+    return AlternativeMounting(words, gyroscope=lambda rates: factor * rates)
 
 
 DEGREE = math.pi / 180.0
@@ -76,7 +78,7 @@ READINGS = (
     _motors("the readings of q11 have the opposite sign: its encoder counts backwards", (-1.0, 1.0)),
     _motors("the readings of q21 have the opposite sign: its encoder counts backwards", (1.0, -1.0)),
     _motors("the readings of q11 and q21 have the opposite sign: both encoders count backwards", (-1.0, -1.0)),
-    Otherwise("q11 and q21 are exchanged", motors=lambda angles: angles[:, ::-1]),
+    AlternativeMounting("q11 and q21 are exchanged", motors=lambda angles: angles[:, ::-1]),
     _motors("the readings of the motors are in degrees: expected rad", (DEGREE, DEGREE)),
     _motors("the readings of q11 are offset by half a turn", turn=(2.0, 0.0)),
     _motors("the readings of q21 are offset by half a turn", turn=(0.0, 2.0)),
@@ -113,7 +115,7 @@ def explanations(
         yield otherwise.words
 
 
-def turned_gyroscope(angular_velocity: FloatArray, declared: Vector3) -> tuple[Otherwise, ...]:
+def turned_gyroscope(angular_velocity: FloatArray, declared: Vector3) -> tuple[AlternativeMounting, ...]:
     """Return the readings of a gyroscope that turns about another axis than the declared one, none where it does not.
 
     The axis is that along which the angular velocity varies most, in either direction.
@@ -131,10 +133,10 @@ def turned_gyroscope(angular_velocity: FloatArray, declared: Vector3) -> tuple[O
     return tuple(_about(sign * axis, expected) for sign in (1.0, -1.0))
 
 
-def _about(axis: FloatArray, expected: FloatArray) -> Otherwise:
+def _about(axis: FloatArray, expected: FloatArray) -> AlternativeMounting:
     """Return the reading in which the link turns about another axis in the IMU's frame than expected."""
     about, declared = ("({:.2f}, {:.2f}, {:.2f})".format(*(np.round(one, 2) + 0.0)) for one in (axis, expected))
-    return Otherwise(
+    return AlternativeMounting(
         f"the gyroscope is mounted otherwise: by its readings the link turns about {about} in the IMU's frame,"
         f" expected about {declared} by imu.roll, imu.pitch and imu.yaw",
         gyroscope=lambda rates: np.outer(rates @ axis, expected),
