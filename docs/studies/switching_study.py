@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long a blended controller has to be out of its zones, so that errors shrink from crossing to crossing.
 
-`python docs/studies/switching_study.py` prints the table of docs/bounds.md for the middle crossing.
+`python docs/studies/switching_study.py` prints the table of docs/bounds.md for the middle crossing, and with `--random`
+the one for random crossings.
 Out of a zone the motors' errors under computed torque shrink at a known rate in a known norm. Through a zone they are
-mapped linearly, to first order: the map follows from the exact model with slightly moved starts.
+mapped linearly, to first order: the map follows from the exact model with slightly moved starts. Errors of some
+millimetres are mapped as they are.
 """
 
 from __future__ import annotations
 
+import argparse
 import math
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +32,14 @@ from fivebar_control.model.line import Line
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.settings import as_numbers
+from fivebar_studies.sweep.drawing import Draw, draw
+from fivebar_studies.sweep.planning import accepted
+
+SEED, RIG = 606060, "ideal"
+"""Random crossings of robots without errors."""
+
+LARGE, DIRECTIONS = 2e-3, 8
+"""A large displacement of a start (m), and the number of its directions."""
 
 FloatArray = NDArray[np.float64]
 
@@ -62,12 +74,35 @@ class ZoneMap(NamedTuple):
         return max(0.0, math.log(self.growth)) / self.rate
 
 
+def finite_growth(scenario: Scenario, distance: float) -> float:
+    """Return the largest factor by which the first zone multiplies an error of a start that is moved so far (m)."""
+    plan, gains = scenario.plan(), scenario.tuned().nominal.settings
+    assert isinstance(gains, CtcSettings)
+    c, ends = gains.kp / gains.kd, zone_ends(plan)
+    start = np.array(plan.path.at(ends[0])[:4])
+    kept, growths = passed(scenario, plan, start, ends), []
+    for angle in np.linspace(0.0, 2.0 * math.pi, DIRECTIONS, endpoint=False).tolist():
+        moved = start + distance * np.array((math.cos(angle), math.sin(angle), 0.0, 0.0))
+        pairs = ((ends[0], moved, start), (ends[1], passed(scenario, plan, moved, ends), kept))
+        before, after = (
+            float(np.linalg.norm(_errors(scenario, plan, one, t, c) - _errors(scenario, plan, other, t, c)))
+            for t, one, other in pairs
+        )
+        growths.append(after / before)
+    return max(growths)
+
+
+def zone_ends(plan: Plan) -> tuple[float, float]:
+    """Return the times (s) between which the first zone of a plan is passed."""
+    middle = plan.crossings[0].time
+    return middle - plan.zone_time - MARGIN, middle + plan.zone_time + MARGIN
+
+
 def zone_map(scenario: Scenario) -> ZoneMap:
     """Return the map of a scenario's first zone."""
     plan, gains = scenario.plan(), scenario.tuned().nominal.settings
     assert isinstance(gains, CtcSettings)
-    middle = plan.crossings[0].time
-    ends = middle - plan.zone_time - MARGIN, middle + plan.zone_time + MARGIN
+    ends = zone_ends(plan)
     start = np.array(plan.path.at(ends[0])[:4])
     c = gains.kp / gains.kd
     before: list[FloatArray] = []
@@ -129,13 +164,39 @@ def _errors(scenario: Scenario, plan: Plan, at: FloatArray, t: float, c: float) 
 
 
 def main() -> None:
-    """Print the table."""
+    """Print a table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--random", type=int, metavar="COUNT", help="random crossings in place of the middle one")
+    given = parser.parse_args()
+    if given.random is not None:
+        print_random(given.random)
+        return
     print("| supervision | T | growth through the zone | out of the zone for at least |")
     print("|---|---|---|---|")
     for supervision in SUPERVISIONS:
         for duration in DURATIONS:
             found = zone_map(middle(duration, supervision))
             print(f"| `{supervision}` | {duration:g} s | {found.growth:.2f} | {1e3 * found.dwell:.0f} ms |")
+
+
+def print_random(count: int) -> None:
+    """Print the table of random crossings."""
+    print("| supervision | growth, median, 95 %, largest | of 2 mm | dwell time for the largest |")
+    print("|---|---|---|---|")
+    cases = list(islice(accepted(lambda number: draw(SEED, number, RIG), CONTROLLER), count))
+    for supervision in SUPERVISIONS:
+        scenarios = [crossing(case, supervision) for case in cases]
+        maps = [zone_map(scenario) for scenario in scenarios]
+        small, large = [one.growth for one in maps], [finite_growth(scenario, LARGE) for scenario in scenarios]
+        dwell = 1e3 * max(math.log(max(*pair)) for pair in zip(small, large, strict=True)) / maps[0].rate
+        told = [f"{np.median(each):.2f}, {np.quantile(each, 0.95):.2f}, {max(each):.2f}" for each in (small, large)]
+        print(f"| `{supervision}` | {told[0]} | {told[1]} | {dwell:.0f} ms |", flush=True)
+
+
+def crossing(case: Draw, supervision: str) -> Scenario:
+    """Return the scenario of a random crossing under one of `SUPERVISIONS`."""
+    scenario = case.scenario(CONTROLLER)
+    return scenario.model_copy(update={"zone": scenario.zone._replace(supervision=supervision)})
 
 
 def middle(duration: float, supervision: str) -> Scenario:

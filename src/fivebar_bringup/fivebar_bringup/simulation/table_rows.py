@@ -16,7 +16,6 @@ from fivebar_control.loop.closed_loop import Answered
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.kinematics import det_a
 from fivebar_control.model.singularity import type1_distance
-from fivebar_control.model.state import State
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.path_distance import path_place
 from fivebar_description.parameters import FiveBar
@@ -74,7 +73,7 @@ def recorded(
     loop: Answered,
 ) -> TableEnd:
     """Fill a sample's row of the table; return the end."""
-    return filled(run, end, number, robot, known.present, known.state, UNWATCHED, loop)
+    return filled(run, end, number, robot, known, UNWATCHED, loop)
 
 
 def recorded_estimate(
@@ -97,7 +96,7 @@ def recorded_estimate(
         pattern.error,
         strain(run.case.estimation.model, pattern),
     )
-    return filled(run, end, number, robot, known.present, known.state, watched, loop)
+    return filled(run, end, number, robot, known, watched, loop)
 
 
 def filled(
@@ -105,8 +104,7 @@ def filled(
     end: TableEnd,
     number: int,
     robot: Robot,
-    present: bool,
-    state: State,
+    known: MeasuredKnown | EngineKnown,
     watched: Watched,
     loop: Answered,
 ) -> TableEnd:
@@ -117,13 +115,13 @@ def filled(
         end: of the table.
         number: of the sample.
         robot: at the sample.
-        present, state: what the controllers know of it, see `closed_loop.Known`.
+        known: of it by the controllers.
         watched: what the estimator's watch finds.
         loop: after the sample.
     """
-    case, exact, cycle = run.case, robot.exact, loop.cycle
+    case, exact, cycle, state = run.case, robot.exact, loop.cycle, known.state
     requested = UNDEFINED if loop.latched else cycle.requested
-    truth = state if end.state_is_exact and present else state_of(case.actual, exact)
+    truth = state if end.state_is_exact and known.present else state_of(case.actual, exact)
     nearest = path_place(run.plan.rows, end.line, number, truth.x, truth.y)
     row = TraceRow(
         q11=exact.q11,
