@@ -190,23 +190,24 @@ def acceleration_derivatives(
     model = _model(robot, leg1, leg2)
     net1, net2 = applied.tau1 - _lost(robot, robot.leg1, leg1), applied.tau2 - _lost(robot, robot.leg2, leg2)
     ax, ay = platform_motion(model, net1, net2, applied.fx, applied.fy)
-    velocity, acceleration, along_x, along_y = (vx, vy), (ax, ay), (1.0, 0.0), (0.0, 1.0)
     px_x = px_y = py_x = py_y = vx_x = vx_y = vy_x = vy_y = 0.0
     for leg, moving, net in ((robot.leg1, leg1, net1), (robot.leg2, leg2, net2)):
         n_x, n_y, zz = moving.n_x, moving.n_y, leg.inertia
         slope = friction_slope(leg, moving.dq1)
         p = net - zz * (n_x * ax + n_y * ay + moving.drift)
         # by the position: the force on the platform changes by dn p - n (f' d(dq) + zz (dn . a + d drift))
-        x_nx, x_ny, x_load = _along(leg, moving, velocity, acceleration, slope, along_x)
-        y_nx, y_ny, y_load = _along(leg, moving, velocity, acceleration, slope, along_y)
+        by_x = _changes(leg, moving, vx, vy, 1.0, 0.0)
+        by_y = _changes(leg, moving, vx, vy, 0.0, 1.0)
+        x_load = _load_change(leg, moving, by_x, ax, ay, slope)
+        y_load = _load_change(leg, moving, by_y, ax, ay, slope)
         if leg.moment != 0.0:
             # the weight of the leg, over the motor's angle
             change = leg.moment * (robot.gravity_x * moving.r_x + robot.gravity_y * moving.r_y)
             x_load, y_load = x_load + change * n_x, y_load + change * n_y
-        px_x += x_nx * p - n_x * x_load
-        px_y += x_ny * p - n_y * x_load
-        py_x += y_nx * p - n_x * y_load
-        py_y += y_ny * p - n_y * y_load
+        px_x += by_x.dn_x * p - n_x * x_load
+        px_y += by_x.dn_y * p - n_y * x_load
+        py_x += by_y.dn_x * p - n_x * y_load
+        py_y += by_y.dn_y * p - n_y * y_load
         # by the velocity: only friction and drift change
         turn = 2.0 * leg.distal * moving.dtheta / moving.b
         swing = 2.0 * leg.proximal * moving.cos_q2 * moving.dq1 / moving.b
@@ -219,12 +220,12 @@ def acceleration_derivatives(
         if leg.residual != 0.0:
             w_x, w_y = moving.w_x, moving.w_y
             s = -leg.residual * (w_x * ax + w_y * ay + _distal_drift(leg, moving))
-            x_wx, x_wy, x_load = _moment_along(leg, moving, velocity, acceleration, along_x)
-            y_wx, y_wy, y_load = _moment_along(leg, moving, velocity, acceleration, along_y)
-            px_x += x_wx * s - w_x * x_load
-            px_y += x_wy * s - w_y * x_load
-            py_x += y_wx * s - w_x * y_load
-            py_y += y_wy * s - w_y * y_load
+            x_load = _moment_change(leg, moving, by_x, ax, ay)
+            y_load = _moment_change(leg, moving, by_y, ax, ay)
+            px_x += by_x.dw_x * s - w_x * x_load
+            px_y += by_x.dw_y * s - w_y * x_load
+            py_x += by_y.dw_x * s - w_x * y_load
+            py_y += by_y.dw_y * s - w_y * y_load
             lever = -2.0 * leg.residual / moving.sin_q2
             swing, turn = lever * leg.proximal / leg.distal * moving.dq1, lever * moving.cos_q2 * moving.dtheta
             load_x, load_y = swing * n_x + turn * w_x, swing * n_y + turn * w_y
@@ -253,19 +254,29 @@ def acceleration_derivatives(
     )
 
 
-def _along(
-    leg: LegParameters,
-    moving: LegMotion,
-    velocity: tuple[float, float],
-    acceleration: tuple[float, float],
-    slope: float,
-    e: tuple[float, float],
-) -> tuple[float, float, float]:
-    """Return dn (1/m^2 per m) and the change of the load (Nm/m) when the platform moves along e.
+class RowChanges(NamedTuple):
+    """The derivatives of a leg's rows n and w as the platform moves along a direction e.
 
     q_i1 and theta_i turn by n . e and w . e; every other change follows from these two.
+
+    Attributes:
+        d_q2: turn of q_i2 (rad/m).
+        stretch: d_q2 / tan q_i2 (1/m).
+        dn_x, dn_y, dw_x, dw_y: of the rows (1/m^2).
+        d_speed, d_turn: of dq_i1 and dtheta_i (rad/s per m).
     """
-    (vx, vy), (ax, ay), (e_x, e_y) = velocity, acceleration, e
+
+    d_q2: float
+    stretch: float
+    dn_x: float
+    dn_y: float
+    dw_x: float
+    dw_y: float
+    d_speed: float
+    d_turn: float
+
+
+def _changes(leg: LegParameters, moving: LegMotion, vx: float, vy: float, e_x: float, e_y: float) -> RowChanges:
     d_q1 = moving.n_x * e_x + moving.n_y * e_y
     d_theta = moving.w_x * e_x + moving.w_y * e_y
     d_q2 = d_theta - d_q1
@@ -275,43 +286,31 @@ def _along(
     lever = -1.0 / (leg.distal * moving.sin_q2)
     dw_x = -moving.r_y * d_q1 * lever - moving.w_x * stretch
     dw_y = moving.r_x * d_q1 * lever - moving.w_y * stretch
-    d_speed = dn_x * vx + dn_y * vy
-    d_turn = dw_x * vx + dw_y * vy
+    return RowChanges(d_q2, stretch, dn_x, dn_y, dw_x, dw_y, dn_x * vx + dn_y * vy, dw_x * vx + dw_y * vy)
+
+
+def _load_change(
+    leg: LegParameters, moving: LegMotion, change: RowChanges, ax: float, ay: float, slope: float
+) -> float:
+    """Return the change of the motor's load (Nm/m)."""
     d_c = (
-        2.0 * leg.distal * moving.dtheta * d_turn
-        - leg.proximal * moving.sin_q2 * d_q2 * moving.dq1 * moving.dq1
-        + 2.0 * leg.proximal * moving.cos_q2 * moving.dq1 * d_speed
+        2.0 * leg.distal * moving.dtheta * change.d_turn
+        - leg.proximal * moving.sin_q2 * change.d_q2 * moving.dq1 * moving.dq1
+        + 2.0 * leg.proximal * moving.cos_q2 * moving.dq1 * change.d_speed
     )
-    d_drift = d_c / moving.b - moving.drift * stretch
-    return dn_x, dn_y, slope * d_speed + leg.inertia * (dn_x * ax + dn_y * ay + d_drift)
+    d_drift = d_c / moving.b - moving.drift * change.stretch
+    return slope * change.d_speed + leg.inertia * (change.dn_x * ax + change.dn_y * ay + d_drift)
 
 
-def _moment_along(
-    leg: LegParameters,
-    moving: LegMotion,
-    velocity: tuple[float, float],
-    acceleration: tuple[float, float],
-    e: tuple[float, float],
-) -> tuple[float, float, float]:
-    """Return dw (1/m^2 per m) and the change of the distal link's moment (Nm/m) when the platform moves along e."""
-    (vx, vy), (ax, ay), (e_x, e_y) = velocity, acceleration, e
-    d_q1 = moving.n_x * e_x + moving.n_y * e_y
-    d_theta = moving.w_x * e_x + moving.w_y * e_y
-    d_q2 = d_theta - d_q1
-    stretch = moving.cos_q2 * d_q2 / moving.sin_q2
-    dn_x = -moving.u_y * d_theta / moving.b - moving.n_x * stretch
-    dn_y = moving.u_x * d_theta / moving.b - moving.n_y * stretch
-    lever = -1.0 / (leg.distal * moving.sin_q2)
-    dw_x = -moving.r_y * d_q1 * lever - moving.w_x * stretch
-    dw_y = moving.r_x * d_q1 * lever - moving.w_y * stretch
-    d_speed, d_turn = dn_x * vx + dn_y * vy, dw_x * vx + dw_y * vy
-    change = (
-        2.0 * leg.proximal / leg.distal * moving.dq1 * d_speed
-        - moving.sin_q2 * d_q2 * moving.dtheta * moving.dtheta
-        + 2.0 * moving.cos_q2 * moving.dtheta * d_turn
+def _moment_change(leg: LegParameters, moving: LegMotion, change: RowChanges, ax: float, ay: float) -> float:
+    """Return the change of the distal link's moment (Nm/m)."""
+    d_c = (
+        2.0 * leg.proximal / leg.distal * moving.dq1 * change.d_speed
+        - moving.sin_q2 * change.d_q2 * moving.dtheta * moving.dtheta
+        + 2.0 * moving.cos_q2 * moving.dtheta * change.d_turn
     )
-    d_drift = -change / moving.sin_q2 - _distal_drift(leg, moving) * stretch
-    return dw_x, dw_y, leg.residual * (dw_x * ax + dw_y * ay + d_drift)
+    d_drift = -d_c / moving.sin_q2 - _distal_drift(leg, moving) * change.stretch
+    return leg.residual * (change.dw_x * ax + change.dw_y * ay + d_drift)
 
 
 def turn_change(leg: LegParameters, moving: LegMotion, vx: float, vy: float, d_q1: float, d_theta: float) -> float:
