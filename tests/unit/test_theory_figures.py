@@ -154,11 +154,12 @@ def test_the_common_lyapunov_function_holds_in_nearly_every_posture(dextar: Five
     random = np.random.default_rng(1)
     least, kappas = [], []
     while len(least) < 3000:
-        signs = random.choice([1, -1], 2).tolist()
+        one, other = random.choice([1, -1], 2).tolist()
         if drawn == "plane":
-            state = state_from_platform(dextar, *signs, *random.uniform((-0.25, -0.2), (0.25, 0.2)).tolist(), 0.0, 0.0)
+            place = random.uniform((-0.25, -0.2), (0.25, 0.2)).tolist()
+            state = state_from_platform(dextar, (one, other), *place, 0.0, 0.0)
         else:
-            state = state_from_motors(dextar, signs[0], *random.uniform(-math.pi, math.pi, 2).tolist(), 0.0, 0.0)
+            state = state_from_motors(dextar, one, *random.uniform(-math.pi, math.pi, 2).tolist(), 0.0, 0.0)
         if type1_margin(state) > SERIAL_MARGIN:
             mapped = input_map(dextar, state)
             assert mapped is not None

@@ -96,7 +96,7 @@ def leg_at_rest(leg: LegParameters, mode: int, x: float, y: float) -> LegMotion:
 
 
 class Applied(NamedTuple):
-    """What acts on the robot: the motors' torques (Nm) and a force on the platform (N)."""
+    """The motors' torques (Nm) and a force on the platform (N)."""
 
     tau1: float
     tau2: float

@@ -64,7 +64,7 @@ class LinkAngles(NamedTuple):
 
 
 class LegLoad(NamedTuple):
-    """What acts on a leg: torques on its links (Nm), weight (N/kg), and the mass at its tip (kg)."""
+    """Torques on the links of a leg (Nm), weight (N/kg), and the mass at its tip (kg)."""
 
     torque: float
     distal_torque: float

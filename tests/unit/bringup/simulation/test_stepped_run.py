@@ -86,7 +86,7 @@ def test_a_sample_shows_its_task() -> None:
     seen = seen_of(run)
     assert (seen.x, seen.y) == pytest.approx((crossing.start_x, crossing.start_y))
     assert (seen.goal_x, seen.goal_y) == pytest.approx((crossing.end_x, crossing.end_y))
-    assert (seen.mode1, seen.mode2) == crossing.mode
+    assert (seen.mode1, seen.mode2) == (crossing.mode1, crossing.mode2)
     assert seen.time_left == pytest.approx(crossing.duration)
     # the drives obey one sample later
     run.torque[:] = 0.5, 0.5

@@ -86,7 +86,7 @@ def rows(made: Path) -> list[SweepRow]:
 
 
 def side(case: Draw, x: float, y: float) -> float:
-    return math.copysign(1.0, det_a(state_from_platform(ROBOT, case.mode1, case.mode2, x, y, 0.0, 0.0)))
+    return math.copysign(1.0, det_a(state_from_platform(ROBOT, (case.mode1, case.mode2), x, y, 0.0, 0.0)))
 
 
 def test_cases_are_what_is_promised() -> None:

@@ -217,7 +217,8 @@ def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_re
     """A stopped robot falls through Type 1, where the filter has no numbers left, and its late sensors go on."""
     settings = EkfSettings(gyro=True, camera=True, misfit_limit=1e9)
     homing, encoder = homing_at(ROBOT, (1, -1), *PLACE), PassiveEncoder(2, None)
-    one = kind(ROBOT, homing, 500, Drives(), settings, Tolerances(length=2e-4), encoder)
+    instruments = Instrumentation(500, Drives(), settings, Tolerances(length=2e-4), encoder)
+    one = kind(ROBOT, homing, instruments)
     for sample in range(300):
         read_before = max(0, sample - 2)
         readings = [

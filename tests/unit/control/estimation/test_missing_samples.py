@@ -87,11 +87,11 @@ def test_a_slipped_encoder_is_a_contradiction(crossing: tuple[Scenario, list[Rea
 def test_machine_code_estimates_the_same(crossing: tuple[Scenario, list[Reading]]) -> None:
     """Over gaps as well, to the last bit."""
     scenario, complete = crossing
-    settings = (scenario.rate_hz, scenario.drives(), scenario.ekf)
+    instruments = Instrumentation(scenario.rate_hz, scenario.drives(), scenario.ekf)
     readings = with_missing(complete[:60], 0, False)
     told = []
     for kind in (StateEstimator, CompiledEstimator):
-        estimator = kind(scenario.five_bar(), homing_of(scenario), *settings)
+        estimator = kind(scenario.five_bar(), homing_of(scenario), instruments)
         estimator.warm_up()
         told.append([estimator.take(number, *one.angles, *one.torques) for number, one in readings.items()])
     assert told[0] == told[1]
