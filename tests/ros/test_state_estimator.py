@@ -23,7 +23,7 @@ from fivebar_bringup.simulation.offline import OfflineRun, Sample, simulate
 from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
-from fivebar_control.nodes.state_estimator import said_if_long
+from fivebar_control.ros.machine_code import said_if_long
 from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.interface import (
     ACTIVE_JOINTS,

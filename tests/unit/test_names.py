@@ -152,6 +152,7 @@ ELSEWHERE = {
         "fivebar_control.ros.trajectory_requests",
         "fivebar_control.ros.transform_lookup",
     ),
+    "ros/test_state_estimator.py": ("fivebar_control.ros.machine_code",),
     "ros/test_motkin_bridge.py": ("fivebar_control.ros.inner_loop_targets",),
     "ros/test_answers.py": (
         "fivebar_control.nodes.supervisor",

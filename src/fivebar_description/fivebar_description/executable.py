@@ -66,12 +66,12 @@ class Executable(NamedTuple):
 
     def _confirm_there(self) -> None:
         """End the process with exit status 2 where the optional package of the module is not installed."""
-        package, *_, name = self.module.split(".")
+        package, *_ = self.module.split(".")
         if find_spec(package) is None:
             # here, because hardly any process needs what it imports
             from fivebar_description.optional import missing
 
-            print(f"{name}: {missing(package)}", file=sys.stderr)
+            print(f"{self.module.rpartition('.')[2]}: {missing(package)}", file=sys.stderr)
             sys.exit(BAD_INPUT)
 
     def _read_words(self, example: str) -> None:

@@ -9,7 +9,7 @@ from fivebar_bringup.graph.node_spec import Mode, NodeSpec
 from fivebar_bringup.graph.sensor_nodes import estimate_state
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.law import TunedLaw
-from fivebar_control.ros.node_settings import CONTINUE, HOLD, BlenderSettings, TrajectorySettings
+from fivebar_control.ros.node_settings import CONTINUE, HOLD, BlenderSettings, ChainSettings, TrajectorySettings
 from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.interface import (
     DRIVES_STATE,
@@ -63,22 +63,23 @@ def trajectory_generator(scenario: Scenario, mode: Mode) -> NodeSpec:
     )
 
 
-def supervisor(scenario: Scenario) -> NodeSpec:
+def supervisor(scenario: Scenario, mode: Mode) -> NodeSpec:
     """Return the node that weighs the laws against each other."""
     return NodeSpec(
         "fivebar_control",
         "supervisor",
-        {},
+        to_parameters(ChainSettings(mode.value)),
         (JOINT_STATES, FAULTS, RUN_PLAN, RUN_EPOCH),
         (SUPERVISOR_STATE, SUPERVISOR_SIGMA, FAULTS),
         in_chain=True,
     )
 
 
-def controller(scenario: Scenario, tuned: TunedLaw) -> NodeSpec:
+def controller(scenario: Scenario, tuned: TunedLaw, mode: Mode) -> NodeSpec:
     """Return the node of a law, which publishes its candidate torque."""
-    law = tuned.law
-    return NodeSpec("fivebar_control", law.executable, {}, _law_inputs(scenario), (law.topic, FAULTS), in_chain=True)
+    law, parameters = tuned.law, to_parameters(ChainSettings(mode.value))
+    topics = _law_inputs(scenario), (law.topic, FAULTS)
+    return NodeSpec("fivebar_control", law.executable, parameters, *topics, in_chain=True)
 
 
 def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:

@@ -110,8 +110,8 @@ def crossing_graph(
     nodes = [
         *([estimator(scenario, mode)] if scenario.estimated else []),
         trajectory_generator(scenario, mode),
-        supervisor(scenario),
-        *(controller(scenario, law) for law in scenario.tuned().laws),
+        supervisor(scenario, mode),
+        *(controller(scenario, law, mode) for law in scenario.tuned().laws),
     ]
     nodes.append(blender(scenario, mode, endless=bridged))
     nodes += [] if bridged and own else [imu_listener(scenario)]

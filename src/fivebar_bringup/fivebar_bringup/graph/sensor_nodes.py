@@ -5,11 +5,7 @@ from __future__ import annotations
 
 from fivebar_bringup.graph.node_spec import PLANT, Mode, NodeSpec
 from fivebar_bringup.scenario import Scenario, scalar_topics
-from fivebar_control.ros.node_settings import (
-    EstimatorNodeSettings,
-    ImuListenerSettings,
-    runs_compiled,
-)
+from fivebar_control.ros.node_settings import ChainSettings, ImuListenerSettings
 from fivebar_description.interface import (
     ESTIMATE_COVARIANCE,
     ESTIMATE_DISTURBANCE,
@@ -34,17 +30,12 @@ from fivebar_description.interface import (
 from fivebar_description.settings import to_parameters
 
 
-def has_compiled_estimator(scenario: Scenario, mode: Mode) -> bool:
-    """Return whether the state estimator of a run is compiled: where time presses."""
-    return scenario.estimated and runs_compiled(mode.value, scenario.rate_hz)
-
-
 def estimator(scenario: Scenario, mode: Mode) -> NodeSpec:
     """Return the state estimator."""
     return NodeSpec(
         "fivebar_control",
         "state_estimator",
-        to_parameters(EstimatorNodeSettings(mode.value)),
+        to_parameters(ChainSettings(mode.value)),
         (
             MOTOR_STATES,
             # commands in transit to the drives matter only if the drives have a delay

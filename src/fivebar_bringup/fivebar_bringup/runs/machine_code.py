@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 from fivebar_bringup.graph.node_spec import Mode
-from fivebar_bringup.graph.sensor_nodes import has_compiled_estimator
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.ros.node_settings import runs_compiled
 
 
 def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> None:
@@ -18,10 +18,19 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
         from fivebar_bringup.odds.trials import declared_odds
 
         declared_odds(scenario, 1)
-    if not has_compiled_estimator(scenario, mode):
+    if not runs_compiled(mode.value, scenario.rate_hz):
         return
     # numba takes most of a second to import
-    from fivebar_control.controller.estimator import estimator_of
-    from fivebar_control.estimation.compiled_estimator import CompiledEstimator
+    from fivebar_control.loop.part_choice import law_part, parts
 
-    estimator_of(scenario, kind=CompiledEstimator).warm_up()
+    robot, plan, lead = scenario.five_bar(), scenario.plan(), scenario.lead_samples
+    tuned = scenario.tuned()
+    for law in tuned.laws:
+        law_part(law, True, robot, plan, scenario.rate_hz, lead)
+    parts(True).guard(robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
+    parts(True).supervisor(robot, plan, scenario.rate_hz, lead, scenario.scheme().weighting)
+    if scenario.estimated:
+        from fivebar_control.controller.estimator import estimator_of
+        from fivebar_control.estimation.compiled_estimator import CompiledEstimator
+
+        estimator_of(scenario, kind=CompiledEstimator).warm_up()

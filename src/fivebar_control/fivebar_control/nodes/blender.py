@@ -14,11 +14,12 @@ from std_srvs.srv import Trigger
 
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.loop.shared_results import one_robot, shared_state
-from fivebar_control.ros.node_settings import SHORTEST_DEADLINE_MS, BlenderSettings
+from fivebar_control.loop.part_choice import parts
+from fivebar_control.loop.shared_results import one_robot
+from fivebar_control.ros.machine_code import loading
+from fivebar_control.ros.node_settings import SHORTEST_DEADLINE_MS, BlenderSettings, runs_compiled
 from fivebar_control.ros.releasing import Releasing
 from fivebar_control.ros.run_file import start_values
-from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.watchdog import PauseCompensatedClock, Watchdog
 from fivebar_control.scenario.keys import STOPPING
 from fivebar_control.scenario.scenario import ControlScenario
@@ -113,7 +114,10 @@ class Blender(SamplingNode):
         scenario = FileParameters(self, ControlScenario, keys, ControlScenario.section_law).file
         agreement = RunAgreement(self, scenario.rate_hz, start_values(scenario))
         self._empty = self._robot = one_robot(scenario.five_bar())
-        self._guard = Guard(self._robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
+        compiled = runs_compiled(settings.mode, scenario.rate_hz, settings.compiled)
+        with loading(compiled, self.get_logger().info):
+            kind = parts(compiled).guard
+            self._guard = kind(self._robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
         deadlines = deadlines_of(scenario, settings)
         shortest = min(deadlines)
         self._deadline_clock = PauseCompensatedClock(time.monotonic, shortest / MIN_CHECKS_PER_DEADLINE)
@@ -208,11 +212,10 @@ class Blender(SamplingNode):
             if late is not None and self._guard.fault is None:
                 self._stop_robot(late)
             elif self._guard.fault is not None:
-                position, velocity = values
                 if self._releasing.on:
-                    self._releasing.joints(sample, position, velocity)
+                    self._releasing.joints(sample, *values)
                 else:
-                    self._reply_with(sample, self._guard.stop(shared_state(sample, self._robot, position, velocity)))
+                    self._reply_with(sample, self._guard.stop(self._guard.state(sample, values)))
             self._check_deadlines()
         return True
 
@@ -224,14 +227,13 @@ class Blender(SamplingNode):
         if self._watch.pending:
             self.hold(sample)
             return
-        (position, velocity), (reference,), (alone,), *rest = values
-        state = shared_state(sample, self._robot, position, velocity)
+        joints, (reference,), (alone,), *rest = values
         nominal, constraint, sigma = Torque(*alone), Torque(*alone), 0.0
         if rest:
             (vhc,), ((sigma, _),) = rest
             constraint = Torque(*vhc)
         stopped = self._guard.fault is not None
-        requested, torque = self._guard.command(sample, state, reference[:2], sigma, nominal, constraint)
+        requested, torque = self._guard.answer(sample, joints, reference[:2], sigma, nominal, constraint)
         if stopped:
             return
         if requested is not None:

@@ -10,10 +10,8 @@ their stamps, however late they come.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from collections.abc import Mapping
 from functools import partial
-from threading import Timer
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -29,7 +27,8 @@ from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, LateReading
 from fivebar_control.estimation.platform_reading import PlatformReading, used
 from fivebar_control.estimation.resting import MotorReading, Resting
-from fivebar_control.ros.node_settings import AUTO, YES, EstimatorNodeSettings, runs_compiled
+from fivebar_control.ros.machine_code import loading
+from fivebar_control.ros.node_settings import ChainSettings, runs_compiled
 from fivebar_control.ros.run_file import start_values
 from fivebar_control.scenario.keys import ROBOT, SENSORS
 from fivebar_control.scenario.scenario import ControlScenario
@@ -69,11 +68,6 @@ from fivebar_description.sensors import LARGEST_OFFSET
 from fivebar_description.shared_settings import LOCKSTEP
 
 FAILED = 1
-
-PATIENCE = 2.0
-"""Time (s) after which a start says why it takes long."""
-
-COMPILES = "loads the filter's machine code, or makes it, which takes a minute or more the first time"
 
 SENSOR_OF = {IMU_FRAME: GYROSCOPE, CAMERA_FRAME: CAMERA, EXTRA_NAME: EXTRA}
 """Sensors by the names that samples announce; the others are passive joints."""
@@ -115,18 +109,6 @@ def kind_of(compiled: bool) -> type[StateEstimator]:
     return CompiledEstimator
 
 
-@contextmanager
-def said_if_long(say: Callable[[str], object], words: str, after: float = PATIENCE) -> Iterator[None]:
-    """Say some words where a block takes longer than a time (s), while it runs."""
-    timer = Timer(after, say, [words])
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
-
-
 class StateEstimatorNode(SamplingNode):
     """Extended Kalman filter on the motor encoders and, where there are, gyroscope and encoder on a passive joint.
 
@@ -143,7 +125,7 @@ class StateEstimatorNode(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("state_estimator")
-        settings = self.declare_settings(EstimatorNodeSettings)
+        settings = self.declare_settings(ChainSettings)
         lockstep = settings.mode == LOCKSTEP
         scenario = FileParameters(self, ControlScenario, (*ROBOT, "estimator", "waypoints", *SENSORS)).file
         drives, ekf, passive, known = scenario.drives(), scenario.ekf, scenario.passive, scenario.known_sensors()
@@ -153,12 +135,12 @@ class StateEstimatorNode(SamplingNode):
         RunAgreement(self, rate_hz, agreed)
         self._imu = scenario.imu
         self._empty = scenario.five_bar()
-        compiled = runs_compiled(settings.mode, rate_hz) if settings.compiled == AUTO else settings.compiled == YES
+        compiled = runs_compiled(settings.mode, rate_hz, settings.compiled)
         self._kind, self._robot, self._instruments = kind_of(compiled), self._empty, instruments_of(scenario)
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
         self._estimator = self._kind(self._robot, self._homing, self._instruments)
-        with said_if_long(self.get_logger().info, COMPILES) if compiled else nullcontext():
+        with loading(compiled, self.get_logger().info):
             self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
         self._late: dict[Reading, tuple[float, ...]] = {}

@@ -7,8 +7,10 @@ from typing import Any
 
 from std_msgs.msg import Float64
 
-from fivebar_control.loop.shared_results import shared_state
-from fivebar_control.loop.supervisor import Supervisor, SupervisorState
+from fivebar_control.loop.part_choice import parts
+from fivebar_control.loop.supervisor import SupervisorState
+from fivebar_control.ros.machine_code import loading
+from fivebar_control.ros.node_settings import ChainSettings, runs_compiled
 from fivebar_control.ros.run_file import declared_motion
 from fivebar_control.scenario.keys import MOTION
 from fivebar_control.scenario.motion_file import MotionFile
@@ -33,19 +35,22 @@ class SupervisorNode(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("supervisor")
+        settings = self.declare_settings(ChainSettings)
         scenario = FileParameters(self, MotionFile, MOTION).file
-        self._motion = declared_motion(self, scenario)
-        self._supervise = Supervisor(self._motion.plan, self._motion.rate_hz, scenario.scheme().weighting)
+        robot, plan, rate_hz, lead_samples, _ = declared_motion(self, scenario)
+        compiled = runs_compiled(settings.mode, rate_hz, settings.compiled)
+        with loading(compiled, self.get_logger().info):
+            kind = parts(compiled).supervisor
+            self._supervisor = kind(robot, plan, rate_hz, lead_samples, scenario.scheme().weighting)
         self._reply: SupervisorState | None = None
         self._state = self.advertise(SUPERVISOR_STATE)
         self._sigma = self.advertise(SUPERVISOR_SIGMA)
-        self.join(self._motion.rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),), QUEUE_DEPTH)
+        self.join(rate_hz, (Input(JOINT_STATES, fields_of(JOINTS, "position", "velocity")),), QUEUE_DEPTH)
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish sigma and 1/cond(A)."""
-        ((position, velocity),) = values
-        state = shared_state(sample, self._motion.robot, position, velocity)
-        self._reply = self._supervise(sample + self._motion.lead_samples, state)
+        (joints,) = values
+        self._reply = self._supervisor.answer(sample, joints)
         self._publish(sample, self._reply)
 
     def repeat(self) -> None:

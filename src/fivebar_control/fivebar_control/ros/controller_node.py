@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.laws.law import TunedLaw
-from fivebar_control.laws.reference import Reference, against_disturbance
-from fivebar_control.loop.law_runner import LawRunner
-from fivebar_control.loop.shared_results import one_robot, shared_desired, shared_state
+from fivebar_control.loop.node_parts import NO_DISTURBANCE, PLAIN, LawPart
+from fivebar_control.loop.part_choice import law_part
+from fivebar_control.loop.shared_results import one_robot
 from fivebar_control.model.state import Platform
+from fivebar_control.ros.machine_code import loading
+from fivebar_control.ros.node_settings import ChainSettings, runs_compiled
 from fivebar_control.ros.run_file import declared_motion
 from fivebar_control.scenario.keys import LAWS, MOTION
 from fivebar_control.scenario.scenario import ControlScenario
@@ -65,13 +67,18 @@ class ControllerNode(SamplingNode):
             InputError: the run's file cannot be used, or its controller has no such law.
         """
         super().__init__(name)
+        settings = self.declare_settings(ChainSettings)
         self._file = FileParameters(self, ControlScenario, (*MOTION, *LAWS), ControlScenario.section_law, True, default)
         scenario = self._file.file
         self._tuned = self._own_law()
         self._law_entry = self._tuned.law
         self._motion = declared_motion(self, scenario)
         self._robot = self._motion.robot
-        self._law = self._make_law()
+        self._compiled = runs_compiled(settings.mode, self._motion.rate_hz, settings.compiled)
+        with loading(self._compiled, self.get_logger().info):
+            self._law = self._make_law()
+        if self._compiled and isinstance(self._law, PLAIN.law):
+            self.get_logger().info(f"the law {self._law_entry.name} is not compiled, and runs in the interpreter")
         self._law_entry.warm_up()
         self.on_tuned(self._tune)
         self._reply: JointSample | None = None
@@ -104,11 +111,11 @@ class ControllerNode(SamplingNode):
         return own
 
     def _read_reference(self, message: JointSample) -> Any:
-        """Return the values of a reference, and work out the desired instant, since it comes before its sample."""
-        planned = PLANNED(message)
+        """Return the values of a reference, which the law expects: it comes before its sample."""
+        planned: Any = PLANNED(message)
         sample = self._run.sample(message.stamp_ns)
         if sample is not None:
-            self._desired(sample, planned)
+            self._law.expect(sample, planned)
         return planned
 
     def _read_motion(self, message: JointSample) -> None:
@@ -124,12 +131,9 @@ class ControllerNode(SamplingNode):
         if values and sample is not None:
             self._announced = sample, np.array(values).reshape(-1, MOTION_FIELDS)
 
-    def _desired(self, sample: int, planned: Any) -> Reference:
-        time = (sample + self._motion.lead_samples) / self.rate_hz
-        return shared_desired(time, self._robot, self._motion.plan, *planned)
-
-    def _make_law(self) -> LawRunner:
-        return LawRunner(self._tuned, self._robot, self._motion.plan, self._motion.rate_hz)
+    def _make_law(self) -> LawPart:
+        _, plan, rate_hz, lead_samples, _ = self._motion
+        return law_part(self._tuned, self._compiled, self._robot, plan, rate_hz, lead_samples)
 
     def _tune(self, changes: dict[str, Any]) -> None:
         self._file.change(changes)
@@ -147,20 +151,15 @@ class ControllerNode(SamplingNode):
 
     def answer(self, sample: int, *values: Any) -> None:
         """Publish the law's torque."""
-        (position, velocity), planned, *rest = values
-        state = shared_state(sample, self._robot, position, velocity)
-        target = sample + self._motion.lead_samples
-        reference = self._desired(sample, planned)
+        joints, planned, *rest = values
         ahead = _platforms(*rest.pop(0)) if self._samples_ahead else None
         if self._follows:
             rest.pop(0)
             if self._announced is not None and self._announced[0] <= sample:
                 self._law.follow(self._announced[1])
                 self._announced = None
-        if rest:
-            ((disturbance,),) = rest
-            reference = against_disturbance(reference, *disturbance)
-        torque = self._law(target, state, reference, ahead)
+        ((disturbance,),) = rest or ((NO_DISTURBANCE,),)
+        torque = self._law.answer(sample, joints, planned, disturbance, ahead)
         self._reply = JointSample(self._run.stamp(sample), ACTIVE_JOINTS, effort=torque)
         self._torque.publish(self._reply)
 

@@ -60,6 +60,33 @@ class ProgramSettings(NamedTuple):
     ] = 0
 
 
+COMPILED_FROM_HZ = 200
+"""In real time from this rate on, the control cycle is compiled; below, it takes a small part of a period as it is."""
+
+AUTO, YES, NO = "auto", "yes", "no"
+
+Compiled = Annotated[
+    str,
+    Setting(
+        "Whether the node's part of the control cycle runs as machine code, which is loaded, or compiled, before the"
+        f" first sample: by default in real time from {COMPILED_FROM_HZ} Hz on.",
+        choices=(AUTO, YES, NO),
+    ),
+]
+
+
+class ChainSettings(NamedTuple):
+    """The state estimator, the supervisor and the controllers."""
+
+    mode: RunMode = LOCKSTEP
+    compiled: Compiled = AUTO
+
+
+def runs_compiled(mode: str, rate_hz: int, compiled: str = AUTO) -> bool:
+    """Return whether a node's part of the control cycle runs as machine code."""
+    return mode == REALTIME and rate_hz >= COMPILED_FROM_HZ if compiled == AUTO else compiled == YES
+
+
 SHORTEST_DEADLINE_MS = 1.0
 """The least that the blender takes for the deadline of the candidates (ms)."""
 
@@ -95,32 +122,7 @@ class BlenderSettings(NamedTuple):
         int | None,
         Setting("Last sample of a run that ends, by default that of the plan of the run.", "samples", at_least=1),
     ] = None
-
-
-COMPILED_FROM_HZ = 200
-"""In real time from this rate on, the estimator is compiled; below, it takes a small part of a period as it is."""
-
-
-def runs_compiled(mode: str, rate_hz: int) -> bool:
-    """Return whether the state estimator runs as machine code unless it is told otherwise."""
-    return mode == REALTIME and rate_hz >= COMPILED_FROM_HZ
-
-
-AUTO, YES, NO = "auto", "yes", "no"
-
-
-class EstimatorNodeSettings(NamedTuple):
-    """The state estimator."""
-
-    mode: RunMode = LOCKSTEP
-    compiled: Annotated[
-        str,
-        Setting(
-            "Whether the filter runs as machine code, which is compiled before the first sample: by default in real"
-            f" time from {COMPILED_FROM_HZ} Hz on.",
-            choices=(AUTO, YES, NO),
-        ),
-    ] = AUTO
+    compiled: Compiled = AUTO
 
 
 class ImuListenerSettings(NamedTuple):
