@@ -126,7 +126,14 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
 
     The first call of a controller in an installation compiles for some seconds. The interpreter's lock is not held by
     machine code: threads run side by side, and nothing is shared between calls.
+
+    Raises:
+        ValueError: the plan is longer than the case, such as one that is sampled at another rate.
     """
+    samples, known = len(plan.rows) - case.numbers.lead, min(len(case.numbers.lost), len(case.numbers.missing))
+    # machine code reads beyond the end of an array
+    if samples > known:
+        raise ValueError(f"a plan of {samples} samples for a case of {known}: expected that of the case's own scenario")
     trace = np.empty((len(plan.rows), len(TraceRow._fields)))
     ended = _run(case, plan, trace)
     table = trace[: ended.samples]

@@ -81,6 +81,15 @@ def test_a_robot_that_is_put_elsewhere_is_refused() -> None:
 
 
 @pytest.mark.extra
+def test_a_plan_at_another_rate_is_refused() -> None:
+    """Machine code would read beyond the samples of the case."""
+    scenario = load_scenario("middle")
+    other = scenario.model_copy(update={"rate_hz": 2 * scenario.rate_hz})
+    plan = sampled(other.five_bar(), other.plan(), other.rate_hz)
+    with pytest.raises(ValueError, match=r"^a plan of 2001 samples for a case of 1002: expected that of"):
+        crossing(case_of(scenario), plan)
+
+
 def test_a_law_with_a_solver_is_interpreted_and_not_tried_to_compile(monkeypatch: pytest.MonkeyPatch) -> None:
     """The loop of the engine, interpreted: the same robot, the same references ahead, to the end of the motion."""
     compiled: list[Any] = []
