@@ -215,7 +215,7 @@ class Blender(SamplingNode):
                 if self._releasing.on:
                     self._releasing.joints(sample, *values)
                 else:
-                    self._reply_with(sample, self._guard.stop(self._guard.state(sample, values)))
+                    self._reply_with(sample, self._guard.stop_at(sample, values))
             self._check_deadlines()
         return True
 
