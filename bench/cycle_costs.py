@@ -41,7 +41,7 @@ ITEMS: Mapping[str, tuple[str, ...]] = {
     ),
     "messages passed on within the process": ("fivebar_description.ros.process_topics:ProcessTopics.dispatch",),
     "messages made": ("fivebar_description.joint_sample:JointSample.__init__",),
-    "fields read and checked": ("fivebar_description.joint_sample:JointSample.read",),
+    "fields read and checked": ("fivebar_description.joint_sample:FieldReader.__call__",),
     "stamps to samples and back": (
         "fivebar_description.ros.run_agreement:RunAgreement.sample",
         "fivebar_description.ros.run_agreement:RunAgreement.stamp",
@@ -74,9 +74,10 @@ ITEMS: Mapping[str, tuple[str, ...]] = {
     "blender: rest of its answer": ("fivebar_control.nodes.blender:Blender.answer",),
     "blender: deadlines": ("fivebar_control.nodes.blender:Blender.admit",),
     "reference of the next sample": ("fivebar_control.planning.motion_queue:MotionQueue.window",),
-    "posture and reference for the laws": ("fivebar_control.loop.shared_results:SharedResult.__call__",),
-    "laws": ("fivebar_control.loop.law_runner:LawRunner.__call__",),
-    "guard: blending, limits, faults": ("fivebar_control.safety.guard:Guard.command",),
+    "reference for the laws": ("fivebar_control.loop.compiled_node_parts:CompiledLaw.expect",),
+    "supervisor": ("fivebar_control.loop.compiled_node_parts:CompiledSupervisor.answer",),
+    "laws": ("fivebar_control.loop.compiled_node_parts:CompiledLaw.answer",),
+    "guard: blending, limits, faults": ("fivebar_control.loop.compiled_node_parts:CompiledGuard.answer",),
     "publishing on DDS": ("fivebar_description.ros.messages:Serializing.publish",),
 }
 """Functions of the items, as MODULE:NAME."""

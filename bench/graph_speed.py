@@ -10,11 +10,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cycle_costs import CycleCosts, WatchedGroup, costs_file, importable, read_costs
 from fivebar_bringup.bag import RECORDER
@@ -32,8 +34,11 @@ from fivebar_bringup.runs.machine_code import compile_for
 from fivebar_bringup.runs.processes import CONTROLLERS, processes
 from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.scenario import Scenario
-from fivebar_description.interface import DEFAULT_PRIORITY, FAULTS, JOINT_STATES
+from fivebar_description.interface import DEFAULT_PRIORITY, FAULTS, JOINT_STATES, NANOSECONDS
 from fivebar_description.ros.scheduling import Scheduling
+from stalls import Stall, bare_loop_beside, missed_by_both
+
+IntArray = NDArray[np.int64]
 
 HOPS = 3
 """Hops of one cycle: plant to controllers, controllers to blender, blender to plant."""
@@ -57,6 +62,8 @@ class GraphSpeed(NamedTuple):
         periods_ms: times from one recorded sample to the next (ms).
         summary: of the run's report.
         costs: what a cycle of the control chain is made of, where that was asked for.
+        missing: samples between the first and the last one that were not recorded.
+        missed_too: how many of them a bare loop beside the run missed too, None where there was none.
     """
 
     cycle_p50_ms: float
@@ -69,6 +76,8 @@ class GraphSpeed(NamedTuple):
     periods_ms: list[float]
     summary: Summary | None = None
     costs: CycleCosts | None = None
+    missing: int = 0
+    missed_too: int | None = None
 
 
 def graph_speed(
@@ -77,6 +86,7 @@ def graph_speed(
     rehearsed: bool = False,
     sharing: Sharing | None = None,
     itemised: bool = False,
+    beside: bool = False,
 ) -> GraphSpeed:
     """Run a scenario with the node graph, as `fivebar run` does, and measure it.
 
@@ -86,6 +96,7 @@ def graph_speed(
         rehearsed: over the bridge and emulated drives, which is always in real time.
         sharing: which nodes share a process; None as in a run.
         itemised: whether the cycles of nodes that share a process are itemised, which takes time in each.
+        beside: whether a bare loop runs beside it.
 
     Raises:
         BagError: the run left no bag with samples.
@@ -115,12 +126,16 @@ def graph_speed(
         specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), sharing)
         if itemised:
             specs = tuple(WatchedGroup(*spec) for spec in specs)
-        with importable() if itemised else nullcontext():
+        loop: AbstractContextManager[list[Stall]] = nullcontext([])
+        if beside:
+            loop = bare_loop_beside(scenario.rate_hz)
+        with importable() if itemised else nullcontext(), loop as stalls:
             outcome = run_graph(specs, run, domain, RunOptions(mode, progress=look), started=started)
         write_outcome(run, scenario, mode, outcome)
         summary = write_report(run, with_page=False)
         bag = read_bag(run.bag)
         times = np.diff(bag.log_times(JOINT_STATES)) / 1e6
+        missing = missing_stamps(bag.stamps(JOINT_STATES), scenario.rate_hz)
         faults = [*outcome.faults, *(bag.texts(FAULTS) if bag.count(FAULTS) else ())]
         costs = read_costs(costs_file(run.parameters / f"{CONTROLLERS}.yaml")) if itemised else None
     return GraphSpeed(
@@ -134,7 +149,16 @@ def graph_speed(
         times.tolist(),
         summary,
         costs,
+        len(missing),
+        missed_by_both(missing, stalls, NANOSECONDS // scenario.rate_hz) if beside else None,
     )
+
+
+def missing_stamps(stamps: Sequence[int] | IntArray, rate_hz: int) -> list[int]:
+    """Return the stamps (ns) of the samples that are missing between the first and the last of some."""
+    period, there = NANOSECONDS // rate_hz, sorted({int(one) for one in stamps})
+    gaps = pairwise(there)
+    return [stamp for one, next_one in gaps for stamp in range(one + period, next_one, period)]
 
 
 def _cpu_per_cycle(looks: Sequence[tuple[int, dict[str, float]]]) -> dict[str, float]:

@@ -42,6 +42,7 @@ class SeriesKind(NamedTuple):
         sharing: which nodes share a process, None as in a run.
         laps: how often the scenario's motion, which ends where it begins, is made.
         most_runs: how many runs are made at most.
+        beside: whether a bare loop runs beside each, to tell what the machine misses itself.
     """
 
     name: str
@@ -51,6 +52,7 @@ class SeriesKind(NamedTuple):
     sharing: Sharing | None = None
     laps: int = 1
     most_runs: int = 1000
+    beside: bool = False
 
     def loaded(self) -> Scenario:
         """Return the scenario of a run."""
@@ -71,7 +73,7 @@ KINDS = (
     SeriesKind("together", "middle_robot", 500, rehearsed=True, sharing=Sharing.ROBOT),
     SeriesKind("odrive_together", "middle_odrive", 500, rehearsed=True, sharing=Sharing.ROBOT),
     SeriesKind("moteus_together", "middle_moteus", 500, rehearsed=True, sharing=Sharing.ROBOT),
-    SeriesKind("minute", "middle_odrive", 1000, rehearsed=True, sharing=Sharing.ROBOT, laps=30, most_runs=1),
+    SeriesKind("minute", "middle_odrive", 1000, True, Sharing.ROBOT, laps=30, most_runs=1, beside=True),
 )
 
 
@@ -89,7 +91,7 @@ def run_series(kind: SeriesKind, runs: int) -> Series:
     found = []
     for _ in range(runs):
         try:
-            found.append(graph_speed(scenario, Mode.REALTIME, kind.rehearsed, kind.sharing))
+            found.append(graph_speed(scenario, Mode.REALTIME, kind.rehearsed, kind.sharing, beside=kind.beside))
         except BagError:
             continue
     return Series(tuple(found), runs - len(found))
@@ -112,6 +114,7 @@ def series_row(series: Series) -> tuple[str, ...]:
         in_millimetres(max(errors)) if errors else "",
         _spread(late),
         _spread(missing),
+        _missed_too(series.runs),
         _median(cpu),
         _median([latency["p50"] for latency in latencies]),
         _median([latency["p99"] for latency in latencies]),
@@ -124,12 +127,19 @@ FIGURES = (
     "largest error",
     "late samples, median and most",
     "missing",
+    "not recorded, missed by a bare loop beside too",
     "chain, ms per cycle",
     "sample to torque, ms",
     "its p99, ms",
     "first faults",
 )
 """Times are medians over the runs: of the processor time of the control chain, and of the runs' medians and p99."""
+
+
+def _missed_too(runs: Sequence[GraphSpeed]) -> str:
+    """Return how many samples were not recorded, and how many of them a bare loop beside the runs missed too."""
+    both = [(run.missing, run.missed_too) for run in runs if run.missed_too is not None]
+    return f"{sum(missing for missing, _ in both)}, {sum(too for _, too in both)}" if both else ""
 
 
 def _spread(counts: Sequence[int]) -> str:

@@ -1,10 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Latency of the machine itself: an empty periodic loop at the control chain's priority."""
+"""Latency of the machine itself: an empty periodic loop at the control chain's priority.
+
+`python bench/stalls.py RATE` runs one until SIGTERM, and prints when it stalled.
+"""
 
 from __future__ import annotations
 
+import json
 import os
+import signal
+import subprocess
+import sys
 import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import NamedTuple
 
 from fivebar_description.interface import DEFAULT_PRIORITY
@@ -58,3 +67,53 @@ def bare_loop(rate_hz: int, beats: int, priority: int) -> Stalls:
     finally:
         os.sched_setscheduler(0, *before)
     return Stalls(late, prioritized, latenesses, periods)
+
+
+class Stall(NamedTuple):
+    """When a beat of a bare loop was due and when the loop woke, by the clock that stamps are taken from (ns)."""
+
+    due: int
+    woke: int
+
+
+@contextmanager
+def bare_loop_beside(rate_hz: int) -> Iterator[list[Stall]]:
+    """Run a bare loop in a process of its own meanwhile; the beats that it missed are in the list afterwards."""
+    stalls: list[Stall] = []
+    loop = subprocess.Popen([sys.executable, __file__, str(rate_hz)], stdout=subprocess.PIPE, text=True)
+    assert loop.stdout is not None
+    loop.stdout.readline()
+    try:
+        yield stalls
+    finally:
+        loop.send_signal(signal.SIGTERM)
+        output, _ = loop.communicate()
+    stalls += [Stall(*one) for one in json.loads(output)]
+
+
+def missed_by_both(missing: Sequence[int], stalls: Sequence[Stall], period: int) -> int:
+    """Return how many of the missing samples, by stamp (ns), fall within a period (ns) of a stall of a bare loop."""
+    return sum(any(one.due - period <= stamp <= one.woke + period for one in stalls) for stamp in missing)
+
+
+def stalls_until_stopped(rate_hz: int) -> list[Stall]:
+    """Run a bare loop until SIGTERM; return the beats that it missed."""
+    stopped: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: stopped.append(number))
+    with suppress(OSError):
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(DEFAULT_PRIORITY))
+    print("begun", flush=True)
+    stalls, period, due = [], 1.0 / rate_hz, time.monotonic()
+    while not stopped:
+        due += period
+        time.sleep(max(0.0, due - time.monotonic()))
+        late = time.monotonic() - due
+        if late > period:
+            now = time.time_ns()
+            stalls.append(Stall(now - round(late * 1e9), now))
+            due += late
+    return stalls
+
+
+if __name__ == "__main__":
+    print(json.dumps(stalls_until_stopped(int(sys.argv[1]))))

@@ -7,7 +7,6 @@ import math
 import struct
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import Any
 
 from fivebar_description.interface import BASE_FRAME, LATEST_STAMP_NS, NANOSECONDS
 
@@ -23,6 +22,10 @@ class MessageError(ValueError):
     """A message that must not be used; the text gives the reason."""
 
 
+Fields = tuple[tuple[float, ...], ...]
+"""Values of some quantities, field by field."""
+
+
 class JointSample:
     """The content of a JointState, in place of one: cheap to make, to read several times, and to serialise.
 
@@ -31,9 +34,10 @@ class JointSample:
         name: of the quantities.
         position, velocity, effort: a value for each of them, or empty.
         frame: its frame.
+        known: what has been read of it (`fields_of`).
     """
 
-    __slots__ = ("_read", "effort", "frame", "name", "position", "stamp_ns", "velocity")
+    __slots__ = ("effort", "frame", "known", "name", "position", "stamp_ns", "velocity")
 
     def __init__(
         self,
@@ -50,12 +54,10 @@ class JointSample:
         self.velocity = tuple(velocity)
         self.effort = tuple(effort)
         self.frame = frame
-        self._read: dict[Any, tuple[tuple[float, ...], ...]] = {}
+        self.known: dict[FieldReader, Fields] = {}
 
-    def read(
-        self, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool = False
-    ) -> tuple[tuple[float, ...], ...]:
-        """Return the wanted fields ("position", "velocity", "effort") in the order of `names`, checked once for all.
+    def read(self, names: tuple[str, ...], fields: Sequence[str], allow_nan: bool = False) -> Fields:
+        """Return the wanted fields ("position", "velocity", "effort") in the order of `names`, checked.
 
         The joints may come in any order. With `allow_nan` a NaN (an undefined torque) passes; infinities never do.
 
@@ -63,9 +65,6 @@ class JointSample:
             MessageError: wrong names, a field of another length than the names, or a value that is not finite or beyond
                 `LARGEST`.
         """
-        key = names, fields, allow_nan
-        if (known := self._read.get(key)) is not None:
-            return known
         given = self.name
         if given != names and (len(given) != len(names) or sorted(given) != sorted(names)):
             raise MessageError(f"{len(given)} names {list(given[: len(names)])}, expected {list(names)}")
@@ -80,8 +79,7 @@ class JointSample:
                 if not -LARGEST <= value <= LARGEST and not (allow_nan and math.isnan(value)):
                     raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
             found.append(values)
-        self._read[key] = tuple(found)
-        return self._read[key]
+        return tuple(found)
 
     def cdr(self, frame: str | None = None) -> bytes:
         """Return the JointState in CDR, as a publisher serialises it; in another frame than its own if one is given."""
@@ -117,6 +115,32 @@ class JointSample:
             tuple(fields[effort + 1 :]),
             self.frame,
         )
+
+
+class FieldReader:
+    """Reads fields of a sample, see `JointSample.read`: what is good is checked once for all readers of a process."""
+
+    __slots__ = ("_wanted",)
+
+    def __init__(self, names: tuple[str, ...], fields: tuple[str, ...], allow_nan: bool) -> None:
+        self._wanted = names, fields, allow_nan
+
+    def __call__(self, message: JointSample) -> Fields:
+        """Return the fields.
+
+        Raises:
+            MessageError: as `JointSample.read`.
+        """
+        known = message.known.get(self)
+        if known is None:
+            known = message.known[self] = message.read(*self._wanted)
+        return known
+
+
+@lru_cache(LAYOUTS)
+def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> FieldReader:
+    """Return the reader of a sample's fields, in the order of `names`."""
+    return FieldReader(names, fields, allow_nan)
 
 
 _HEAD = b"\0\1\0\0"

@@ -30,11 +30,11 @@ from cycle_costs import (
 from estimator_speed import estimator_us
 from fivebar_bringup.graph.node_spec import NodeSpec
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from graph_speed import GraphSpeed
+from graph_speed import GraphSpeed, missing_stamps
 from itemised import costs_rows
 from real_time import real_time_rows
 from series import FIGURES, KINDS, RUNS, Series, chosen, series_row
-from stalls import Stalls, bare_loop
+from stalls import Stall, Stalls, bare_loop, bare_loop_beside, missed_by_both
 
 
 def test_each_figure_of_real_time_stands_beside_that_of_a_bare_loop() -> None:
@@ -122,6 +122,24 @@ def test_the_speed_of_the_estimator_is_in_microseconds_per_sample(monkeypatch: p
 def test_a_bare_loop_notes_every_beat() -> None:
     loop = bare_loop(1000, 5, 50)
     assert len(loop.lateness_ms) == len(loop.periods_ms) == 5
+
+
+def test_a_missing_sample_is_told_from_one_that_a_bare_loop_beside_missed_too() -> None:
+    """Samples of 1 ms, of which those at 2, 3 and 7 ms are missing, and a loop that woke at 3.5 for its beat of 1.9."""
+    stamps = [0, 1_000_000, 4_000_000, 4_000_000, 5_000_000, 6_000_000, 8_000_000]
+    missing = missing_stamps(stamps, 1000)
+    assert missing == [2_000_000, 3_000_000, 7_000_000]
+    assert missed_by_both(missing, [Stall(1_900_000, 3_500_000)], 1_000_000) == 2
+    assert missed_by_both(missing, [], 1_000_000) == 0
+    run = GraphSpeed(2.0, 3.5, 1.0, 2, None, {}, [], [2.0], missing=3, missed_too=2)
+    row = dict(zip(FIGURES, series_row(Series((run, run), 0)), strict=True))
+    assert row["not recorded, missed by a bare loop beside too"] == "6, 4"
+
+
+def test_a_bare_loop_beside_ends_with_what_it_runs_beside() -> None:
+    with bare_loop_beside(1000) as stalls:
+        assert stalls == []
+    assert all(one.woke - one.due > 1_000_000 for one in stalls)
 
 
 def test_a_series_counts_its_runs_and_names_their_faults() -> None:

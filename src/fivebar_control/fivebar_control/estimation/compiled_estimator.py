@@ -145,6 +145,7 @@ class CompiledEstimator(StateEstimator):
 
     def _first(self, memory: EstimatorMemory, pending: Torques) -> Ahead:
         self._out = np.zeros(RESULTS)
+        self._commands_of_sample = _pairs(pending)
         self._code = _machine_code(self._filter)
         self._hand_over(memory, self._frozen, memory.belief.estimate, AmbiguityCheck(0, math.inf, False))
         self._code.begin(self._state, _pairs(pending), self._out)
@@ -161,13 +162,20 @@ class CompiledEstimator(StateEstimator):
             self._state,
             *motors,
             np.array(readings, dtype=np.float64) if readings else NO_LATE,
-            _pairs(pending),
+            self._torques(pending),
             coasts,
             self._out,
         )
         ahead = self._result()
         self.squared = Misfit(*self._values[16:20])
         return ahead
+
+    def _torques(self, pending: Torques) -> FloatArray:
+        """Return torques as an array, [n, 2], which is the same one at every sample, as their number is."""
+        rows = self._commands_of_sample
+        for number, (tau1, tau2) in enumerate(pending):
+            rows[number, 0], rows[number, 1] = tau1, tau2
+        return rows
 
     def _result(self) -> Ahead:
         self._values = found = self._out.tolist()

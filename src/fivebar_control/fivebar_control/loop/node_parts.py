@@ -6,7 +6,7 @@ A node takes its part of `PLAIN`, or by the clock the same as machine code (`par
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +46,7 @@ class SupervisorPart(Supervisor):
 
     def answer(self, sample: int, joints: JointValues) -> SupervisorState:
         """Return sigma and kappa for the joints of a sample."""
-        return self(sample + self._lead, shared_state(sample, self._robot, *joints))
+        return self.at((sample + self._lead) / self._rate_hz, shared_state(sample, self._robot, *joints))
 
 
 class LawPart(Protocol):
@@ -116,7 +116,9 @@ class PlainLaw:
         moment = sample + self._lead
         state = shared_state(sample, self._robot, *joints)
         reference = shared_desired(moment / self._rate_hz, self._robot, self._plan, *planned)
-        return self._runner(moment, state, against_disturbance(reference, *disturbance), ahead)
+        if disturbance is not NO_DISTURBANCE:
+            reference = against_disturbance(reference, *disturbance)
+        return self._runner(moment, state, reference, ahead)
 
 
 class GuardPart(Guard):
@@ -132,11 +134,12 @@ class GuardPart(Guard):
         constraint: Torque,
     ) -> Decision:
         """Return `command` for the joints of a sample."""
-        return self.command(sample, self.state(sample, joints), desired, sigma, nominal, constraint)
+        state = shared_state(sample, self._robot, *joints)
+        return self.command(sample, state, desired, sigma, nominal, constraint)
 
-    def state(self, sample: int, joints: JointValues) -> Any:
-        """Return the state of the joints of a sample."""
-        return shared_state(sample, self._robot, *joints)
+    def stop_at(self, sample: int, joints: JointValues) -> Torque:
+        """Return `stop` for the joints of a sample."""
+        return self.stop(shared_state(sample, self._robot, *joints))
 
 
 class Parts(NamedTuple):

@@ -41,12 +41,12 @@ from fivebar_description.interface import (
     TORQUE_REQUESTED,
     VHC_TORQUE,
 )
-from fivebar_description.joint_sample import JointSample
+from fivebar_description.joint_sample import JointSample, fields_of
 from fivebar_description.parameters import laden
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
-from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.ros.sampling_node import Input, SamplingNode
 from fivebar_description.shared_settings import LOCKSTEP
 
 CHECKS_PER_DEADLINE = 2
@@ -215,7 +215,7 @@ class Blender(SamplingNode):
                 if self._releasing.on:
                     self._releasing.joints(sample, *values)
                 else:
-                    self._reply_with(sample, self._guard.stop(self._guard.state(sample, values)))
+                    self._reply_with(sample, self._guard.stop_at(sample, values))
             self._check_deadlines()
         return True
 

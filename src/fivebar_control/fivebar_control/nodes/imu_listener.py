@@ -17,11 +17,11 @@ from fivebar_control.scenario.keys import LEAD, ROBOT
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.imu import Vector3
 from fivebar_description.interface import IMU_DATA, IMU_ERROR, REFERENCE, REFERENCE_NAMES
-from fivebar_description.joint_sample import LARGEST, MessageError
+from fivebar_description.joint_sample import LARGEST, MessageError, fields_of
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
-from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
+from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode
 from fivebar_description.run_plan import LEAD_SAMPLES
 
 LONGEST_GAP = 5

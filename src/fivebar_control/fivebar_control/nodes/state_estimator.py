@@ -10,7 +10,7 @@ their stamps, however late they come.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -55,19 +55,22 @@ from fivebar_description.interface import (
     VISION_PLATFORM,
     Topic,
 )
-from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, part_of
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, fields_of, part_of
 from fivebar_description.parameters import laden
 from fivebar_description.publishers import same
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.messages import stamp_of
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
-from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.ros.sampling_node import Input, SamplingNode
 from fivebar_description.run_plan import HOMING, LEAD_SAMPLES
 from fivebar_description.sensors import LARGEST_OFFSET
 from fivebar_description.shared_settings import LOCKSTEP
 
 FAILED = 1
+
+COMMANDED = fields_of(ACTIVE_JOINTS, "effort")
+"""Reads a torque command (Nm)."""
 
 SENSOR_OF = {IMU_FRAME: GYROSCOPE, CAMERA_FRAME: CAMERA, EXTRA_NAME: EXTRA}
 """Sensors by the names that samples announce; the others are passive joints."""
@@ -221,8 +224,7 @@ class StateEstimatorNode(SamplingNode):
             return True
         if known is None:
             self._announce(str(self._estimator.fault))
-        # a camera may find the robot again
-        self._resting.read(MotorReading(sample, *values[0]))
+        self._rest_by(sample, values[0])
         return False
 
     def answer(self, sample: int, *values: Any) -> None:
@@ -303,7 +305,7 @@ class StateEstimatorNode(SamplingNode):
             return
         sample = self._run.sample(stamp_of(message))
         try:
-            ((tau1, tau2),) = message.read(ACTIVE_JOINTS, ("effort",))
+            ((tau1, tau2),) = COMMANDED(message)
         except MessageError as error:
             self.drop(TORQUE_COMMAND, str(error))
             return
@@ -329,7 +331,7 @@ class StateEstimatorNode(SamplingNode):
         # readings that no sample announces, as repeated ones, must not accumulate
         oldest = sample - self._longest_delay
         self._late = {one: value for one, value in self._late.items() if self._made(one) >= oldest}
-        self._resting.read(MotorReading(sample, *motors[:2]))
+        self._rest_by(sample, motors)
         known = self._estimator.fault
         try:
             estimate = self._estimator.take(sample, *motors, readings)
@@ -364,6 +366,12 @@ class StateEstimatorNode(SamplingNode):
     def _publish_state(self, state: str) -> None:
         if self._state is not None:
             self._state.publish(String(data=state))
+
+    def _rest_by(self, sample: int, motors: Sequence[float]) -> None:
+        """Take the motors' angles of a sample, by which a camera may find a resting robot again."""
+        if self._sees:
+            q11, q21, *_ = motors
+            self._resting.read(MotorReading(sample, q11, q21))
 
     def _no_rest(self) -> Resting:
         return Resting(self._robot, self._mode, self._instruments.rate_hz, self._count)

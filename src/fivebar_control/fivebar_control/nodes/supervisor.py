@@ -21,10 +21,10 @@ from fivebar_description.interface import (
     SUPERVISOR_SIGMA,
     SUPERVISOR_STATE,
 )
-from fivebar_description.joint_sample import JointSample
+from fivebar_description.joint_sample import JointSample, fields_of
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.run import run_node
-from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode, fields_of
+from fivebar_description.ros.sampling_node import QUEUE_DEPTH, Input, SamplingNode
 
 
 class SupervisorNode(SamplingNode):

@@ -29,10 +29,10 @@ from fivebar_description.interface import (
     SAFETY_STATE,
     ahead_names,
 )
-from fivebar_description.joint_sample import JointSample
+from fivebar_description.joint_sample import JointSample, fields_of
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.run import run_node
-from fivebar_description.ros.sampling_node import CAPACITY, Input, SamplingNode, fields_of
+from fivebar_description.ros.sampling_node import CAPACITY, Input, SamplingNode
 from fivebar_description.run_plan import plan_text
 from fivebar_description.shared_settings import REALTIME
 

@@ -31,10 +31,10 @@ from fivebar_description.interface import (
     REFERENCE_NAMES,
     ahead_names,
 )
-from fivebar_description.joint_sample import LARGEST, JointSample, MessageError
+from fivebar_description.joint_sample import LARGEST, JointSample, MessageError, fields_of
 from fivebar_description.parameters import laden
 from fivebar_description.ros.file_parameters import FileParameters
-from fivebar_description.ros.sampling_node import Input, SamplingNode, fields_of
+from fivebar_description.ros.sampling_node import Input, SamplingNode
 from fivebar_description.scenario_file import DEFAULT_SCENARIO
 from fivebar_description.strict_yaml import InputError
 

@@ -47,13 +47,16 @@ from fivebar_description.interface import (
     TORQUE_LATENCY,
     unexpected_sample,
 )
-from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer
+from fivebar_description.joint_sample import JointSample, MessageError, OneAnswer, fields_of
 from fivebar_description.ros.file_parameters import FileParameters
 from fivebar_description.ros.latency_watch import LatencyWatch
 from fivebar_description.ros.node import GraphNode
 from fivebar_description.ros.run_agreement import TimeKeeper
 from fivebar_description.run_plan import next_epoch
 from fivebar_description.strict_yaml import InputError
+
+COMMANDED = fields_of(ACTIVE_JOINTS, "effort")
+"""Reads a torque command (Nm)."""
 
 SOONER = 3
 """Cycles by which the bridge reports missing answers sooner than the blender tolerates them: it knows the cause, and
@@ -354,7 +357,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         if self.refuses(TORQUE_COMMAND):
             return
         try:
-            ((tau1, tau2),) = message.read(ACTIVE_JOINTS, ("effort",))
+            ((tau1, tau2),) = COMMANDED(message)
         except MessageError as error:
             self.drop(TORQUE_COMMAND, str(error))
             return

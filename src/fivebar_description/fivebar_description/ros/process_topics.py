@@ -14,7 +14,7 @@ may have several publishers (faults, states) go through DDS only.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from fivebar_description.ros.subscriptions import TopicSubscription
 
@@ -41,22 +41,6 @@ class _Topic:
         self.has_writer = False
 
 
-class _Passed(NamedTuple):
-    """A message that is being passed on: to whom, to whom still, and by how many others it was caused."""
-
-    listeners: list[Callback]
-    left: Iterator[Callback]
-    message: Any
-    depth: int
-
-
-class _Unsent(NamedTuple):
-    """Messages of a topic that DDS is to get, and by how many others the first of them was caused."""
-
-    depth: int
-    messages: list[Any]
-
-
 class ProcessTopics:
     """The topics of one process: nodes register while they are created, then `connect` subscribes to the others."""
 
@@ -64,7 +48,8 @@ class ProcessTopics:
         """Start without topics."""
         self._lines: dict[str, _Topic] = {}
         self._published: list[tuple[list[Callback], Any]] = []
-        self._unsent: dict[Sender, _Unsent] = {}
+        self._unsent: dict[Sender, tuple[int, list[Any]]] = {}
+        """Messages that DDS is to get, by topic, and by how many others the first of them was caused."""
         self._depth = 0
         self._dispatching = False
 
@@ -113,15 +98,19 @@ class ProcessTopics:
 
     def dispatch(self, listeners: list[Callback], message: Any, publisher: Sender | None = None) -> None:
         """Run the callbacks of a message and of all messages that they publish, then publish all of them on DDS."""
-        self._published.append((listeners, message))
+        if listeners:
+            self._published.append((listeners, message))
         if publisher is not None:
-            self._unsent.setdefault(publisher, _Unsent(self._depth, [])).messages.append(message)
+            if publisher in self._unsent:
+                self._unsent[publisher][1].append(message)
+            else:
+                self._unsent[publisher] = self._depth, [message]
         if self._dispatching:
             return
         self._dispatching = True
         try:
             self._pass_on()
-            unsent = sorted(reversed(self._unsent.items()), key=lambda one: -one[1].depth)
+            unsent = sorted(reversed(self._unsent.items()), key=_depth_of, reverse=True)
             for sender, (_, messages) in unsent:
                 for message in messages:
                     sender.publish(message)
@@ -137,38 +126,47 @@ class ProcessTopics:
 
         So each listener gets the messages of a topic in their order.
         """
-        passed: list[_Passed] = []
+        published = self._published
+        # messages that are being passed on: to whom still, what, and by how many others each was caused
+        passed: list[tuple[Iterator[Callback], Any, int]] = []
+        busy: list[list[Callback]] = []
+        """Of each of them, all to whom its topic is passed on."""
         later: list[tuple[list[Callback], Any]] = []
         while True:
-            if self._published:
-                busy = {id(one.listeners) for one in passed}
-                later += [one for one in self._published if id(one[0]) in busy]
+            if published:
+                known = {id(listeners) for listeners in busy}
                 # the first one that was published comes to lie on top
-                passed += [
-                    _Passed(listeners, iter(listeners), message, self._depth)
-                    for listeners, message in reversed(self._published)
-                    if id(listeners) not in busy
-                ]
-                self._published.clear()
+                for listeners, message in reversed(published):
+                    if id(listeners) not in known:
+                        passed.append((iter(listeners), message, self._depth))
+                        busy.append(listeners)
+                later += [one for one in published if id(one[0]) in known]
+                published.clear()
             if not passed:
                 if not later:
                     return
                 self._depth = 0
-                self._published.append(later.pop(0))
+                published.append(later.pop(0))
                 continue
-            _, left, message, depth = passed[-1]
-            listener = next(left, None)
-            if listener is None:
+            left, message, depth = passed[-1]
+            for listener in left:
+                self._depth = depth + 1
+                listener(message)
+                if published:
+                    break
+            else:
                 passed.pop()
-                continue
-            self._depth = depth + 1
-            listener(message)
+                busy.pop()
 
     def _receiver(self, listeners: list[Callback]) -> Callback:
         def receive(message: Any) -> None:
             self.dispatch(listeners, message)
 
         return receive
+
+
+def _depth_of(unsent: tuple[Sender, tuple[int, list[Any]]]) -> int:
+    return unsent[1][0]
 
 
 class _ProcessSender:

@@ -19,8 +19,6 @@ from fivebar_description.interface import (
     START_STAMP_NS,
     Topic,
     moment_of_stamp,
-    sample_of_stamp,
-    sample_stamp_ns,
 )
 from fivebar_description.joint_sample import JointSample, MessageError
 from fivebar_description.process_names import describe_process
@@ -50,6 +48,7 @@ class RunAgreement:
         """
         self._node = node
         self._rate_hz = rate_hz
+        self._period_ns = NANOSECONDS // rate_hz
         self._own = {"rate_hz": rate_hz, **values}
         self._plan: RunPlan | None = None
         self.epoch_ns = START_STAMP_NS
@@ -96,7 +95,7 @@ class RunAgreement:
 
     def stamp(self, sample: int) -> int:
         """Return the stamp (ns) of a sample."""
-        return sample_stamp_ns(sample, self._rate_hz, self.epoch_ns)
+        return self.epoch_ns + sample * self._period_ns
 
     def sample(self, stamp_ns: int) -> int | None:
         """Return the sample that a stamp (ns) names; None where it is not on the grid from the epoch on.
@@ -105,7 +104,9 @@ class RunAgreement:
         """
         if not self.begun and stamp_ns - self.epoch_ns > LONGEST_RUN_NS:
             return None
-        return sample_of_stamp(stamp_ns, self._rate_hz, self.epoch_ns)
+        # as `sample_of_stamp`, without a call for each of a cycle's two dozen messages
+        sample, rest = divmod(stamp_ns - self.epoch_ns, self._period_ns)
+        return sample if rest == 0 and sample >= 0 else None
 
     def read(
         self, topic: Topic, message: JointSample, names: tuple[str, ...], fields: Sequence[str]

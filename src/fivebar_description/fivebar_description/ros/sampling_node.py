@@ -6,12 +6,11 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from enum import Enum
-from functools import partial
 from operator import attrgetter
 from typing import Annotated, Any, NamedTuple
 
 from fivebar_description.interface import JOINT_SOURCES, JOINT_STATE, Topic
-from fivebar_description.joint_sample import JointSample, MessageError
+from fivebar_description.joint_sample import MessageError
 from fivebar_description.publishers import same
 from fivebar_description.ros.messages import stamp_of
 from fivebar_description.ros.node import GraphNode
@@ -62,11 +61,6 @@ class Input(NamedTuple):
     topic: Topic
     read: Callable[[Any], Any]
     later: int = 0
-
-
-def fields_of(names: tuple[str, ...], *fields: str, allow_nan: bool = False) -> partial[tuple[tuple[float, ...], ...]]:
-    """Return a reader of a sample's fields, in the order of `names`."""
-    return partial(JointSample.read, names=names, fields=fields, allow_nan=allow_nan)
 
 
 class Arrival(Enum):
@@ -217,9 +211,9 @@ class SamplingNode(GraphNode):
 
     def _receiver(self, one: Input) -> Callable[[Any], None]:
         topic, read, later = one
-        driving = topic is self._driver
+        driving, name = topic is self._driver, topic.name
         run, join, watch = self._run, self._join, self._watch
-        external = topic.name in self.external_inputs
+        external = name in self.external_inputs
         stamp_of_one: Callable[[Any], int] = attrgetter("stamp_ns") if topic.type == JOINT_STATE else stamp_of
 
         def receive(message: Any) -> None:
@@ -249,7 +243,7 @@ class SamplingNode(GraphNode):
                 return
             if arrival is Arrival.REPEATED:
                 # a second source of a state from outside shows in this only; sample 0 is measured anew until answered
-                if external and sample > 0 and not join.repeats(topic.name, values):
+                if external and sample > 0 and not join.repeats(name, values):
                     self.contradicted(topic, f"sample {sample}")
                     return
                 if driving and watch.pending:
@@ -266,7 +260,7 @@ class SamplingNode(GraphNode):
             elif not self.admit(sample, driving, values):
                 return
             try:
-                complete = join.put(topic.name, sample, values)
+                complete = join.put(name, sample, values)
             except Contradicted:
                 # sample 0 is measured anew until it is answered
                 if not driving or sample > 0:
