@@ -11,7 +11,8 @@ import pytest
 from fivebar_control.laws.registry import CONDITION, SUPERVISIONS
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import state_from_platform
-from switching_study import middle, passed, zone_map
+from fivebar_studies.sweep.drawing import draw
+from switching_study import LARGE, RIG, SEED, crossing, finite_growth, middle, passed, zone_map
 
 
 @pytest.mark.extra
@@ -45,3 +46,14 @@ def test_every_supervision_needs_less_than_the_time_between_two_zones() -> None:
     for supervision in SUPERVISIONS:
         for duration in (0.5, 1.0, 2.0):
             assert zone_map(middle(duration, supervision)).dwell < 0.03
+
+
+@pytest.mark.extra
+def test_a_random_crossing_lets_errors_grow_more_than_the_middle_one() -> None:
+    """Small displacements grow by no more than the norm of the map; one of 2 mm is outside of what it says."""
+    scenario = crossing(draw(SEED, 6, RIG), CONDITION)
+    found = zone_map(scenario)
+    assert found.growth == pytest.approx(18.15, abs=0.01)
+    assert found.dwell == pytest.approx(0.116, abs=5e-4)
+    assert 1.0 < finite_growth(scenario, 1e-5) < found.growth
+    assert finite_growth(scenario, LARGE) == pytest.approx(5.08, abs=0.01)
