@@ -83,7 +83,9 @@ def test_every_fault_that_was_tried_is_one_that_there_is() -> None:
         named = set(re.findall(r"`([a-z]+_[a-z_]+)`", rows)) - {"missing_limit"}
         assert len(named) > 5
         assert named <= {*ADVICE, *BUS_FAULTS, *own}
-        tried = re.findall(r" \| (?:in one process|both ways|rehearsed|in a crossing|in a run)[^|]* \|$", rows, re.MULTILINE)
+        tried = re.findall(
+            r" \| (?:in one process|both ways|rehearsed|in a crossing|in a run)[^|]* \|$", rows, re.MULTILINE
+        )
         assert len(tried) == rows.count("\n|") - 2
 
 
