@@ -48,7 +48,7 @@ def settings_page() -> str:
     laws = own_laws()
     for name in LAWS:
         kind = laws[name].settings
-        parts += [f"## Section `law` of `{name}`\n", f"{inspect.getdoc(kind)}\n", _table(declared(kind))]
+        parts += [f"## Section `law` of `{name}`\n", f"{inspect.getdoc(kind)}\n", _table([*declared(kind)])]
     return "\n".join(parts)
 
 
