@@ -103,7 +103,7 @@ lint: setup ## check style, types and the licence in source files
 .PHONY: mutants
 mutants: setup ## break the core in small ways and list what no unit test notices; long, so not part of test
 	@# MODULES=laws/unified or MODULES="model laws" is a part of it, SAMPLE=400 that many of all at random, SEED=7 others;
-	@# docs/mutants.md has what is known to be left
+	@# tests/mutants/README.md has what is known to be left
 	[ -d .mutants ] || $(BIN)/pip install --quiet --no-deps --target .mutants -r tests/mutants/requirements.lock
 	PYTHONPATH=.mutants OPENBLAS_NUM_THREADS=1 $(BIN)/python -u tests/mutants/run.py $(MODULES) \
 	    $(if $(SAMPLE),--sample $(SAMPLE) --seed $(or $(SEED),0))

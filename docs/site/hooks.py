@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import posixpath
 import re
+import sys
 from html import unescape
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,8 @@ COMMANDS = "reference/commands.md"
 SETTINGS = "reference/settings.md"
 FAULTS = "reference/faults.md"
 RUN_TABLE = "reference/run_table.md"
+RESULTS = "results/index.md"
+SLIPS = "slips.md"
 REDIRECTS = {
     "settings": "reference/settings",
     "unified": "laws#unified",
@@ -39,6 +43,9 @@ REDIRECTS = {
     "forces": "motions#forces-that-act-all-the-time",
     "programs": "motions#programs",
     "answers": "faq",
+    "glossary": "faq#words",
+    "view": "running#replay",
+    "mutants": "architecture",
     "imu": "estimation#a-gyroscope",
     "vision": "estimation#a-camera",
     "results/thesis": "results/index#what-of-the-thesis-is-reproduced",
@@ -95,6 +102,10 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
         markdown = faults_page()
     if page.file.src_uri == RUN_TABLE:
         markdown = table_page()
+    if page.file.src_uri == RESULTS:
+        markdown = results_page()
+    if page.file.src_uri == SLIPS:
+        markdown += slips_section()
     markdown = NOTEBOOK.sub(r"](\1.md", markdown)
     folder = posixpath.dirname(page.file.src_uri)
 
@@ -188,6 +199,23 @@ def commands_section() -> str:
         rows = [(one.replace("\\|", "|"), cell(text)) for one, text in filter(None, records)]
         parts.append("\n".join(f"| `{one}` | {text} |" for one, text in rows) + "\n")
     return "\n".join(parts)
+
+
+def results_page() -> str:
+    """Return all results with their tables."""
+    sys.path.insert(0, str(DOCS / "studies"))
+    from result_pages.catalogue import PAGES, whole_sample
+    from result_pages.making import ResultFiles
+
+    return ResultFiles(DOCS / "results", PAGES, whole_sample).whole()
+
+
+def slips_section() -> str:
+    """Return the slips of the thesis as a table."""
+    with (DOCS / "slips.csv").open(encoding="utf-8", newline="") as file:
+        head, *rows = csv.reader(file)
+    lines = (head, ["---"] * len(head), *([*row[:-1], f"`{row[-1]}`"] for row in rows))
+    return "\n## All slips\n\n" + "".join(f"| {' | '.join(map(cell, line))} |\n" for line in lines)
 
 
 def cell(text: str) -> str:

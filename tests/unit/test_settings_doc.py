@@ -7,8 +7,11 @@ import re
 from pathlib import Path
 from typing import Any
 
-from fivebar_bringup.reference.settings_page import settings_page
+import pytest
+
+from fivebar_bringup.reference.settings_page import LAWS, settings_page
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.laws.registry import own_laws
 from fivebar_description.settings import Keys
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -29,6 +32,12 @@ def test_every_key_has_a_row() -> None:
     parts = settings_page().split("\n## ")
     values = Scenario(name="any", waypoints=((0.0, 0.15), (0.0, 0.02))).model_dump()
     assert not [name for name in Scenario.model_fields if not _has_rows(name, values[name], parts)]
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_every_setting_of_a_law_has_a_row(name: str) -> None:
+    (part,) = (part for part in settings_page().split("\n## ") if part.startswith(f"Section `law` of `{name}`\n"))
+    assert re.findall(r"^\| `(\w+)` \| ", part, re.MULTILINE) == list(own_laws()[name].settings._fields)
 
 
 def _has_rows(name: str, content: Any, parts: list[str]) -> bool:

@@ -29,8 +29,8 @@ INTRODUCTION = """\
 # Results
 
 Everything here is **simulated**: nothing was measured on a robot. No section has robots that are worse than their file
-says. [made.csv](made.csv) has sample, date, version and command of every run. `make results` makes the page again,
-`python docs/studies/make_result_pages.py --draw --out docs/results` from the rows that are there.
+says. The documentation site (`make docs`) shows the rows as tables. [made.csv](made.csv) has sample, date, version and
+command of every run; `make results` repeats them all.
 """
 
 
@@ -108,18 +108,19 @@ class ResultFiles:
             written += 1
         if not written:
             return []
-        write_results(self.folder, {PAGE_FILE: self.whole()})
+        write_results(self.folder, {PAGE_FILE: self.whole(with_tables=False)})
         return [self.folder / PAGE_FILE]
 
-    def whole(self) -> str:
-        """Return the page of all sections of which there are rows."""
-        return "\n".join((INTRODUCTION, *(self.markdown(page) for page in self.pages if self.rows[page.name])))
+    def whole(self, with_tables: bool = True) -> str:
+        """Return the page of all sections of which there are rows; the one beside them has no tables."""
+        sections = (self.markdown(page, with_tables) for page in self.pages if self.rows[page.name])
+        return "\n".join((INTRODUCTION, *sections))
 
-    def markdown(self, page: ResultPage[Any]) -> str:
+    def markdown(self, page: ResultPage[Any], with_tables: bool) -> str:
         """Return the section of the rows that are there."""
         made = [self.made[run] for run in page.runs if run in self.made]
         whole = {one.run: self._whole_sample(one.run) for one in made}
-        return page.markdown(self.rows[page.name], made, whole)
+        return page.markdown(self.rows[page.name], made, whole, with_tables)
 
 
 def _read(table: RowTable[Any], path: Path) -> list[Any]:

@@ -109,15 +109,22 @@ class ResultPage(Generic[Row]):
     limits: tuple[str, ...]
     beside: Callable[[Sequence[Row]], TextTable] | None = None
 
-    def markdown(self, rows: Sequence[Row], made: Sequence[MadeRun], whole: Mapping[str, int] = NO_RUNS) -> str:
+    def markdown(
+        self,
+        rows: Sequence[Row],
+        made: Sequence[MadeRun],
+        whole: Mapping[str, int] = NO_RUNS,
+        with_tables: bool = True,
+    ) -> str:
         """Return the section of rows, of what is known of the runs that they come from, and of their whole samples.
 
-        Runs of which there are no rows are left out.
+        Runs of which there are no rows are left out, and without tables also the words on how to read them.
         """
         limits = "\n".join(f"* {limit}" for limit in self.limits)
         given = {row[0] for row in rows}
         made = [one for one in made if one.run in given]
         further = "" if self.beside is None else f"\n{self.beside(rows).markdown()}"
+        tables = f"{self.shown(rows).markdown()}{further}\n{self.words} " if with_tables else ""
         return f"""## {self.title}
 
 *{self.question}*
@@ -128,8 +135,7 @@ class ResultPage(Generic[Row]):
 
 {self.caption}
 
-{self.shown(rows).markdown()}{further}
-{self.words} Rows: [{self.name}.csv]({self.name}.csv), columns: [{self.name}.schema.json]({self.name}.schema.json).
+{tables}Rows: [{self.name}.csv]({self.name}.csv), columns: [{self.name}.schema.json]({self.name}.schema.json).
 
 Not shown:
 

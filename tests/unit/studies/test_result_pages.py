@@ -49,7 +49,8 @@ def test_a_section_has_its_data_and_its_figure(page: ResultPage[Any], kept: Resu
 
 def test_the_page_says_what_its_data_say(kept: ResultFiles) -> None:
     again = "expected what `python docs/studies/make_result_pages.py --draw --out docs/results` writes"
-    assert (RESULTS / "index.md").read_text(encoding="utf-8") == kept.whole(), again
+    assert (RESULTS / "index.md").read_text(encoding="utf-8") == kept.whole(with_tables=False), again
+    assert kept.whole().count("\n| --- |") > len(PAGES)
 
 
 def test_all_rows_are_made_by_the_command(kept: ResultFiles) -> None:
@@ -272,7 +273,8 @@ def test_a_run_replaces_its_rows_and_no_others(tmp_path: Path) -> None:
     assert csv == "run,value\n" + 3 * "one,2.0\n" + 2 * "two,1.0\n"
     page = (tmp_path / "pages/index.md").read_text(encoding="utf-8")
     assert "5 rows.\n" in page
-    assert "| run\\|s | value |" in page
+    assert "| value |" not in page
+    assert "| run\\|s | value |" in ResultFiles(tmp_path / "pages", (toy_page(),)).whole()
     listed = (tmp_path / "pages/made.csv").read_text(encoding="utf-8")
     assert re.search(r"^one,3,\d{4}-\d\d-\d\d,\d.*,toy --cases 3 --value 2$", listed, re.MULTILINE)
 

@@ -11,6 +11,7 @@ from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from fivebar_bringup.scenario import Scenario
+from fivebar_control.laws.registry import own_laws
 from fivebar_description.scenario_file import KEYS
 from fivebar_description.settings import REQUIRED, Declared, Keys, declared, declared_as, sections
 
@@ -25,6 +26,9 @@ This page is printed by `fivebar settings`.
 """
 
 COLUMNS = ("name", "type", "unit", "range", "default", "description")
+
+LAWS = ("mpc", "lqr", "path")
+"""Laws whose settings are the section `law`."""
 
 WORDS = {float: "number", int: "integer", bool: "`true` or `false`", str: "text", dict: "keys with values"}
 
@@ -41,6 +45,10 @@ def settings_page() -> str:
             continue
         kind: Any = field.annotation
         parts += _section(name, kind, keys.without)
+    laws = own_laws()
+    for name in LAWS:
+        kind = laws[name].settings
+        parts += [f"## Section `law` of `{name}`\n", f"{inspect.getdoc(kind)}\n", _table([*declared(kind)])]
     return "\n".join(parts)
 
 

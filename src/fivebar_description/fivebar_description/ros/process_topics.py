@@ -130,7 +130,7 @@ class ProcessTopics:
         # messages that are being passed on: to whom still, what, and by how many others each was caused
         passed: list[tuple[Iterator[Callback], Any, int]] = []
         busy: list[list[Callback]] = []
-        """Of each of them, all to whom its topic is passed on."""
+        """All to whom the topic of each is passed on."""
         later: list[tuple[list[Callback], Any]] = []
         while True:
             if published:

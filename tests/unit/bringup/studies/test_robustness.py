@@ -40,8 +40,10 @@ from fivebar_studies.robustness.running import (
 from fivebar_studies.robustness.sensor_effects import SENSOR_EFFECTS
 from fivebar_studies.robustness.tables import Climb, climbs_of, errors_table, failures_without, first_failures
 from fivebar_studies.sweep.sweep import SWEEP
+from result_pages.catalogue import PAGES
+from result_pages.making import ResultFiles
 
-DOCUMENT = Path(__file__).parents[4] / "docs/results/index.md"
+RESULTS = Path(__file__).parents[4] / "docs/results"
 SETTINGS = RobustnessSettings()
 GYRO = "unified, gyro"
 OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
@@ -165,7 +167,7 @@ def test_an_unknown_effect_is_refused() -> None:
 
 
 def test_the_page_has_every_effect_with_what_robots_have() -> None:
-    page = DOCUMENT.read_text(encoding="utf-8")
+    page = ResultFiles(RESULTS, PAGES).whole()
     for effect in EFFECTS.values():
         good, middling = (effect.shown(size) for size in (effect.good, effect.middling))
         assert f"| {effect.words} | {good} | {middling} |" in page
