@@ -77,7 +77,7 @@ step, after_gap = no_step, unchanged
 
 
 class LawConstants(NamedTuple):
-    """What a law is bound to: robot, working mode, sampling period (s) and its settings as numbers."""
+    """Constants of a law: robot, working mode, sampling period (s) and its settings as numbers."""
 
     robot: FiveBar
     mode1: int
@@ -87,10 +87,10 @@ class LawConstants(NamedTuple):
 
 
 OF_SAMPLE = struct.Struct(f"{JOINT_VALUES + 3}d")
-"""What is given of a law's sample: joints, disturbance (Nm), and whether samples before it are missing."""
+"""Numbers given of a law's sample: joints, disturbance (Nm), and whether samples before it are missing."""
 
 OF_PLAN = struct.Struct("10d")
-"""What is given of its reference: x, y, vx, vy, ax, ay, direction and width of the zone, and whether its desired
+"""Numbers given of its reference: x, y, vx, vy, ax, ay, direction and width of the zone, and whether its desired
 instant follows, which is that of a motion in the motors' angles."""
 
 FIRST_OF_PLAN = JOINT_VALUES + 3
@@ -133,7 +133,7 @@ def law_answering(constants: LawConstants, first: Any, given: FloatArray, out: F
 
 
 OF_GUARD = struct.Struct(f"{JOINT_VALUES + 10}d")
-"""What is given of the guard's sample: joints, where the platform should be (m), sigma, torques of the laws, the last
+"""Numbers given of the guard's sample: joints, where the platform should be (m), sigma, torques of the laws, the last
 command (Nm), and for how many samples the request has been excessive."""
 
 GUARDED = struct.Struct("6d")
