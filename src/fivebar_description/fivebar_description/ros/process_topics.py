@@ -127,7 +127,8 @@ class ProcessTopics:
         So each listener gets the messages of a topic in their order.
         """
         published = self._published
-        # messages that are being passed on: to whom still, what, and by how many others each was caused
+        # messages that are being passed on: to whom still, what, and by how many others each was caused; `busy` has all
+        # to whom each is passed on
         passed: list[tuple[Iterator[Callback], Any, int]] = []
         busy: list[list[Callback]] = []
         """All to whom the topic of each is passed on."""
