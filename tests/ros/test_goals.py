@@ -25,6 +25,7 @@ from fivebar_bringup.nodes.goal_client import GoalClient
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.planning.orders import TimedPoint
 from fivebar_control.planning.timed_points import digest_of, read_points
+from fivebar_control.trajectory.path import Path as PlannedPath
 from fivebar_control.trajectory.planner import plan_motion
 from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.interface import (
@@ -302,7 +303,9 @@ def test_a_trajectory_is_followed_at_its_times(bench: Bench) -> None:
         (trajectory(("q1", "q2"), (0.5, (0.0, 0.13))), "joint_names [q1, q2]: expected x and y"),
     ):
         probe.publish(GOAL_TRAJECTORY, message)
-        assert word in driver.wait_for_status("refused")["reason"]
+        driver.wait_for_status("planning")
+        assert set(driver.step_until_status("refused")) == {HOME_REFERENCE}
+        assert word in driver.statuses()[-1]["reason"]
     probe.publish(GOAL_TRAJECTORY, trajectory(("x", "y"), (5e-3, (0.0, 0.1)), frame="request/abc"))
     assert driver.wait_for_status("planning")["id"] == "abc"
     assert set(driver.step_until_status("refused")) == {HOME_REFERENCE}
@@ -310,9 +313,11 @@ def test_a_trajectory_is_followed_at_its_times(bench: Bench) -> None:
     assert "after points[0]" in driver.statuses()[-1]["reason"]
 
     probe.publish(GOAL_TRAJECTORY, trajectory(("y", "x"), (0.5, (0.13, 0.01)), (1.0, (0.14, 0.02))))
-    assert driver.wait_for_status("planning")["goal"] == [0.02, 0.14]
+    # what is in a message is read where it is planned
+    assert driver.wait_for_status("planning")["goal"] == [None, None]
     driver.step_until_status("moving")
     moving = driver.statuses()[-1]
+    assert moving["goal"] == [0.02, 0.14]
     first, last = moving["first_sample"], moving["last_sample"]
     assert last - first == RATE_HZ
     asked = read_points(("y", "x"), [TimedPoint(0.5, (0.13, 0.01)), TimedPoint(1.0, (0.14, 0.02))])
@@ -325,10 +330,40 @@ def test_a_trajectory_is_followed_at_its_times(bench: Bench) -> None:
 
     angles = inverse_geometry(load_robot("dextar"), (1, -1), 0.0, 0.14)
     probe.publish(GOAL_TRAJECTORY, trajectory(("q11", "q21"), (0.5, (angles.q11, angles.q21))))
-    assert driver.wait_for_status("planning")["goal"] == pytest.approx([0.0, 0.14])
+    driver.wait_for_status("planning")
     driver.step_until_status("moving")
+    assert driver.statuses()[-1]["goal"] == pytest.approx([0.0, 0.14])
     driver.step_until_status("arrived")
     assert driver.step() == pytest.approx(HOME_REFERENCE)
+
+
+@pytest.mark.clock
+def test_ten_thousand_points_cross_twice_by_the_clock_and_delay_no_sample(bench: Bench) -> None:
+    """They are read where they are planned: in the node that would take a third of a second."""
+    bench.start("trajectory_generator", **MOTION, controller="unified", mode="realtime", **{"safety.stop_cycles": 3})
+    driver = Driver(bench.probe())
+    probe = driver.probe
+    probe.advertise(GOAL_TRAJECTORY)
+    probe.wait_for(lambda: probe.listeners(GOAL_TRAJECTORY) > 0, "the node to hear trajectories")
+    driver.steps(60)
+    ends = [(0.0, 0.14), (0.0, 0.02), (0.0, 0.14)]
+    way = PlannedPath.through(ends, [0.6, 0.6])
+    rows = [(1e-3 * n, (0.0, way.at(1e-3 * min(n, 1200)).y)) for n in range(10_001)]
+    probe.publish(GOAL_TRAJECTORY, trajectory(("x", "y"), *rows))
+    driver.wait_for_status("planning")
+    longest, count = 0.0, len(driver.statuses())
+    while len(driver.statuses()) == count:
+        begun = time.monotonic()
+        driver.step()
+        longest = max(longest, time.monotonic() - begun)
+    moving = driver.statuses()[-1]
+    assert moving["state"] == "moving"
+    assert longest < 0.15
+    while driver.sample < moving["first_sample"] + 700:
+        driver.step()
+    references = driver.references()
+    assert references[moving["first_sample"] + 300][:2] == pytest.approx((0.0, 0.02), abs=1e-6)
+    assert references[moving["first_sample"] + 600][:2] == pytest.approx((0.0, 0.14), abs=1e-6)
 
 
 def test_a_motion_is_cancelled_within_the_limits(bench: Bench) -> None:

@@ -18,4 +18,7 @@ def test_a_random_crossing_is_made_at_500_hz_and_neither_accepted_nor_made_at_10
     assert screened(quick, quick.plan()).feasible
     assert not screened(slow, slow.plan()).feasible
     assert peak(quick) < 0.5 * WITHIN
+    # the drives' gains act, and lessen nothing on an exact robot
+    assert peak(quick, gains=True) != peak(quick)
+    assert peak(quick, gains=True) < 0.5 * WITHIN
     assert peak(slow) > WITHIN

@@ -38,7 +38,7 @@ from fivebar_control.planning.program import (
     with_files,
 )
 from fivebar_control.planning.program_run import ENDED, SETTLING, ProgramState
-from fivebar_control.planning.timed_points import MOST_BY_THE_CLOCK, request_from
+from fivebar_control.planning.timed_points import request_from
 from fivebar_control.planning.trajectory_file import TrajectoryFile, points_in
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.trajectory.refusal import place
@@ -173,11 +173,6 @@ def plan_program(loaded: LoadedProgram, scenario: Scenario, source: str, mode: M
         elif isinstance(action, Follow):
             try:
                 points = points_in(TrajectoryFile.at(action.file))
-                if mode is Mode.REALTIME and steps and len(points.points) > MOST_BY_THE_CLOCK:
-                    raise InputError(
-                        f"{action.file}: {len(points.points)} rows: expected at most {MOST_BY_THE_CLOCK} by the clock,"
-                        " but in the first step of a program"
-                    )
                 unknown = (math.nan, math.nan)
                 asked = request_from(robot, points, at, scenario.working_mode, unknown, payload)
             except InputError as error:

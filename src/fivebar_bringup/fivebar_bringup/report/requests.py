@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.scenario import Scenario
@@ -18,7 +20,7 @@ from fivebar_control.planning.trajectory_messages import points_of
 from fivebar_control.trajectory.path import AnySegment, Path
 from fivebar_control.trajectory.planner import Crossing, Plan, plan_motion
 from fivebar_control.trajectory.rounded import RESTS
-from fivebar_control.trajectory.spline import Knot, SplineSegment
+from fivebar_control.trajectory.spline import Knots, SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment, StoppedSegment
 from fivebar_control.trajectory.time_laws import QUINTIC
 from fivebar_description.interface import GOAL_STATUS, GOAL_TRAJECTORY, JOINT_STATES
@@ -132,7 +134,7 @@ def _requested(scenario: Scenario, plan: Plan, status: dict[str, Any], trajector
         request = request_from(robot, points, (place[0], place[1]), mode, (q11, q21), 0.0)
         return plan_along(robot, Path([segment_of(robot, request)]), mode, scenario.rate_hz)
     if "knots" in status:
-        knots = tuple(Knot(*map(float, values)) for values in status["knots"])
+        knots = Knots(np.array(status["knots"], dtype=np.float64))
         segment = SplineSegment(knots, scenario.five_bar(), status.get("assembly_mode", 0))
         return plan_along(scenario.five_bar(), Path([segment]), plan.mode, scenario.rate_hz)
     return plan_motion(

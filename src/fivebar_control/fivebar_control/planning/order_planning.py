@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache, partial
+from typing import Any
 
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.registry import TunedController, default_tuning, find_controller
@@ -12,11 +13,21 @@ from fivebar_control.loop.plan_sample import references_along
 from fivebar_control.planning.alternative_courses import TimedCourse
 from fivebar_control.planning.course import Course
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of, speed_step_of
-from fivebar_control.planning.orders import Conditions, Order, Planned, PlanningRequest, Stop, StopRequest
+from fivebar_control.planning.motion_queue import GoalRefused
+from fivebar_control.planning.orders import (
+    Conditions,
+    Order,
+    Planned,
+    PlanningRequest,
+    Stop,
+    StopRequest,
+    TrajectoryMessage,
+)
 from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.point_planning import plan_points
 from fivebar_control.planning.ride_through import LONGEST, longest_hold
 from fivebar_control.planning.stopping import plan_stop
+from fivebar_control.planning.timed_points import read_request
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import plan_transfer, transfer_along
 from fivebar_control.trajectory.path import Path
@@ -79,6 +90,7 @@ def plan_timed(conditions: Conditions, order: PlanningRequest, timed: TimedCours
 
 def plan_order(conditions: Conditions, order: Order) -> Planned:
     """Plan what a request asks for, and screen it with the controller that will follow it."""
+    followed: dict[str, Any] | None = None
     try:
         task = task_of(conditions, order)
         follower, rate_hz = task.follower, task.rate_hz
@@ -96,13 +108,16 @@ def plan_order(conditions: Conditions, order: Order) -> Planned:
             )
             plan, course, durations = transfer.plan, transfer.course, transfer.durations
         else:
+            if isinstance(order, TrajectoryMessage):
+                order, followed = read_request(task.robot, order)
             plan = plan_points(task, order)
             end = plan.path.at(plan.path.duration)
             course, durations = Course((order.place, (end.x, end.y))), (plan.path.duration,)
         _check_held(conditions, task.robot, plan, follower)
-    except (PlanRefused, InputError) as refusal:
+    except (PlanRefused, InputError, GoalRefused) as refusal:
         return Planned(str(refusal))
-    return Planned("", course, durations, plan.path.segments, references=_references(follower, plan.path, rate_hz))
+    references = _references(follower, plan.path, rate_hz)
+    return Planned("", course, durations, plan.path.segments, followed=followed, references=references)
 
 
 def _stopped(found: Stop, follower: TunedController, rate_hz: int) -> Planned:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from fivebar_control.estimation.settings import Sensing
@@ -130,7 +130,27 @@ class Stop(NamedTuple):
     resumed: ResumedSegment | None = None
 
 
-Order = PlanningRequest | TrajectoryRequest | StopRequest
+class TrajectoryMessage(NamedTuple):
+    """A request in a message that is not read yet, which would delay a sample; the fields are those of the request.
+
+    Attributes:
+        read: makes the points of the message and the base's frame, `TimedPoints`, or refuses them.
+        data: the message.
+        base_frame: the frame of the base.
+        place: where the platform rests (m).
+        angles: of the motors as measured (rad).
+    """
+
+    read: Callable[[bytes, str], Any]
+    data: bytes
+    base_frame: str
+    place: Point
+    working_mode: tuple[int, int]
+    angles: tuple[float, float]
+    payload: float = 0.0
+
+
+Order = PlanningRequest | TrajectoryRequest | TrajectoryMessage | StopRequest
 """An order to plan."""
 
 
@@ -186,6 +206,7 @@ class Planned(NamedTuple):
         segments: between rests, as planned: who follows them needs no planner.
         stop: how the motion under way stops, and goes on where it pauses.
         odds: how likely the motion is to succeed, as `goal/status` tells it; None where no robots are drawn.
+        followed: of a motion through points in a message, what tells it from others in `goal/status`.
         references: where the law has to know the whole motion, the six numbers of each of its samples; of a stop, of
             the motion that stops.
         resumed: likewise of the motion that goes on after a pause.
@@ -197,6 +218,7 @@ class Planned(NamedTuple):
     segments: tuple[AnySegment, ...] = ()
     stop: Stop | None = None
     odds: Mapping[str, Any] | None = None
+    followed: Mapping[str, Any] | None = None
     references: tuple[float, ...] = ()
     resumed: tuple[float, ...] = ()
 

@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import os
 import subprocess
+import threading
+from contextlib import suppress
 from multiprocessing.connection import Connection, Pipe
-from typing import cast
+from queue import Empty, SimpleQueue
+from typing import Any
 
 from fivebar_control.planning.orders import Conditions, Order, Planned
 from fivebar_description.modules import module_command
@@ -18,6 +21,41 @@ from fivebar_description.modules import module_command
 WORKER = "fivebar_control.planning.planning_worker"
 
 DEAD = Planned("the planning process has died")
+
+
+class Mailbox:
+    """One end of a pipe, whose threads send and receive: long messages take as long as the process needs to read them.
+
+    Objects that come are in `arrived`; None is the last of them, when the other end has closed.
+    """
+
+    def __init__(self, connection: Connection) -> None:
+        """Send and receive by threads of ordinary priority."""
+        self._connection = connection
+        self._outgoing: SimpleQueue[Any] = SimpleQueue()
+        self.arrived: SimpleQueue[tuple[int, Planned | None] | None] = SimpleQueue()
+        for work in (self._send, self._receive):
+            threading.Thread(target=work, name="planning", daemon=True).start()
+
+    def send(self, message: Any) -> None:
+        """Have a message sent; returns at once."""
+        self._outgoing.put(message)
+
+    def close(self) -> None:
+        """Send nothing more, and close."""
+        self._outgoing.put(None)
+
+    def _send(self) -> None:
+        with suppress(OSError):
+            while (message := self._outgoing.get()) is not None:
+                self._connection.send(message)
+        self._connection.close()
+
+    def _receive(self) -> None:
+        with suppress(EOFError, OSError, TypeError):
+            while True:
+                self.arrived.put(self._connection.recv())
+        self.arrived.put(None)
 
 
 class PlanningProcess:
@@ -31,7 +69,7 @@ class PlanningProcess:
         self._conditions = conditions
         self._gives_way = gives_way
         self._process: subprocess.Popen[bytes] | None = None
-        self._connection: Connection | None = None
+        self._mailbox: Mailbox | None = None
         self._processors = os.sched_getaffinity(0)
         self._number = 0
         self._awaited = False
@@ -42,7 +80,7 @@ class PlanningProcess:
         if self._process is None:
             self._start(at_once=False)
 
-    def _start(self, at_once: bool) -> Connection:
+    def _start(self, at_once: bool) -> Mailbox:
         """Start the process, which gives way, if at all, at once or after it has loaded everything."""
         _leave_priority_to_this_thread()
         # not forked, since a process with threads, as a node is, must not be
@@ -55,10 +93,10 @@ class PlanningProcess:
             start_new_session=True,
         )
         far_end.close()
-        self._connection, self._ready = connection, False
+        self._mailbox, self._ready = Mailbox(connection), False
         # this thread may have been bound to processors since: the planning stays off them
-        connection.send((self._gives_way, at_once, self._processors, self._conditions))
-        return connection
+        self._mailbox.send((self._gives_way, at_once, self._processors, self._conditions))
+        return self._mailbox
 
     @property
     def pid(self) -> int | None:
@@ -74,15 +112,12 @@ class PlanningProcess:
     def ask(self, order: Order) -> None:
         """Hand in a request, which takes the place of one under way; returns at once."""
         self._number += 1
-        if self._connection is not None:
-            try:
-                self._connection.send((self._number, order))
-            except OSError:
-                # the process has died since its last answer
-                self.close()
-        if self._connection is None:
-            # by the clock a cycle is under way, which loading must not disturb either
-            self._start(at_once=True).send((self._number, order))
+        if self._process is not None and self._process.poll() is not None:
+            # it has died since its last answer
+            self.close()
+        # by the clock a cycle is under way, which loading must not disturb either
+        mailbox = self._start(at_once=True) if self._mailbox is None else self._mailbox
+        mailbox.send((self._number, order))
         self._awaited = True
 
     def answer(self, wait: float = 0.0) -> Planned | None:
@@ -100,26 +135,25 @@ class PlanningProcess:
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
-        process, connection = self._process, self._connection
-        self._process = self._connection = None
+        process, mailbox = self._process, self._mailbox
+        self._process = self._mailbox = None
         self._awaited = self._ready = False
-        if connection is not None:
-            connection.close()
+        if mailbox is not None:
+            mailbox.close()
         if process is not None:
             process.kill()
             process.wait()
 
     def _receive(self, wait: float = 0.0) -> Planned | None:
         """Return the answer to the present request, if it has come."""
-        if self._connection is None:
+        if self._mailbox is None:
             return DEAD
-        try:
-            while self._connection.poll(wait):
-                number, planned = self._connection.recv()
+        with suppress(Empty):
+            while (message := self._mailbox.arrived.get(wait > 0.0, wait or None)) is not None:
+                number, planned = message
                 self._ready, wait = True, 0.0
                 if number == self._number and planned is not None:
-                    return cast(Planned, planned)
-        except (EOFError, OSError):
+                    return planned
             self.close()
             return DEAD
         return None

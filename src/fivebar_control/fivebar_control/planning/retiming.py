@@ -26,7 +26,7 @@ from fivebar_control.trajectory.criterion import criterion_terms
 from fivebar_control.trajectory.optimal import CrossedWay, OptimalLaw, bent_about, goes_forwards, passage_on
 from fivebar_control.trajectory.path import Path, crossings_on
 from fivebar_control.trajectory.refusal import PlanRefused, place
-from fivebar_control.trajectory.spline import Knot, SplineSegment, SplineWay, completed
+from fivebar_control.trajectory.spline import Knots, SplineSegment, SplineWay, completed
 from fivebar_control.trajectory.time_scaling import progress, time_fraction
 from fivebar_description.interface import PLATFORM_NAMES
 
@@ -106,9 +106,8 @@ def retimed_points(task: Task, points: TimedPoints, start: Point) -> TimedPoints
             reasons.append(f"in {duration:.3g} s it does not go forwards where it crosses the Type 2 locus")
             continue
         timed = _sampled(way, crossed, law, duration, task.rate_hz)
-        segment = SplineSegment(
-            tuple(Knot(one.time, *one.position, *one.velocity, *one.acceleration) for one in timed), task.robot, 0
-        )
+        knots = Knots(np.array([(one.time, *one.position, *one.velocity, *one.acceleration) for one in timed]))
+        segment = SplineSegment(knots, task.robot, 0)
         plan = plan_along(task.robot, Path([segment]), task.working_mode, task.rate_hz)
         verdict = task.judge_run(plan)
         if verdict.feasible:

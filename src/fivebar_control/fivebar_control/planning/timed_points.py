@@ -8,15 +8,21 @@ import math
 from array import array
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fivebar_control.model.geometry import direct_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.state import WorkingMode
 from fivebar_control.planning.line_of_sight import Point
 from fivebar_control.planning.motion_queue import LONGEST_MOTION, GoalRefused
-from fivebar_control.planning.orders import IN_MESSAGE, PointLabels, TimedPoint, TrajectoryRequest
-from fivebar_control.trajectory.spline import Knot, SplineSegment, completed
+from fivebar_control.planning.orders import (
+    IN_MESSAGE,
+    PointLabels,
+    TimedPoint,
+    TrajectoryMessage,
+    TrajectoryRequest,
+)
+from fivebar_control.trajectory.spline import Knots, SplineSegment, completed
 from fivebar_description.interface import ACTIVE_JOINTS, PLATFORM_NAMES
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameters import FiveBar
@@ -26,9 +32,6 @@ MOST_POINTS = 100_000
 
 SHORTEST_STEP = 1e-3
 """Least time (s) from one point to the next."""
-
-MOST_BY_THE_CLOCK = 100
-"""Points of a request to a graph that follows the clock, in which reading more would delay a sample."""
 
 DIGEST_LENGTH = 16
 
@@ -152,7 +155,21 @@ def request_from(
     return TrajectoryRequest(wanted.joints, tuple(points), place, mode, payload, labels)
 
 
-def knots_of(request: TrajectoryRequest) -> tuple[Knot, ...]:
+def read_request(robot: FiveBar, message: TrajectoryMessage) -> tuple[TrajectoryRequest, dict[str, Any]]:
+    """Return the request that a message makes, and what tells it from others, by which a bag has it.
+
+    Raises:
+        GoalRefused: it makes none.
+    """
+    wanted: TimedPoints = message.read(message.data, message.base_frame)
+    request = request_from(robot, wanted, message.place, message.working_mode, message.angles, message.payload)
+    followed: dict[str, Any] = {"trajectory": digest_of(wanted)}
+    if request.joints == ACTIVE_JOINTS:
+        followed["motors"] = [angle if math.isfinite(angle) else 0.0 for angle in message.angles]
+    return request, followed
+
+
+def knots_of(request: TrajectoryRequest) -> Knots:
     """Return the knots of a motion from rest to rest through the points of a request."""
     points = request.points
     rates, bends = [_pair(point.velocity) for point in points], [_pair(point.acceleration) for point in points]

@@ -7,7 +7,7 @@ from typing import Any
 
 from fivebar_control.planning.motion_queue import GoalRefused
 from fivebar_control.planning.orders import TimedPoint
-from fivebar_control.planning.timed_points import MOST_POINTS, TimedPoints, read_points
+from fivebar_control.planning.timed_points import TimedPoints, read_points
 from fivebar_description.interface import NANOSECONDS
 from fivebar_description.outside_text import one_line
 
@@ -16,32 +16,26 @@ REQUEST = "request/"
 in the robot's own frame."""
 
 
-def request_id_of(message: Any) -> str:
-    """Return the id of the request that a message makes, "" where it has none."""
-    frame: str = message.header.frame_id
+def request_id_of(frame: str) -> str:
+    """Return the id of the request that a message in a frame makes, "" where it has none."""
     return frame.removeprefix(REQUEST) if frame.startswith(REQUEST) else ""
 
 
-def points_of(message: Any, base_frame: str, most: int = MOST_POINTS) -> TimedPoints:
+def points_of(message: Any, base_frame: str) -> TimedPoints:
     """Return the points of a JointTrajectory.
 
     Args:
         message: the message.
         base_frame: the frame in which coordinates of the platform are.
-        most: points of a message.
 
     Raises:
-        GoalRefused: it is to begin at a certain time, in another frame, with efforts, has too many points, or they make
-            no request.
+        GoalRefused: it is to begin at a certain time, in another frame, with efforts, or its points make no request.
     """
     frame, stamp = message.header.frame_id.removeprefix("/"), message.header.stamp
     if frame not in ("", base_frame) and not frame.startswith(REQUEST):
         raise GoalRefused(f"header.frame_id {one_line(frame)!r}: expected {base_frame!r} or none")
     if stamp.sec or stamp.nanosec:
         raise GoalRefused("header.stamp: expected 0: a motion begins when it has been planned and screened")
-    if len(message.points) > most:
-        help_ = "" if most == MOST_POINTS else "; a scenario or a program takes the rest from a file"
-        raise GoalRefused(f"{len(message.points)} points: expected 1 to {most}{help_}")
     points = [_point(number, point) for number, point in enumerate(message.points)]
     return read_points(list(message.joint_names[:3]), points)
 

@@ -14,7 +14,6 @@ from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
-from trajectory_msgs.msg import JointTrajectory
 
 from fivebar_control.laws.registry import goal_controllers
 from fivebar_control.planning.motion_queue import (
@@ -25,27 +24,19 @@ from fivebar_control.planning.motion_queue import (
     StandingStill,
     read_goal,
 )
-from fivebar_control.planning.orders import Planned, StopRequest
+from fivebar_control.planning.orders import Planned, StopRequest, TrajectoryMessage
 from fivebar_control.planning.planning_process import PlanningProcess
-from fivebar_control.planning.timed_points import (
-    MOST_BY_THE_CLOCK,
-    MOST_POINTS,
-    TimedPoints,
-    digest_of,
-    end_of,
-    request_from,
-)
-from fivebar_control.planning.trajectory_messages import points_of, request_id_of
+from fivebar_control.planning.trajectory_messages import request_id_of
 from fivebar_control.ros.placed_frames import PlacedFrames
 from fivebar_control.ros.shown_motions import ShownMotions
+from fivebar_control.ros.trajectory_requests import frame_of, read_trajectory
 from fivebar_control.ros.transform_lookup import TransformLookup
 from fivebar_control.scenario.goal_conditions import conditions_of
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.path import Path
-from fivebar_control.trajectory.spline import SplineSegment
 from fivebar_control.trajectory.stopped import ResumedSegment
 from fivebar_control.trajectory.time_laws import QUINTIC
-from fivebar_description.interface import ACTIVE_JOINTS, GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
+from fivebar_description.interface import GOAL, GOAL_POSE, GOAL_STATUS, GOAL_TRAJECTORY
 from fivebar_description.outside_text import one_line
 from fivebar_description.ros.messages import qos_profile
 from fivebar_description.ros.node import GraphNode
@@ -97,7 +88,6 @@ class GoalServer:
         """
         self._open = scenario.scheme().takes_goals
         self._wait = 0.0 if by_the_clock else LOCKSTEP_WAIT
-        self._most_points = MOST_BY_THE_CLOCK if by_the_clock else MOST_POINTS
         self._rate_hz = scenario.rate_hz
         self._queue = queue
         name, file = planner
@@ -133,14 +123,13 @@ class GoalServer:
         self._looked_up: PoseStamped | None = None
         """A request in a frame that is being looked up."""
         self._look_until = 0.0
-        self._robot = scenario.five_bar()
         self._angles = (math.nan, math.nan)
-        self._followed: dict[str, Any] = {}
         """The trajectory that is followed, as its status tells it."""
         # not required for readiness: a run needs no requests
         node.create_subscription(JointState, GOAL.name, self._on_goal, qos_profile(GOAL.qos))
         node.listen(GOAL_POSE, self._on_pose, awaited=False)
-        node.listen(GOAL_TRAJECTORY, self._on_trajectory, awaited=False)
+        # not read here: many points take seconds
+        node.listen(GOAL_TRAJECTORY, self._on_trajectory, awaited=False, raw=True)
         for name, ask in (("cancel", self._cancel), ("pause", self._pause), ("resume", self._resume)):
             node.create_service(Trigger, f"~/{name}", partial(_answered, ask))
         node.listen_to_payload(self._carry)
@@ -349,14 +338,18 @@ class GoalServer:
 
         self._take(read, list(_place_of(message)[:2]), "")
 
-    def _on_trajectory(self, message: JointTrajectory) -> None:
-        """Take a request for a motion through points at given times."""
-        request_id = one_line(request_id_of(message), LONGEST_ID)
+    def _on_trajectory(self, data: bytes) -> None:
+        """Take a request for a motion through points at given times, in a serialised JointTrajectory."""
+        try:
+            request_id = one_line(request_id_of(frame_of(data)), LONGEST_ID)
+        except GoalRefused as refusal:
+            self._report("refused", [], "", reason=one_line(str(refusal)))
+            return
         if request_id and request_id == self._id:
             return
-        self._take(lambda: points_of(message, self._frames.base, self._most_points), [], request_id)
+        self._take(lambda: data, [], request_id)
 
-    def _take(self, read: Callable[[], Goal | TimedPoints], asked: list[float], request_id: str) -> None:
+    def _take(self, read: Callable[[], Goal | bytes], asked: list[float], request_id: str) -> None:
         """Hand a request to the planner, or say why it is refused."""
         try:
             wanted = read()
@@ -377,8 +370,8 @@ class GoalServer:
         self._goal, self._id = goal, request_id
         self._report("planning", [goal.x, goal.y], request_id)
 
-    def _ask_for(self, wanted: Goal | TimedPoints) -> Goal:
-        """Ask the planner for a motion; return where it ends.
+    def _ask_for(self, wanted: Goal | bytes) -> Goal:
+        """Ask the planner for a motion; return where it ends, which is not known of points in a message.
 
         Raises:
             GoalRefused: none can begin, or not this one.
@@ -388,13 +381,11 @@ class GoalServer:
             self._planning.ask(self._queue.request(begin, wanted)._replace(payload=self._payload))
             return wanted
         place, mode = self._queue.resting_place(begin), self._queue.working_mode
-        order = request_from(self._robot, wanted, place, mode, self._angles, self._payload)
         self._queue.reserve()
-        self._planning.ask(order)
-        self._followed = {"trajectory": digest_of(wanted)}
-        if order.joints == ACTIVE_JOINTS:
-            self._followed["motors"] = [value if math.isfinite(value) else 0.0 for value in self._angles]
-        return Goal(*end_of(self._robot, order))
+        self._planning.ask(
+            TrajectoryMessage(read_trajectory, wanted, self._frames.base, place, mode, self._angles, self._payload)
+        )
+        return Goal(math.nan, math.nan)
 
     def _take_answer(self, goal: Goal) -> None:
         planned = self._planning.answer(self._wait)
@@ -404,6 +395,8 @@ class GoalServer:
             self._end("refused", planned.refused)
             return
         first = self._sample + NOTICE
+        if planned.followed is not None:
+            self._goal = goal = Goal(*planned.course.waypoints[-1])
         self._queue.begin(first, planned.path(), planned.references)
         self._arrival = self._queue.resting_from()
         self._shown.show_goal(planned.path(), self._rate_hz, self._stamp(first), (goal.x, goal.y))
@@ -421,9 +414,9 @@ class GoalServer:
 
     def _beyond_waypoints(self, planned: Planned) -> dict[str, Any]:
         """Return what else decides where a motion is at which time, unless it is the polynomial between rests."""
-        segment, course = planned.segments[0], planned.course
-        if isinstance(segment, SplineSegment):
-            return self._followed
+        course = planned.course
+        if planned.followed is not None:
+            return dict(planned.followed)
         if not course.rounded and course.time_law == QUINTIC:
             return {}
         return {

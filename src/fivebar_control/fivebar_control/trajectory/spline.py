@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,42 @@ class Knot(NamedTuple):
     bend_two: float
 
 
+class Knots(Sequence[Knot]):
+    """Knots in one block of memory, in which many of them are passed on to another process at once.
+
+    Attributes:
+        times: of the knots (s), float64[N].
+    """
+
+    __slots__ = ("_rows", "times")
+
+    def __init__(self, rows: FloatArray) -> None:
+        """Take the numbers of the knots, float64[N, 7]."""
+        self._rows = rows
+        self.times = rows[:, 0]
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @overload
+    def __getitem__(self, index: int) -> Knot: ...
+    @overload
+    def __getitem__(self, index: slice) -> Knots: ...
+    def __getitem__(self, index: int | slice) -> Knot | Knots:
+        if isinstance(index, slice):
+            return Knots(self._rows[index])
+        return Knot(*self._rows[index].tolist())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Knots) and np.array_equal(self._rows, other._rows)
+
+    def __hash__(self) -> int:
+        return hash(self._rows.tobytes())
+
+    def __reduce__(self) -> tuple[type[Knots], tuple[FloatArray]]:
+        return Knots, (self._rows,)
+
+
 class SplineSegment(NamedTuple):
     """One motion from rest to rest through knots.
 
@@ -41,7 +77,7 @@ class SplineSegment(NamedTuple):
         start_time: s since sample 0.
     """
 
-    knots: tuple[Knot, ...]
+    knots: Knots
     robot: FiveBar
     assembly: int
     start_time: float = 0.0
@@ -57,7 +93,7 @@ class SplineSegment(NamedTuple):
         for end, outside in ((self.knots[0], since < 0.0), (self.knots[-1], since >= self.duration)):
             if outside:
                 return Knot(since, end.one, end.two, 0.0, 0.0, 0.0, 0.0)
-        number = bisect_right(self.knots, since, key=lambda knot: knot.time)
+        number = bisect_right(self.knots.times, since)
         begin, end = self.knots[number - 1], self.knots[number]
         one = _between((begin.time, *begin[1::2]), (end.time, *end[1::2]), since)
         two = _between((begin.time, *begin[2::2]), (end.time, *end[2::2]), since)
@@ -79,13 +115,13 @@ class SplineSegment(NamedTuple):
 class SplineWay(NamedTuple):
     """A way through knots, whatever time it takes; their times are lengths along it, from 0 on (m)."""
 
-    knots: tuple[Knot, ...]
+    knots: Knots
 
     def at(self, s: float) -> tuple[float, float, float, float, float, float]:
         """Return the place (m) at a share s of the way, with its first and second derivative by s (m)."""
         length = self.knots[-1].time
         gone = min(max(s, 0.0), 1.0) * length
-        number = min(bisect_right(self.knots, gone, key=lambda knot: knot.time), len(self.knots) - 1)
+        number = min(bisect_right(self.knots.times, gone), len(self.knots) - 1)
         begin, end = self.knots[number - 1], self.knots[number]
         x, d_x, b_x = _between((begin.time, *begin[1::2]), (end.time, *end[1::2]), gone)
         y, d_y, b_y = _between((begin.time, *begin[2::2]), (end.time, *end[2::2]), gone)
@@ -121,7 +157,7 @@ def completed(
     positions: Sequence[tuple[float, float]],
     rates: Sequence[tuple[float, float] | None],
     bends: Sequence[tuple[float, float] | None],
-) -> tuple[Knot, ...]:
+) -> Knots:
     """Return knots with what is not given chosen so that the motion is as smooth as it can be.
 
     Where a knot between the ends lacks its rates and bends, the third and fourth derivatives go through it without a
@@ -142,10 +178,11 @@ def completed(
         )
         for axis in (0, 1)
     ]
-    return tuple(
-        Knot(time, place[0], place[1], rate_one, rate_two, bend_one, bend_two)
+    rows = [
+        (time, place[0], place[1], rate_one, rate_two, bend_one, bend_two)
         for time, place, (rate_one, bend_one), (rate_two, bend_two) in zip(times, positions, *columns, strict=True)
-    )
+    ]
+    return Knots(np.array(rows, dtype=np.float64))
 
 
 def _column(

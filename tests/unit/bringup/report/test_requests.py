@@ -65,7 +65,8 @@ def test_a_trajectory_is_that_of_its_knots() -> None:
     end = (plan.path.at(9.0).x, plan.path.at(9.0).y)
     knots = completed([0.0, 0.7, 1.0], [end, (0.02, 0.05), (0.0, 0.15)], [zero, None, zero], [zero, None, zero])
     moving = {"state": "moving", "first_sample": 600, "last_sample": 1100, "waypoints": [end, (0.0, 0.15)]}
-    found = plan_with_requests(recorded({**moving, "durations_s": [1.0], "knots": knots, "assembly_mode": 0}), SCENARIO)
+    told = {**moving, "durations_s": [1.0], "knots": list(knots), "assembly_mode": 0}
+    found = plan_with_requests(recorded(told), SCENARIO)
     spline = Path([SplineSegment(knots, SCENARIO.five_bar(), 0)])
     wanted = plan_along(SCENARIO.five_bar(), spline, SCENARIO.working_mode, RATE)
     assert [one.time for one in found.crossings[1:]] == pytest.approx([one.time + 1.2 for one in wanted.crossings])

@@ -18,7 +18,7 @@ from fivebar_control.planning.timed_points import TimedPoints
 from fivebar_control.trajectory.criterion import criterion_residual
 from fivebar_control.trajectory.path import Path
 from fivebar_control.trajectory.planner import PlanRefused
-from fivebar_control.trajectory.spline import Knot, SplineSegment
+from fivebar_control.trajectory.spline import Knots, SplineSegment
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
 
@@ -43,8 +43,8 @@ def line(begin: Place, end: Place, rows: int) -> list[Place]:
 
 
 def segment_of(points: TimedPoints, robot: FiveBar) -> SplineSegment:
-    knots = tuple(Knot(one.time, *one.position, *one.velocity, *one.acceleration) for one in points.points)
-    return SplineSegment(knots, robot, 0)
+    rows = [(one.time, *one.position, *one.velocity, *one.acceleration) for one in points.points]
+    return SplineSegment(Knots(np.array(rows)), robot, 0)
 
 
 BENT = [(0.015 * math.sin(math.pi * n / 200), 0.15 - 0.13 * n / 200) for n in range(201)]
