@@ -36,7 +36,7 @@ from fivebar_bringup.runs.run import write_outcome
 from fivebar_bringup.scenario import Scenario
 from fivebar_description.interface import DEFAULT_PRIORITY, FAULTS, JOINT_STATES, NANOSECONDS
 from fivebar_description.ros.scheduling import Scheduling
-from stalls import Stall, bare_loop_beside, missed_by_both
+from stalls import LateBeat, bare_loop_beside, missed_by_both
 
 IntArray = NDArray[np.int64]
 
@@ -126,7 +126,7 @@ def graph_speed(
         specs = processes(nodes, mode, scenario.rate_hz, Scheduling(DEFAULT_PRIORITY), sharing)
         if itemised:
             specs = tuple(WatchedGroup(*spec) for spec in specs)
-        loop: AbstractContextManager[list[Stall]] = nullcontext([])
+        loop: AbstractContextManager[list[LateBeat]] = nullcontext([])
         if beside:
             loop = bare_loop_beside(scenario.rate_hz)
         with importable() if itemised else nullcontext(), loop as stalls:

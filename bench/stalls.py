@@ -69,7 +69,7 @@ def bare_loop(rate_hz: int, beats: int, priority: int) -> Stalls:
     return Stalls(late, prioritized, latenesses, periods)
 
 
-class Stall(NamedTuple):
+class LateBeat(NamedTuple):
     """When a beat of a bare loop was due and when the loop woke, by the clock that stamps are taken from (ns)."""
 
     due: int
@@ -77,9 +77,9 @@ class Stall(NamedTuple):
 
 
 @contextmanager
-def bare_loop_beside(rate_hz: int) -> Iterator[list[Stall]]:
+def bare_loop_beside(rate_hz: int) -> Iterator[list[LateBeat]]:
     """Run a bare loop in a process of its own meanwhile; the beats that it missed are in the list afterwards."""
-    stalls: list[Stall] = []
+    stalls: list[LateBeat] = []
     loop = subprocess.Popen([sys.executable, __file__, str(rate_hz)], stdout=subprocess.PIPE, text=True)
     assert loop.stdout is not None
     loop.stdout.readline()
@@ -88,15 +88,15 @@ def bare_loop_beside(rate_hz: int) -> Iterator[list[Stall]]:
     finally:
         loop.send_signal(signal.SIGTERM)
         output, _ = loop.communicate()
-    stalls += [Stall(*one) for one in json.loads(output)]
+    stalls += [LateBeat(*one) for one in json.loads(output)]
 
 
-def missed_by_both(missing: Sequence[int], stalls: Sequence[Stall], period: int) -> int:
+def missed_by_both(missing: Sequence[int], stalls: Sequence[LateBeat], period: int) -> int:
     """Return how many of the missing samples, by stamp (ns), fall within a period (ns) of a stall of a bare loop."""
     return sum(any(one.due - period <= stamp <= one.woke + period for one in stalls) for stamp in missing)
 
 
-def stalls_until_stopped(rate_hz: int) -> list[Stall]:
+def stalls_until_stopped(rate_hz: int) -> list[LateBeat]:
     """Run a bare loop until SIGTERM; return the beats that it missed."""
     stopped: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _: stopped.append(number))
@@ -110,7 +110,7 @@ def stalls_until_stopped(rate_hz: int) -> list[Stall]:
         late = time.monotonic() - due
         if late > period:
             now = time.time_ns()
-            stalls.append(Stall(now - round(late * 1e9), now))
+            stalls.append(LateBeat(now - round(late * 1e9), now))
             due += late
     return stalls
 

@@ -34,7 +34,7 @@ from graph_speed import GraphSpeed, missing_stamps
 from itemised import costs_rows
 from real_time import real_time_rows
 from series import FIGURES, KINDS, RUNS, Series, chosen, series_row
-from stalls import Stall, Stalls, bare_loop, bare_loop_beside, missed_by_both
+from stalls import LateBeat, Stalls, bare_loop, bare_loop_beside, missed_by_both
 
 
 def test_each_figure_of_real_time_stands_beside_that_of_a_bare_loop() -> None:
@@ -129,7 +129,7 @@ def test_a_missing_sample_is_told_from_one_that_a_bare_loop_beside_missed_too() 
     stamps = [0, 1_000_000, 4_000_000, 4_000_000, 5_000_000, 6_000_000, 8_000_000]
     missing = missing_stamps(stamps, 1000)
     assert missing == [2_000_000, 3_000_000, 7_000_000]
-    assert missed_by_both(missing, [Stall(1_900_000, 3_500_000)], 1_000_000) == 2
+    assert missed_by_both(missing, [LateBeat(1_900_000, 3_500_000)], 1_000_000) == 2
     assert missed_by_both(missing, [], 1_000_000) == 0
     run = GraphSpeed(2.0, 3.5, 1.0, 2, None, {}, [], [2.0], missing=3, missed_too=2)
     row = dict(zip(FIGURES, series_row(Series((run, run), 0)), strict=True))

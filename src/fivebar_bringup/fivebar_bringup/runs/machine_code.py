@@ -21,14 +21,14 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
     if not runs_compiled(mode.value, scenario.rate_hz):
         return
     # numba takes most of a second to import
-    from fivebar_control.loop.part_choice import law_part, parts
+    from fivebar_control.loop.part_choice import guard_part, law_part, supervisor_part
 
     robot, plan, lead = scenario.five_bar(), scenario.plan(), scenario.lead_samples
     tuned = scenario.tuned()
     for law in tuned.laws:
         law_part(law, True, robot, plan, scenario.rate_hz, lead)
-    parts(True).guard(robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
-    parts(True).supervisor(robot, plan, scenario.rate_hz, lead, scenario.scheme().weighting)
+    guard_part(True)(robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
+    supervisor_part(True)(robot, plan, scenario.rate_hz, lead, scenario.scheme().weighting)
     if scenario.estimated:
         from fivebar_control.controller.estimator import estimator_of
         from fivebar_control.estimation.compiled_estimator import CompiledEstimator

@@ -19,13 +19,12 @@ from fivebar_control.laws.blend import blend, blending_weight, forecast_width
 from fivebar_control.laws.law import Instant, Law, TunedLaw, no_step, unchanged
 from fivebar_control.laws.reference import against_disturbance, reference_from_platform
 from fivebar_control.laws.torque import Torque
+from fivebar_control.loop.guard_part import GuardPart
 from fivebar_control.loop.node_parts import (
     NO_DISTURBANCE,
     FloatArray,
-    GuardPart,
     JointValues,
     Pair,
-    Parts,
     PlannedValues,
     SupervisorPart,
 )
@@ -303,7 +302,3 @@ class CompiledGuard(GuardPart):
                 self._limited_samples += command != requested
                 return Decision(requested, command)
         return super().answer(sample, joints, desired, sigma, nominal, constraint)
-
-
-COMPILED = Parts(CompiledSupervisor, CompiledLaw, CompiledGuard)
-"""The parts as machine code."""

@@ -1,26 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parts of the control cycle, as the nodes of the graph have them: each answers the joints of a sample with its part.
 
-A node takes its part of `PLAIN`, or by the clock the same as machine code (`part_choice`).
+A node takes its part plain, or by the clock the same as machine code (`part_choice`).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_control.laws.law import TunedLaw
-from fivebar_control.laws.reference import against_disturbance
-from fivebar_control.laws.torque import Torque
-from fivebar_control.loop.law_runner import LawRunner
-from fivebar_control.loop.shared_results import Values, shared_desired, shared_state
+from fivebar_control.loop.shared_results import Values, shared_state
 from fivebar_control.loop.supervisor import Supervisor, SupervisorState
-from fivebar_control.model.state import Platform
-from fivebar_control.safety.guard import Decision, Guard
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.parameters import FiveBar
+
+if TYPE_CHECKING:
+    from fivebar_control.laws.law import TunedLaw
+    from fivebar_control.laws.torque import Torque
+    from fivebar_control.model.state import Platform
 
 FloatArray = NDArray[np.float64]
 
@@ -81,74 +80,3 @@ class LawPart(Protocol):
             disturbance: torques (Nm) on the motors that are to be compensated.
             ahead: the references of the samples that follow, for a law that looks ahead.
         """
-
-
-class PlainLaw:
-    """The law in the interpreter."""
-
-    def __init__(self, law: TunedLaw, robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int) -> None:
-        """As `LawPart`."""
-        self._runner = LawRunner(law, robot, plan, rate_hz)
-        self._robot, self._plan, self._rate_hz, self._lead = robot, plan, rate_hz, lead_samples
-
-    def carry(self, robot: FiveBar) -> None:
-        """As `LawPart`."""
-        self._robot = robot
-        self._runner.carry(robot)
-
-    def follow(self, references: FloatArray) -> None:
-        """As `LawPart`."""
-        self._runner.follow(references)
-
-    def expect(self, sample: int, planned: PlannedValues) -> None:
-        """As `LawPart`."""
-        shared_desired((sample + self._lead) / self._rate_hz, self._robot, self._plan, *planned)
-
-    def answer(
-        self,
-        sample: int,
-        joints: JointValues,
-        planned: PlannedValues,
-        disturbance: Pair = NO_DISTURBANCE,
-        ahead: tuple[Platform, ...] | None = None,
-    ) -> Torque:
-        """As `LawPart`."""
-        moment = sample + self._lead
-        state = shared_state(sample, self._robot, *joints)
-        reference = shared_desired(moment / self._rate_hz, self._robot, self._plan, *planned)
-        if disturbance is not NO_DISTURBANCE:
-            reference = against_disturbance(reference, *disturbance)
-        return self._runner(moment, state, reference, ahead)
-
-
-class GuardPart(Guard):
-    """The guard of a robot."""
-
-    def answer(
-        self,
-        sample: int,
-        joints: JointValues,
-        desired: Pair,
-        sigma: float,
-        nominal: Torque,
-        constraint: Torque,
-    ) -> Decision:
-        """Return `command` for the joints of a sample."""
-        state = shared_state(sample, self._robot, *joints)
-        return self.command(sample, state, desired, sigma, nominal, constraint)
-
-    def stop_at(self, sample: int, joints: JointValues) -> Torque:
-        """Return `stop` for the joints of a sample."""
-        return self.stop(shared_state(sample, self._robot, *joints))
-
-
-class Parts(NamedTuple):
-    """The parts of all nodes."""
-
-    supervisor: type[SupervisorPart]
-    law: type[LawPart]
-    guard: type[GuardPart]
-
-
-PLAIN = Parts(SupervisorPart, PlainLaw, GuardPart)
-"""The parts in the interpreter."""

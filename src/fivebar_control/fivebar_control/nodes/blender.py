@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 
 from fivebar_control.fault import Fault
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.loop.part_choice import parts
+from fivebar_control.loop.part_choice import guard_part
 from fivebar_control.loop.shared_results import one_robot
 from fivebar_control.ros.machine_code import loading
 from fivebar_control.ros.node_settings import SHORTEST_DEADLINE_MS, BlenderSettings, runs_compiled
@@ -116,7 +116,7 @@ class Blender(SamplingNode):
         self._empty = self._robot = one_robot(scenario.five_bar())
         compiled = runs_compiled(settings.mode, scenario.rate_hz, settings.compiled)
         with loading(compiled, self.get_logger().info):
-            kind = parts(compiled).guard
+            kind = guard_part(compiled)
             self._guard = kind(self._robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
         deadlines = deadlines_of(scenario, settings)
         shortest = min(deadlines)

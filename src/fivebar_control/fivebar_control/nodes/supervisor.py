@@ -7,7 +7,7 @@ from typing import Any
 
 from std_msgs.msg import Float64
 
-from fivebar_control.loop.part_choice import parts
+from fivebar_control.loop.part_choice import supervisor_part
 from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.ros.machine_code import loading
 from fivebar_control.ros.node_settings import ChainSettings, runs_compiled
@@ -40,8 +40,9 @@ class SupervisorNode(SamplingNode):
         robot, plan, rate_hz, lead_samples, _ = declared_motion(self, scenario)
         compiled = runs_compiled(settings.mode, rate_hz, settings.compiled)
         with loading(compiled, self.get_logger().info):
-            kind = parts(compiled).supervisor
-            self._supervisor = kind(robot, plan, rate_hz, lead_samples, scenario.scheme().weighting)
+            self._supervisor = supervisor_part(compiled)(
+                robot, plan, rate_hz, lead_samples, scenario.scheme().weighting
+            )
         self._reply: SupervisorState | None = None
         self._state = self.advertise(SUPERVISOR_STATE)
         self._sigma = self.advertise(SUPERVISOR_SIGMA)

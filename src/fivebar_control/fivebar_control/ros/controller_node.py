@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fivebar_control.laws.law import TunedLaw
-from fivebar_control.loop.node_parts import NO_DISTURBANCE, PLAIN, LawPart
+from fivebar_control.loop.node_parts import NO_DISTURBANCE, LawPart
 from fivebar_control.loop.part_choice import law_part
+from fivebar_control.loop.plain_law import PlainLaw
 from fivebar_control.loop.shared_results import one_robot
 from fivebar_control.model.state import Platform
 from fivebar_control.ros.machine_code import loading
@@ -77,7 +78,7 @@ class ControllerNode(SamplingNode):
         self._compiled = runs_compiled(settings.mode, self._motion.rate_hz, settings.compiled)
         with loading(self._compiled, self.get_logger().info):
             self._law = self._make_law()
-        if self._compiled and isinstance(self._law, PLAIN.law):
+        if self._compiled and isinstance(self._law, PlainLaw):
             self.get_logger().info(f"the law {self._law_entry.name} is not compiled, and runs in the interpreter")
         self._law_entry.warm_up()
         self.on_tuned(self._tune)

@@ -15,8 +15,9 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.laws.torque import Torque
-from fivebar_control.loop.node_parts import PLAIN, JointValues, LawPart, PlannedValues
-from fivebar_control.loop.part_choice import law_part, parts
+from fivebar_control.loop.node_parts import JointValues, LawPart, PlannedValues
+from fivebar_control.loop.part_choice import guard_part, law_part, supervisor_part
+from fivebar_control.loop.plain_law import PlainLaw
 from fivebar_control.loop.plan_sample import planned_references
 from fivebar_description.parameters import laden
 
@@ -60,9 +61,9 @@ def test_the_nodes_answers_are_those_of_a_run(name: str) -> None:
     """Each part alone, as the nodes have it, against the control cycle of the offline runner."""
     scenario = load_scenario(name)
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
-    supervisor = PLAIN.supervisor(robot, plan, rate_hz, lead, scenario.scheme().weighting)
+    supervisor = supervisor_part(False)(robot, plan, rate_hz, lead, scenario.scheme().weighting)
     nominal, constraint = laws_of(scenario, compiled=False)
-    guard = PLAIN.guard(robot, scenario.working_mode, rate_hz, scenario.safety_settings())
+    guard = guard_part(False)(robot, scenario.working_mode, rate_hz, scenario.safety_settings())
     samples = simulate(scenario).samples
     for one in samples:
         x, y, vx, vy, ax, ay = one.reference
@@ -94,11 +95,11 @@ def test_machine_code_answers_as_the_interpreter_does_to_the_last_bit(name: str,
     scenario = load_scenario(name).model_copy(update=changes)
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
     weighting, safety, modes = scenario.scheme().weighting, scenario.safety_settings(), scenario.working_mode
-    both = PLAIN, parts(compiled=True)
-    supervisors = [one.supervisor(robot, plan, rate_hz, lead, weighting) for one in both]
-    laws = [laws_of(scenario, compiled) for compiled in (False, True)]
-    guards = [one.guard(robot, modes, rate_hz, safety) for one in both]
-    assert not any(isinstance(law, PLAIN.law) for law in laws[1])
+    both = False, True
+    supervisors = [supervisor_part(compiled)(robot, plan, rate_hz, lead, weighting) for compiled in both]
+    laws = [laws_of(scenario, compiled) for compiled in both]
+    guards = [guard_part(compiled)(robot, modes, rate_hz, safety) for compiled in both]
+    assert not any(isinstance(law, PlainLaw) for law in laws[1])
     for sample, joints, planned, disturbance in given_of(scenario):
         if sample == LADEN:
             for part in (*guards, *laws[0], *laws[1]):
@@ -131,11 +132,11 @@ def test_a_law_from_elsewhere_that_cannot_be_compiled_is_interpreted() -> None:
     scenario = load_scenario("unified_middle")
     bound = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
     settings = toy_law.ToySettings()
-    assert not isinstance(law_part(TunedLaw(toy_law.LAW, settings), True, *bound), PLAIN.law)
+    assert not isinstance(law_part(TunedLaw(toy_law.LAW, settings), True, *bound), PlainLaw)
     for law in (
         toy_law.UNCOMPILED,
         toy_law.LAW._replace(compiles=False),
         toy_law.LAW._replace(samples_ahead=lambda _: 3),
     ):
-        assert isinstance(law_part(TunedLaw(law, settings), True, *bound), PLAIN.law)
-    assert isinstance(law_part(TunedLaw(toy_law.LAW, settings), False, *bound), PLAIN.law)
+        assert isinstance(law_part(TunedLaw(law, settings), True, *bound), PlainLaw)
+    assert isinstance(law_part(TunedLaw(toy_law.LAW, settings), False, *bound), PlainLaw)
