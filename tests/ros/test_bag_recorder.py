@@ -87,3 +87,23 @@ def test_a_recorder_that_stands_still_for_a_while_loses_nothing(bench: Bench, mo
     stamps = dict.fromkeys(bag.stamps(SUPERVISOR_STATE).tolist())
     assert list(stamps) == [sample_stamp_ns(sample, 500) for sample in range(last + 1)]
     assert bag.custom_data["dropped"] == "0"
+
+
+def test_messages_that_are_lost_are_counted_once_all_publishers_are_at_rest(bench: Bench, motion: MiddleMotion) -> None:
+    """A publisher that keeps ten messages goes on while the recorder stands still."""
+    directory, sent = bench.folder / "bag", 300
+    recorder = bench.start("bag_recorder", directory=str(directory), topics=[CTC_TORQUE.name])
+    probe = bench.probe()
+    probe.advertise(CTC_TORQUE, depth=10)
+    probe.join("bag_recorder", [CTC_TORQUE], [])
+    recorder.send(signal.SIGSTOP)
+    # more than the socket's buffer holds
+    for sample in range(sent):
+        probe.publish(CTC_TORQUE, motion.torque_message(sample, (0.0, 0.0)))
+    recorder.send(signal.SIGCONT)
+    probe.publish(CTC_TORQUE, motion.torque_message(sent, (0.0, 0.0)))
+    probe.wait_for(lambda: bool(probe.health("/bag_recorder")[1]["answered"] != "0"), "messages are recorded")
+    recorder.send(signal.SIGINT)
+    assert recorder.wait() == 0, recorder.stderr
+    bag = read_bag(directory)
+    assert int(bag.custom_data["dropped"]) == sent + 1 - bag.count(CTC_TORQUE) > 0

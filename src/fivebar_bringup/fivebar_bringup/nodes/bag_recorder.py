@@ -100,6 +100,7 @@ class BagRecorder(GraphNode):
             time.sleep(POLL_PERIOD)
             self.drain(self._checkpoint_when_due)
         self.drain(self._checkpoint_when_due)
+        self.count_lost()
         lost = {f"dropped {name}": str(count) for name, count in self._lost.items()}
         try:
             self._bag.close({"dropped": str(sum(self._lost.values())), **lost})
@@ -115,8 +116,7 @@ class BagRecorder(GraphNode):
         def count_lost(information: Any) -> None:
             self._lost[topic.name] = information.total_count
 
-        # a picture or a report of health less is no loss of data, nor is a state that a later one has replaced; an
-        # executor hears of lost messages as often as the square of their number, so of these it hears nothing
+        # a picture or a report of health less is no loss of data, nor is a state that a later one has replaced
         counted = not _is_of(topic, (*PICTURES, DIAGNOSTICS)) and topic.qos != STATE_QOS
         events = SubscriptionEventCallbacks(message_lost=count_lost) if counted else None
         self.listen(

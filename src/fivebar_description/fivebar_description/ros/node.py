@@ -301,6 +301,17 @@ class GraphNode(BaseNode):
                     subscription.callback(*(taken if wants_all else taken[:1]))
                     after_each()
 
+    def destroy_node(self) -> None:
+        """Destroy the node and all that it has."""
+        for one in (*self._inputs, *self._besides):
+            one.prepare_to_end()
+        super().destroy_node()
+
+    def count_lost(self) -> None:
+        """Have counted what was lost of each topic, where no executor spins and no more messages come."""
+        for one in (*self._inputs, *self._besides):
+            one.count_lost()
+
     def look_for_others(self) -> None:
         """Take what has come and see whether the node is ready, from a callback for which its executor waits."""
         self.drain()

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.event_handler import EventHandler, QoSSubscriptionEventType, SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -129,6 +129,21 @@ class OwnJoints:
             self.read(data, information)
 
 
+class AlwaysReady:
+    """A wait set in which everything is ready, to take an event without waiting for it."""
+
+    def add_event(self, event: object) -> int:
+        """Return the index of an event."""
+        return 0
+
+    def is_ready(self, kind: str, index: int) -> bool:
+        """Return that it is."""
+        return True
+
+
+ALWAYS_READY = AlwaysReady()
+
+
 class TopicSubscription:
     """A subscription, which hears publishers of topics from outside whatever quality of service they offer.
 
@@ -174,6 +189,7 @@ class TopicSubscription:
         self._events = options.pop("event_callbacks", None) or SubscriptionEventCallbacks()
         self._events.incompatible_qos = self._on_incompatible
         self._replaced: list[Subscription[Any]] = []
+        self._of_losses: list[EventHandler] = []
         if self._follows_offer:
             self._on_publishers = self._events.matched
             self._events.matched = self._on_matched
@@ -194,7 +210,7 @@ class TopicSubscription:
         self.topic_name: str = self._first.topic_name
 
     def _subscribe(self, profile: QoSProfile, **options: Any) -> Subscription[Any]:
-        return self._node.create_subscription(
+        subscription = self._node.create_subscription(
             message_class(self._topic),
             self._topic.name,
             self._callback,
@@ -203,6 +219,19 @@ class TopicSubscription:
             **options,
             **self._options,
         )
+        # the middleware locks up for ever where an executor takes this event while further messages are lost
+        for handler in subscription.event_handlers:
+            if handler.event_type == QoSSubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST:
+                self._node.remove_waitable(handler)
+                self._of_losses.append(handler)
+        return subscription
+
+    def count_lost(self) -> None:
+        """Call back with the messages that have been lost, where no executor spins and no more messages come."""
+        for handler in self._of_losses:
+            handler.add_to_wait_set(ALWAYS_READY)
+            if handler.is_ready(ALWAYS_READY) and (information := handler.take_data()).total_count > 0:
+                handler.callback(information)
 
     def _on_sample(self, data: bytes) -> None:
         """Pass on the sample in a serialised JointState, and drop what is none."""
@@ -284,10 +313,22 @@ class TopicSubscription:
         self.subscriptions[:] = [self._subscribe(profile)]
         self._removal.reset()
 
+    def prepare_to_end(self) -> None:
+        """Make the node able to destroy the subscriptions."""
+        self._give_back([*self._of_losses])
+
+    def _give_back(self, handlers: Sequence[EventHandler]) -> None:
+        for handler in handlers:
+            # a subscription takes all of its events with it
+            self._node.add_waitable(handler)
+            self._of_losses.remove(handler)
+
     def _remove_replaced(self) -> None:
         self._removal.cancel()
         while self._replaced:
-            self._node.destroy_subscription(self._replaced.pop())
+            replaced = self._replaced.pop()
+            self._give_back([handler for handler in self._of_losses if handler in replaced.event_handlers])
+            self._node.destroy_subscription(replaced)
 
     def _on_incompatible(self, event: Any) -> None:
         if self._follows_offer:
