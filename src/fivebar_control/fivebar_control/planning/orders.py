@@ -145,7 +145,7 @@ class TrajectoryMessage(NamedTuple):
     data: bytes
     base_frame: str
     place: Point
-    working_mode: tuple[int, int]
+    working_mode: WorkingMode
     angles: tuple[float, float]
     payload: float = 0.0
 
