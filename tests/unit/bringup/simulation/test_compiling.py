@@ -64,13 +64,13 @@ def test_model_and_laws_are_the_plain_ones_to_the_last_bit(at: Any, v: Any, tau:
     state = state_from_platform(ROBOT, MODES, *at, *v)
     platform = Platform(at[0] + 1e-3, at[1] - 2e-3, *v, *tau)
     reference = reference_from_platform(ROBOT, MODES, platform)
-    same(reference_from_platform, ROBOT, *MODES, platform)
+    same(reference_from_platform, ROBOT, MODES, platform)
     same(direct_dynamics, ROBOT, state, *tau, 0.1, -0.2)
     same(ctc_torque, ROBOT, state, reference, 2500.0, 100.0)
     same(unified_step, ROBOT, state, reference, INITIAL_MEMORY, as_numbers(UnifiedSettings(observer_rate=3.0)), 0.002)
     for resolution in RESOLUTIONS.values():
         same(vhc_cartesian_torque, ROBOT, state, reference, LINE, 2500.0, 100.0, resolution)
-        same(vhc_joint_torque, ROBOT, *MODES, state, reference, LINE, 2500.0, 100.0, resolution)
+        same(vhc_joint_torque, ROBOT, MODES, state, reference, LINE, 2500.0, 100.0, resolution)
 
 
 @given(angles=st.tuples(*[st.floats(-7.0, 7.0)] * 4), rates=st.tuples(*[st.floats(-30.0, 30.0)] * 4))
