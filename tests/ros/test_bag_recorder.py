@@ -102,7 +102,7 @@ def test_messages_that_are_lost_are_counted_once_all_publishers_are_at_rest(benc
         probe.publish(CTC_TORQUE, motion.torque_message(sample, (0.0, 0.0)))
     recorder.send(signal.SIGCONT)
     probe.publish(CTC_TORQUE, motion.torque_message(sent, (0.0, 0.0)))
-    probe.wait_for(lambda: bool(probe.health("/bag_recorder")[1]["answered"] != "0"), "messages are recorded")
+    probe.wait_for(lambda: probe.health("/bag_recorder")[1]["answered"] != "0", "messages are recorded")
     recorder.send(signal.SIGINT)
     assert recorder.wait() == 0, recorder.stderr
     bag = read_bag(directory)

@@ -76,20 +76,20 @@ class Bridged(NamedTuple):
     activate: bool = False
 
 
-class Somebodys(Enum):
-    """A plant or bridge that somebody else starts."""
+class NoRobot(Enum):
+    """A graph without plant and bridge, which somebody else starts."""
 
-    ROBOT = 0
+    NO_ROBOT = 0
 
 
-SOMEBODYS = Somebodys.ROBOT
+NO_ROBOT = NoRobot.NO_ROBOT
 
 
 def crossing_graph(
     scenario: Scenario,
     mode: Mode,
     bag: Path,
-    robot: Rehearsal | Bridged | Somebodys | None = None,
+    robot: Rehearsal | Bridged | NoRobot | None = None,
     scene: bool = False,
     work: Work | None = None,
 ) -> tuple[NodeSpec, ...]:
@@ -104,7 +104,7 @@ def crossing_graph(
         InputError: the scenario's motion is refused.
     """
     scheme = scenario.scheme()
-    bridged, own = robot is not None, robot is not SOMEBODYS
+    bridged, own = robot is not None, robot is not NO_ROBOT
     rehearsal = robot if isinstance(robot, Rehearsal) else None
     real = robot if isinstance(robot, Bridged) else None
     nodes = [

@@ -12,7 +12,7 @@ from fivebar_bringup.bag import RECORDER
 from fivebar_bringup.drives.choice import kind_of, real_drives, write_drive_files, write_real_drives
 from fivebar_bringup.drives.hardware import Hardware
 from fivebar_bringup.drives.run_files import Rehearsal
-from fivebar_bringup.graph.crossing_graph import SOMEBODYS, Bridged, crossing_graph
+from fivebar_bringup.graph.crossing_graph import NO_ROBOT, Bridged, crossing_graph
 from fivebar_bringup.graph.node_spec import BRIDGES, EMULATED_ROBOT, PLANT, Mode, NodeSpec, Sharing
 from fivebar_bringup.graph.standing import LONGEST, check_takes_goals, standing
 from fivebar_bringup.recorded.run_directory import RunDirectory, new_run_directory
@@ -93,7 +93,7 @@ def _graph(request: ControlRequest, scenario: Scenario, mode: Mode, run: RunDire
     path = run.path if run is not None else folder or Path()
     bag = path / "bag"
     if request.hardware == NO_HARDWARE:
-        return crossing_graph(scenario, mode, bag, SOMEBODYS, request.scene)
+        return crossing_graph(scenario, mode, bag, NO_ROBOT, request.scene)
     if request.hardware == Hardware.SIMULATED:
         return crossing_graph(scenario, mode, bag, scene=request.scene)
     if request.hardware == Hardware.EMULATED:

@@ -21,7 +21,7 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
     if not runs_compiled(mode.value, scenario.rate_hz):
         return
     # numba takes most of a second to import
-    from fivebar_control.loop.part_choice import guard_part, law_part, supervisor_part
+    from fivebar_control.loop.part_choice import estimator_part, guard_part, law_part, supervisor_part
 
     robot, plan, lead = scenario.five_bar(), scenario.plan(), scenario.lead_samples
     tuned = scenario.tuned()
@@ -31,6 +31,5 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
     supervisor_part(True)(robot, plan, scenario.rate_hz, lead, scenario.scheme().weighting)
     if scenario.estimated:
         from fivebar_control.controller.estimator import estimator_of
-        from fivebar_control.estimation.compiled_estimator import CompiledEstimator
 
-        estimator_of(scenario, kind=CompiledEstimator).warm_up()
+        estimator_of(scenario, kind=estimator_part(True)).warm_up()

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from fivebar_control.loop.node_parts import LawPart, SupervisorPart
 
 if TYPE_CHECKING:
+    from fivebar_control.estimation.estimator import StateEstimator
     from fivebar_control.laws.law import TunedLaw
     from fivebar_control.loop.guard_part import GuardPart
     from fivebar_control.trajectory.planner import Plan
@@ -33,6 +34,17 @@ def law_part(law: TunedLaw, compiled: bool, robot: FiveBar, plan: Plan, rate_hz:
             if law.law.step.__module__.startswith("fivebar_control.") or not is_of_compiler(error):
                 raise
     return PlainLaw(*of_law)
+
+
+def estimator_part(compiled: bool) -> type[StateEstimator]:
+    """Return the estimator."""
+    if compiled:
+        from fivebar_control.estimation.compiled_estimator import CompiledEstimator
+
+        return CompiledEstimator
+    from fivebar_control.estimation.estimator import StateEstimator
+
+    return StateEstimator
 
 
 def supervisor_part(compiled: bool) -> type[SupervisorPart]:

@@ -22,11 +22,11 @@ from std_srvs.srv import Trigger
 from fivebar_control.controller.estimator import instruments_of
 from fivebar_control.estimation.constants import CAMERA_LATENCY, history_samples
 from fivebar_control.estimation.encoder import count_angle
-from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted
 from fivebar_control.estimation.late_reading import CAMERA, EXTRA, GYROSCOPE, PASSIVE, LateReading
 from fivebar_control.estimation.platform_reading import PlatformReading, used
 from fivebar_control.estimation.resting import MotorReading, Resting
+from fivebar_control.loop.part_choice import estimator_part
 from fivebar_control.ros.machine_code import loading
 from fivebar_control.ros.node_settings import ChainSettings, runs_compiled
 from fivebar_control.ros.run_file import start_values
@@ -102,16 +102,6 @@ def turns_text(turns: tuple[int, int]) -> str:
     )
 
 
-def kind_of(compiled: bool) -> type[StateEstimator]:
-    """Return the estimator with its filter as machine code, or plain."""
-    if not compiled:
-        return StateEstimator
-    # numba takes most of a second to import
-    from fivebar_control.estimation.compiled_estimator import CompiledEstimator
-
-    return CompiledEstimator
-
-
 class StateEstimatorNode(SamplingNode):
     """Extended Kalman filter on the motor encoders and, where there are, gyroscope and encoder on a passive joint.
 
@@ -131,15 +121,18 @@ class StateEstimatorNode(SamplingNode):
         settings = self.declare_settings(ChainSettings)
         lockstep = settings.mode == LOCKSTEP
         scenario = FileParameters(self, ControlScenario, (*ROBOT, "estimator", "waypoints", *SENSORS)).file
-        drives, ekf, passive, known = scenario.drives(), scenario.ekf, scenario.passive, scenario.known_sensors()
-        homing, rate_hz, extra = homing_of(scenario), scenario.rate_hz, scenario.extra()
-        self._homing = homing
-        agreed = {**start_values(scenario), HOMING: [homing.x, homing.y], LEAD_SAMPLES: drives.delay_samples}
+        self._homing, self._instruments = homing_of(scenario), instruments_of(scenario)
+        rate_hz, drives, ekf, _, passive, known, extra = self._instruments
+        agreed = {
+            **start_values(scenario),
+            HOMING: [self._homing.x, self._homing.y],
+            LEAD_SAMPLES: drives.delay_samples,
+        }
         RunAgreement(self, rate_hz, agreed)
         self._imu = scenario.imu
         self._empty = scenario.five_bar()
         compiled = runs_compiled(settings.mode, rate_hz, settings.compiled)
-        self._kind, self._robot, self._instruments = kind_of(compiled), self._empty, instruments_of(scenario)
+        self._kind, self._robot = estimator_part(compiled), self._empty
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
         self._estimator = self._kind(self._robot, self._homing, self._instruments)

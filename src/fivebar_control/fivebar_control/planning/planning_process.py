@@ -52,6 +52,7 @@ class Mailbox:
         self._connection.close()
 
     def _receive(self) -> None:
+        # a connection that is closed meanwhile has no handle
         with suppress(EOFError, OSError, TypeError):
             while True:
                 self.arrived.put(self._connection.recv())

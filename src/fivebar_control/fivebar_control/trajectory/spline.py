@@ -95,8 +95,8 @@ class SplineSegment(NamedTuple):
                 return Knot(since, end.one, end.two, 0.0, 0.0, 0.0, 0.0)
         number = bisect_right(self.knots.times, since)
         begin, end = self.knots[number - 1], self.knots[number]
-        one = _between((begin.time, *begin[1::2]), (end.time, *end[1::2]), since)
-        two = _between((begin.time, *begin[2::2]), (end.time, *end[2::2]), since)
+        one = _between(begin, end, 1, since)
+        two = _between(begin, end, 2, since)
         return Knot(since, one[0], two[0], one[1], two[1], one[2], two[2])
 
     def at(self, t: float) -> Platform:
@@ -123,8 +123,8 @@ class SplineWay(NamedTuple):
         gone = min(max(s, 0.0), 1.0) * length
         number = min(bisect_right(self.knots.times, gone), len(self.knots) - 1)
         begin, end = self.knots[number - 1], self.knots[number]
-        x, d_x, b_x = _between((begin.time, *begin[1::2]), (end.time, *end[1::2]), gone)
-        y, d_y, b_y = _between((begin.time, *begin[2::2]), (end.time, *end[2::2]), gone)
+        x, d_x, b_x = _between(begin, end, 1, gone)
+        y, d_y, b_y = _between(begin, end, 2, gone)
         return x, y, d_x * length, d_y * length, b_x * length * length, b_y * length * length
 
     def moved(self, s: float, ds: float, dds: float) -> Platform:
@@ -133,12 +133,10 @@ class SplineWay(NamedTuple):
         return Platform(x, y, d_x * ds, d_y * ds, d_x * dds + b_x * ds * ds, d_y * dds + b_y * ds * ds)
 
 
-def _between(begin: Sequence[float], end: Sequence[float], t: float) -> tuple[float, float, float]:
-    """Return the polynomial of fifth degree at a time, and its derivatives, from time, value and both derivatives of
-    its ends.
-    """
-    (t0, p0, v0, a0), (t1, p1, v1, a1) = begin, end
-    h, s = t1 - t0, t - t0
+def _between(begin: Knot, end: Knot, coordinate: int, t: float) -> tuple[float, float, float]:
+    """Return coordinate 1 or 2 by the polynomial of fifth degree between two knots, and its derivatives."""
+    (p0, v0, a0), (p1, v1, a1) = begin[coordinate::2], end[coordinate::2]
+    h, s = end.time - begin.time, t - begin.time
     # what is left to the end value, speed and acceleration of the parabola from the beginning
     gap = p1 - p0 - h * (v0 + 0.5 * h * a0)
     speed, bend = (v1 - v0 - h * a0) * h, (a1 - a0) * h * h

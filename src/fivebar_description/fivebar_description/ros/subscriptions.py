@@ -230,7 +230,8 @@ class TopicSubscription:
         """Call back with the messages that have been lost, where no executor spins and no more messages come."""
         for handler in self._of_losses:
             handler.add_to_wait_set(ALWAYS_READY)
-            if handler.is_ready(ALWAYS_READY) and (information := handler.take_data()).total_count > 0:
+            information = handler.take_data() if handler.is_ready(ALWAYS_READY) else None
+            if information is not None and information.total_count > 0:
                 handler.callback(information)
 
     def _on_sample(self, data: bytes) -> None:
