@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +102,16 @@ def opened(file: Path) -> DriveInterface:
     return drives
 
 
+def written_until(drives: DriveInterface, condition: Callable[[], Any], *command: Any) -> None:
+    """Write a command again and again, as a bridge does, until a condition holds: the watchdog ends an old one."""
+
+    def holds() -> bool:
+        drives.write(*command)
+        return bool(condition())
+
+    wait_for(holds)
+
+
 def test_efforts_are_currents_and_no_value_is_nan(robot: ControlledRobot, listener: Listener, tmp_path: Path) -> None:
     drives = opened(file_of(tmp_path))
     drives.write(PUSH)
@@ -122,18 +132,18 @@ def test_gains_act_beside_the_torque_at_the_board_s_own_rate_and_end_with_it(
     drives = opened(file_of(tmp_path, inner_loop={"stiffness": STIFFNESS, "damping": DAMPING}))
     q11, _, q21, _ = closed_posture()
     # small enough for friction, and for a tenth of the limit
-    drives.write(PUSH, JointTarget(0.5, (q11 + 0.01, q21), (0.0, 0.0)))
+    half = PUSH, JointTarget(0.5, (q11 + 0.01, q21), (0.0, 0.0))
+    drives.write(*half)
     command = listener.wait_for(lambda one: one[6] > 0.0)
     assert command[6:] == pytest.approx([0.5 * STIFFNESS] * 2 + [0.5 * DAMPING] * 2)
     # a shaft turns by twice the angle, the other way; half of the gain acts
     pulled = SHAFTS[0] - CONSTANT * 0.5 * STIFFNESS * 2.0 * 0.01
-    wait_for(lambda: abs(robot.torques[0] - pulled) < 0.1 * abs(pulled - SHAFTS[0]))
+    written_until(drives, lambda: abs(robot.torques[0] - pulled) < 0.1 * abs(pulled - SHAFTS[0]), *half)
     assert robot.torques[1] == pytest.approx(SHAFTS[1], abs=2e-3)
     # on the locus there is no target, and so no gain
-    drives.write(PUSH)
-    wait_for(lambda: robot.torques == SHAFTS)
-    drives.write(PUSH, JointTarget(1.0, (q11 + 0.01, q21), (0.0, 0.0)))
-    wait_for(lambda: robot.torques != SHAFTS)
+    written_until(drives, lambda: robot.torques == SHAFTS, PUSH)
+    whole = PUSH, JointTarget(1.0, (q11 + 0.01, q21), (0.0, 0.0))
+    written_until(drives, lambda: robot.torques != SHAFTS, *whole)
     drives.switch_off()
     robot.wait_for_no_torque()
     drives.close()
@@ -169,8 +179,8 @@ def test_a_command_of_another_length_is_not_taken_and_nan_keeps_a_value(
 def test_what_breaks_ends_gains_and_torque(robot: ControlledRobot, tmp_path: Path, order: str, fault: str) -> None:
     drives = opened(file_of(tmp_path, inner_loop={"stiffness": STIFFNESS}))
     q11, _, q21, _ = closed_posture()
-    drives.write(PUSH, JointTarget(1.0, (q11 + 0.01, q21), (0.0, 0.0)))
-    wait_for(lambda: robot.torques[0] < SHAFTS[0] - 0.01)
+    pulled = PUSH, JointTarget(1.0, (q11 + 0.01, q21), (0.0, 0.0))
+    written_until(drives, lambda: robot.torques[0] < SHAFTS[0] - 0.01, *pulled)
     robot.order(order)
 
     def found() -> bool:
