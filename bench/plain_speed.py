@@ -14,6 +14,7 @@ from fivebar_control.laws.reference import reference_from_platform
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.supervisor import Supervisor
 from fivebar_control.model.kinematics import state_from_joints
+from fivebar_control.scenario.law_settings import tuned_controller
 
 
 class PlainSpeed(NamedTuple):
@@ -43,7 +44,7 @@ def plain_speed(scenario: Scenario, repeats: int = 3) -> PlainSpeed:
 
 def _all_laws(scenario: Scenario) -> Callable[[Sample], object]:
     """Compute what all nodes of the graph together compute for a sample."""
-    robot, plan, tuned = scenario.five_bar(), scenario.plan(), scenario.tuned()
+    robot, plan, tuned = scenario.five_bar(), scenario.plan(), tuned_controller(scenario)
     supervise = Supervisor(plan, scenario.rate_hz, tuned.controller.weighting)
     nominal, constraint = (LawRunner(law, robot, plan, scenario.rate_hz) for law in tuned.laws)
 

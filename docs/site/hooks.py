@@ -46,6 +46,7 @@ REDIRECTS = {
     "glossary": "faq#words",
     "view": "running#replay",
     "mutants": "architecture",
+    "transmissions": "identification#belts-and-gears",
     "imu": "estimation#a-gyroscope",
     "vision": "estimation#a-camera",
     "results/thesis": "results/index#what-of-the-thesis-is-reproduced",

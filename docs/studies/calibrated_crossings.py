@@ -133,7 +133,7 @@ def actual_geometry(found: Calibration, plant: PlantSettings) -> NDArray[np.floa
 def left_error(result: CalibrationResult) -> LeftError:
     """Return what a calibration leaves, by the geometry of the simulated robot that its scenario has."""
     assert result.scenario is not None
-    found, plant, count = result.found, result.scenario.plant, len(GEOMETRY)
+    found, plant, count = result.calibration, result.scenario.plant, len(GEOMETRY)
     actual = actual_geometry(found, plant)
     error, rows, tolerances = found.values[:count] - actual, locus_rows(actual), result.tolerances()
     return LeftError(

@@ -4,7 +4,7 @@
 `python docs/studies/motkin_rates.py` draws crossings that the planner accepts at 500 Hz, and tells at each rate how
 many it accepts for an exact robot, and how many stay within 2 mm: of exact robots with exact sensors, and of robots of
 the rig `printed_calibrated`, which have its sensors and estimator. With `--gains` the drives add their own gains to the
-torques, 1 A/rad and 0.03 A/(rad/s).
+torques, 1 A/rad and 0.03 A/(rad/s), which fade near the locus as those of the bridge do.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from fivebar_bringup.drives.ros2_control_files import for_scenario
 from fivebar_bringup.odds.robot_errors import with_drawn_robot
 from fivebar_bringup.runs.screening import screened
 from fivebar_bringup.scenario import Scenario
@@ -26,10 +27,14 @@ from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.postures import place_at
 from fivebar_control.planning.transfer import Transfer, plan_transfer
+from fivebar_control.scenario.guard_settings import motor_torque_limit
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.motion_limits import scenario_limits
-from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.scenario.sensors import sensing_if_estimated
+from fivebar_control.scenario.start import initial_joints
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_description.strict_yaml import InputError, validate
+from fivebar_sim.effects.timing import BusEffects, lost_commands
 from fivebar_sim.plant import Plant
 from fivebar_studies.rigs.named import find_rig
 
@@ -42,7 +47,7 @@ RIG, SEED = "printed_calibrated", 1
 
 TORQUE_LIMIT = 0.186
 """Largest torque of a motor (Nm)."""
-GAINS = InnerLoopSettings(stiffness=0.062, damping=0.00186, robot="motkin")  # Nm/rad, Nm/(rad/s)
+GAINS = {"stiffness": 0.062, "damping": 0.00186}  # Nm/rad, Nm/(rad/s)
 LONGEST_PART = 5e-4
 """Longest time (s) between two runs of the drives' own control, which is quicker on the bench."""
 
@@ -56,9 +61,9 @@ def base(**keys: object) -> Scenario:
 def planned(rate_hz: int, start: tuple[float, float], goal: tuple[float, float]) -> Transfer | None:
     """Return the planner's motion between two rests at a rate, None where there is none."""
     scenario = base(rate_hz=rate_hz)
-    follower = scenario.tuned()
-    limits = scenario_limits(scenario, None, follower, scenario.torque_limit or 0.0, 40.0)
-    task = Task(scenario.five_bar(), MODE, rate_hz, follower, limits, sensing_of(scenario))
+    follower = tuned_controller(scenario)
+    limits = scenario_limits(scenario, None, follower, motor_torque_limit(scenario) or 0.0, 40.0)
+    task = Task(scenario.five_bar(), MODE, rate_hz, follower, limits, sensing_if_estimated(scenario))
     try:
         return plan_transfer(task._replace(sensing=None), start, goal)
     except (PlanRefused, InputError):
@@ -84,21 +89,29 @@ class LedRobot(Plant):
 
     def __init__(self, scenario: Scenario) -> None:
         """Put the robot where its motion starts."""
-        rate_hz, delay = scenario.rate_hz, scenario.plant.delay_samples
+        rate_hz = scenario.rate_hz
         self._parts = max(1, math.ceil(1.0 / (rate_hz * LONGEST_PART)))
-        # a command with its target is late here, and not part by part
-        settings = scenario.plant._replace(delay_samples=0)
-        robot, joints = scenario.five_bar(), scenario.initial_joints()
+        # a command is late or lost together with its targets, and not part by part
+        plant = scenario.plant
+        settings = plant._replace(delay_samples=0, bus=BusEffects())
+        robot, joints = scenario.five_bar(), initial_joints(scenario)
         super().__init__(robot, joints, rate_hz, settings, scenario.imu, parts=self._parts)
-        self._targets = LoopTargets(GAINS, round(1e6 / rate_hz))
+        link = for_scenario({"takes": "gains", "unit": "Nm", "inner_loop": GAINS}, scenario)
+        self._gains = validate(link["inner_loop"], InnerLoopSettings, "rates")
+        self._targets = LoopTargets(self._gains, round(1e6 / rate_hz))
         self._reference = scenario.plan().path.at
         self._lead, self._rate_hz, self._sample = scenario.lead_samples, rate_hz, 0
-        self._late = deque([((0.0, 0.0), (OPEN, OPEN))] * delay)
+        self._lost = lost_commands(plant.bus, plant.seed, rate_hz)
+        self._held = (0.0, 0.0), (OPEN, OPEN)
+        self._late = deque([self._held] * plant.delay_samples)
 
     def advance(self, command: tuple[float, float]) -> None:
         """Answer the present sample by torques (Nm) and set points, and go on to the next one."""
+        number = self._sample - len(self._late)
         self._late.append((command, self._set_points(command)))
-        torques, points = self._late.popleft()
+        arrived = self._late.popleft()
+        self._held = self._held if number in self._lost else arrived
+        torques, points = self._held
         self._sample += 1
         for _ in range(self._parts):
             angles, speeds = self.seen()
@@ -120,7 +133,9 @@ class LedRobot(Plant):
             zip(speeds[::2], target.velocities, strict=True),
             strict=True,
         )
-        first, second = (set_point(GAINS, TORQUE_LIMIT, torque, target.weight, *pairs) for torque, *pairs in motors)
+        first, second = (
+            set_point(self._gains, TORQUE_LIMIT, torque, target.weight, *pairs) for torque, *pairs in motors
+        )
         return first, second
 
 

@@ -3,7 +3,7 @@
 
 `python docs/studies/supervision_study.py [--crossings 60] [--rigs RIG ...] [--seed N]` takes
 crossings that the screen accepts for `multi_cartesian`, runs each by 1/cond(A) in the planned zones, by a sigmoid in
-time, and in zones as wide as the estimated state's speed makes them, and prints the table of docs/bounds.md.
+time, and in zones as wide as the estimated state's speed makes them, and prints how they end.
 """
 
 from __future__ import annotations

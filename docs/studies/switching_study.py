@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """How long a blended controller has to be out of its zones, so that errors shrink from crossing to crossing.
 
-`python docs/studies/switching_study.py` prints the table of docs/bounds.md for the middle crossing, and with `--random`
-the one for random crossings.
+`python docs/studies/switching_study.py` prints both figures for the middle crossing, and with `--random`
+the table of docs/bounds.md for random crossings.
 Out of a zone the motors' errors under computed torque shrink at a known rate in a known norm. Through a zone they are
 mapped linearly, to first order: the map follows from the exact model with slightly moved starts. Errors of some
 millimetres are mapped as they are.
@@ -29,6 +29,7 @@ from fivebar_control.model.dynamics import direct_dynamics_of_platform
 from fivebar_control.model.geometry import wrap
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.line import Line
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.settings import as_numbers
@@ -79,7 +80,7 @@ def finite_growth(scenario: Scenario, distance: float) -> float:
 
     NaN where a law is undefined on the way.
     """
-    plan, gains = scenario.plan(), scenario.tuned().nominal.settings
+    plan, gains = scenario.plan(), tuned_controller(scenario).nominal.settings
     assert isinstance(gains, CtcSettings)
     c, ends = gains.kp / gains.kd, zone_ends(plan)
     start = np.array(plan.path.at(ends[0])[:4])
@@ -103,7 +104,7 @@ def zone_ends(plan: Plan) -> tuple[float, float]:
 
 def zone_map(scenario: Scenario) -> ZoneMap:
     """Return the map of a scenario's first zone."""
-    plan, gains = scenario.plan(), scenario.tuned().nominal.settings
+    plan, gains = scenario.plan(), tuned_controller(scenario).nominal.settings
     assert isinstance(gains, CtcSettings)
     ends = zone_ends(plan)
     start = np.array(plan.path.at(ends[0])[:4])
@@ -123,7 +124,7 @@ def zone_map(scenario: Scenario) -> ZoneMap:
 
 def passed(scenario: Scenario, plan: Plan, start: FloatArray, ends: tuple[float, float]) -> FloatArray:
     """Return position and velocity of the platform at the end of a time (s), by the laws on the exact model."""
-    robot, tuned, rate_hz = scenario.five_bar(), scenario.tuned(), scenario.rate_hz
+    robot, tuned, rate_hz = scenario.five_bar(), tuned_controller(scenario), scenario.rate_hz
     supervise = Supervisor(plan, rate_hz, tuned.controller.weighting)
     constraint = tuned.constraint
     assert constraint is not None

@@ -27,6 +27,7 @@ from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.loop.sampled_plan import X, Y, sampled
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.safety.stages import NO_FAULT
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_description.rounding import in_millimetres
 from fivebar_studies.sweep.drawing import PLANNED_FOR, RATE_HZ, Draw, draw
 from fivebar_studies.sweep.planning import accepted, planned
@@ -90,7 +91,7 @@ def tube_run(case: Draw, controller: str, robots: str) -> TubeRun:
     """Run an accepted case, and compare each sample of the run with the tube for a key of `MISMATCHES`."""
     scenario = case.scenario(controller)
     robot, actual, plan = scenario.five_bar(), scenario.actual_robot(), planned(case)
-    settings = scenario.tuned().nominal.settings
+    settings = tuned_controller(scenario).nominal.settings
     assert isinstance(settings, UnifiedSettings | MpcSettings)
     radius = tube(robot, plan, RATE_HZ, settings, MISMATCHES[robots]).radius
     samples = sampled(robot, plan, RATE_HZ)

@@ -15,6 +15,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.blend import blending_weight
 from fivebar_control.model.singularity import inverse_condition
+from fivebar_control.scenario.guard_settings import motor_torque_limit
 from fivebar_description.imu import STANDARD_GRAVITY, ImuSettings
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -106,7 +107,7 @@ def test_candidates_are_the_laws_torques(probes: dict[str, Probe], motion: Middl
     probe, topic = probes[node], PARTS[node][1][0]
     names = {"ctc_controller": "ctc", "vhc_controller": "vhc_cartesian", "unified_controller": "unified"}
     # the unified law keeps to the drives' limit
-    more = {"unified": {"torque_limit": load_scenario("unified_middle").torque_limit}}
+    more = {"unified": {"torque_limit": motor_torque_limit(load_scenario("unified_middle"))}}
     laws = {
         one: bound_law(name, motion.robot, motion.plan, RATE_HZ, **more.get(name, {})) for one, name in names.items()
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,10 @@ from rclpy.signals import SignalHandlerOptions
 from served_board import wait_for
 from std_msgs.msg import Float64MultiArray
 
+from fivebar_control.hardware.controlled_joints import load_joints
 from fivebar_control.hardware.drive_interface import DriveInterface, JointTarget
+from fivebar_control.hardware.fault import DriveError
+from fivebar_control.ros.joints_port import JointsPort
 from fivebar_control.ros.ros2_control import connect
 
 FORWARD = {**LINK, "takes": "gains", "unit": "A"}
@@ -148,6 +152,23 @@ def test_gains_act_beside_the_torque_at_the_board_s_own_rate_and_end_with_it(
     robot.wait_for_no_torque()
     drives.close()
     assert all(len(one) == 10 and all(map(math.isfinite, one)) for one in listener.got)
+
+
+def test_a_robot_that_waits_for_commands_waits_for_a_slow_machine_too(cell: Bench, tmp_path: Path) -> None:
+    """States that come less often than every sample are refused where time does not wait."""
+    quick = {"period_us": 2000, "gather_deadline_us": 1500, "pace": "commands"}
+    file, link = load_joints(str(drives_file(tmp_path, link=FORWARD, motors=motors(torque_limit_nm=5.0), **quick)))
+    for pace, expected in (
+        ("clock", pytest.raises(DriveError, match="the run needs 500 Hz")),
+        ("commands", nullcontext()),
+    ):
+        more = {"pace": pace, "lag": 0.01, "motors": motors(), "takes": "gains", "unit": "A"}
+        with controlled_robot(cell.domain, 2000, **more), expected:
+            port = JointsPort(file, link, None)
+            try:
+                port.begin(10.0)
+            finally:
+                port.close()
 
 
 def test_a_command_of_another_length_is_not_taken_and_nan_keeps_a_value(

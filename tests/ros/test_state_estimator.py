@@ -20,9 +20,9 @@ from sensor_msgs.msg import Imu
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, Sample, simulate
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.ros.machine_code import said_if_long
 from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.interface import (
@@ -416,7 +416,7 @@ def test_in_real_time_an_answer_has_the_readings_that_have_come(
     expected = StateEstimator(
         turning.five_bar(),
         homing_of(turning),
-        Instrumentation(turning.rate_hz, turning.drives(), turning.ekf, turning.tolerances),
+        Sensing(turning.rate_hz, turning.drives(), turning.ekf, turning.tolerances),
     )
     came: list[LateReading] = []
     dropped = 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -59,12 +60,13 @@ def drives_file(folder: Path, **changed: Any) -> Path:
 class ControlledRobot:
     """The robot, and what breaks it."""
 
-    def __init__(self, period_us: int, motors: Any = None, **link: Any) -> None:
+    def __init__(self, period_us: int, motors: Any = None, pace: str = "clock", lag: float = 0.0, **link: Any) -> None:
+        """Begin; `lag` is a time (s) by which a busy machine delays each update."""
         content = {
             "name": "test",
             "robot": "dextar",
             "initial_joints": closed_posture(),
-            "pace": "clock",
+            "pace": pace,
             "period_us": period_us,
             "motors": motors or MOTORS,
             "link": {**LINK, **link},
@@ -72,11 +74,13 @@ class ControlledRobot:
         file = validate(content, MotorsEmulationFile, "test")
         self.emulation = MotorsEmulation(file, ControllerManager, ERRORS, holds=True)
         self._orders: list[str] = []
+        self._lag = lag
         self._ending = threading.Event()
         self._thread = threading.Thread(target=self.emulation.run, args=(self._ending, self._obey))
         self._thread.start()
 
     def _obey(self) -> None:
+        time.sleep(self._lag)
         while self._orders:
             self.emulation.obey(self._orders[0])
             self._orders.pop(0)

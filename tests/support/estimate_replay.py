@@ -15,11 +15,10 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
-from fivebar_control.estimation.settings import EkfSettings
+from fivebar_control.estimation.settings import EkfSettings, Sensing
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import State
 from fivebar_control.scenario.sensors import homing_of
@@ -71,7 +70,7 @@ def replay(run: OfflineRun, scenario: Scenario, settings: EkfSettings | None = N
     estimator = StateEstimator(
         robot,
         homing_of(scenario),
-        Instrumentation(scenario.rate_hz, scenario.drives(), settings, scenario.known_within()),
+        Sensing(scenario.rate_hz, scenario.drives(), settings, scenario.known_within()),
     )
     for sample in run.samples:
         assert sample.estimated is not None

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from fivebar_control.estimation.constants import EstimatorModel, Instrumentation, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.readings import EstimatorMemory, with_motors
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.robot_file import load_robot
@@ -26,7 +26,7 @@ def model_of(
     return estimator_model(
         ROBOT,
         MODES,
-        Instrumentation(
+        Sensing(
             RATE_HZ,
             Drives() if drives is None else drives,
             settings,

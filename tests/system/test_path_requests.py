@@ -25,6 +25,7 @@ from fivebar_control.model.state import Platform
 from fivebar_control.planning.order_planning import plan_order
 from fivebar_control.planning.orders import PlanningRequest
 from fivebar_control.scenario.goal_conditions import conditions_of
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_description.interface import (
     GOAL_STATUS,
     JOINT_STATES,
@@ -75,7 +76,7 @@ def test_a_program_follows_the_path_of_each_move(fivebar: Callable[..., FivebarC
 def torques_again(scenario: Scenario, recording: Recording, moving: Mapping[str, Any]) -> np.ndarray:
     """Return the law's torques (Nm) for the recorded states, by the plan and by the motion that was requested."""
     robot, plan = scenario.five_bar(), scenario.plan()
-    law = LawRunner(scenario.tuned().nominal, robot, plan, scenario.rate_hz)
+    law = LawRunner(tuned_controller(scenario).nominal, robot, plan, scenario.rate_hz)
     start, goal = (tuple(point) for point in moving["waypoints"])
     planned = plan_order(conditions_of(scenario), PlanningRequest(start, scenario.working_mode, goal, -1, 0.0))
     assert list(planned.durations) == moving["durations_s"]

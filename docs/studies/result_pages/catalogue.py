@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from fivebar_description.modules import load_part
-from fivebar_studies.engine.study import Study
 from result_pages import (
     comparison,
     crossing,
@@ -31,8 +29,8 @@ RUNS: dict[str, StudyRun] = {
 
 def whole_sample(name: str) -> int:
     """Return how large the whole sample of a run is."""
-    study: Study[Any, Any] = load_part(RUNS[name].study)
-    return study.needed(study.settings_with(RUNS[name].given(quick=False)))
+    study, settings = RUNS[name].loaded()
+    return study.needed(settings)
 
 
 PAGES: tuple[ResultPage[Any], ...] = (

@@ -18,7 +18,7 @@ from fivebar_studies.sweep.statistics import rate_of, runs_of
 from result_pages.page import ResultPage, StudyRun, TextTable
 from result_pages.rigs import SWEEP, share_text
 
-RUNS = (StudyRun("exact", SWEEP, {"seed": 2, "cases": 2000}, {"cases": 30}),)
+RUNS = (StudyRun("exact", SWEEP, {"seed": 2, "cases": 500}, {"cases": 30}),)
 
 NEARLY_ALL = 0.95
 """Least share of each law that is called so."""

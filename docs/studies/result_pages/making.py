@@ -6,8 +6,9 @@ from __future__ import annotations
 import fcntl
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from datetime import date
+from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,10 @@ from fivebar_bringup.recorded.results import json_text, write_errors, write_resu
 from fivebar_description.errors import InputError
 from fivebar_description.files import LARGEST_TABLE, read_text
 from fivebar_description.modules import load_part
+from fivebar_studies.engine.chunks import Chunk
 from fivebar_studies.engine.executor import Executor
 from fivebar_studies.engine.running import Progress, run_study
+from fivebar_studies.engine.study import case_numbers
 from fivebar_studies.engine.table import RowTable
 from result_pages.page import MADE, MadeRun, ResultPage, StudyRun
 
@@ -30,8 +33,12 @@ INTRODUCTION = """\
 
 Everything here is **simulated**: nothing was measured on a robot. No section has robots that are worse than their file
 says. The documentation site (`make docs`) shows the rows as tables. [made.csv](made.csv) has sample, date, version and
-command of every run; `make results` repeats them all.
+command of every run. `make results` repeats them all. `make results OPTIONS=--check` names those that the present code
+would make otherwise: of a run that other code made, some cases are run again.
 """
+
+CHECKED_CHUNKS = 4
+"""Chunks of cases of a run that a check runs again, in half a minute."""
 
 
 class ResultFiles:
@@ -69,6 +76,32 @@ class ResultFiles:
             yield
         finally:
             os.close(folder)
+
+    def outdated(self, run: StudyRun, executor: Executor, progress: Progress) -> str:
+        """Return why the rows of a run are not those that the present code makes; empty where they are.
+
+        Where other code made them, some of the cases are run again, and `progress` is told of these.
+
+        Raises:
+            InputError: a case cannot be run.
+        """
+        made, (study, settings) = self.made.get(run.name), run.loaded()
+        if made is None:
+            return "has not been made"
+        if made.command != study.command(settings):
+            return f"made by {made.command}, expected {study.command(settings)}"
+        if made.program == study.program(settings):
+            return ""
+        if not made.spot_check:
+            return "other code made it"
+        cases, text = checked_cases(study.chunk(settings), made.cases), settings.model_dump_json()
+        lines = ""
+        with closing(executor.stream(Chunk(study.place, text, case, case + 1) for case in cases)) as coming:
+            for done, rows in enumerate(coming, start=1):
+                lines += rows
+                progress(done, len(cases))
+        same = _digest(lines) == made.spot_check
+        return "" if same else f"other code made it, and of {len(cases)} of its cases some come out otherwise now"
 
     def replace(self, made: MadeRun, rows: Mapping[str, Sequence[Any]]) -> list[Path]:
         """Replace the rows of a run by new ones, given by the name of their page, and write these pages.
@@ -123,6 +156,36 @@ class ResultFiles:
         return page.markdown(self.rows[page.name], made, whole, with_tables)
 
 
+def checked_cases(chunk: int, cases: int) -> list[int]:
+    """Return the numbers of the cases, evenly spread over so many, by whose rows a run is checked.
+
+    Args:
+        chunk: cases that are run at one go.
+        cases: of the run.
+    """
+    count = min(CHECKED_CHUNKS * chunk, cases)
+    return [number * cases // count for number in range(count)]
+
+
+def _digest(lines: str) -> str:
+    return sha256(lines.encode()).hexdigest()[:16]
+
+
+def _made_today(run: StudyRun, quick: bool) -> MadeRun:
+    """Return the line of a run that is made today by the code that is here, before its cases have been run."""
+    study, settings = run.loaded(quick)
+    sample, program, command = study.needed(settings), study.program(settings), study.command(settings)
+    return MadeRun(run.name, sample, f"{date.today()}", version("fivebar_bringup"), program, command, 0, "")
+
+
+def _with_spot_check(made: MadeRun, run: StudyRun, quick: bool, rows: Sequence[Any]) -> MadeRun:
+    """Return the line of a run with what its rows are checked by."""
+    (study, settings), cases = run.loaded(quick), len(case_numbers(rows))
+    checked = set(checked_cases(study.chunk(settings), cases))
+    lines = study.table.lines(row for row in rows if row[0] in checked)
+    return made._replace(cases=cases, spot_check=_digest(lines))
+
+
 def _read(table: RowTable[Any], path: Path) -> list[Any]:
     if not path.is_file():
         return []
@@ -164,19 +227,14 @@ def make_results(
     """
     written: dict[Path, None] = {}
     for run in runs:
-        study, given = load_part(run.study), run.given(quick)
-        settings = study.settings_with(given)
-        sample, program = study.needed(settings), study.program(settings)
-        there = files.made.get(run.name)
-        if quick and there is not None and there.sample > sample:
-            tell(f"{run.name}: left as it is: {there.sample} of {there.made} are more than {sample}")
+        made, there = _made_today(run, quick), files.made.get(run.name)
+        if quick and there is not None and there.sample > made.sample:
+            tell(f"{run.name}: left as it is: {there.sample} of {there.made} are more than {made.sample}")
             continue
-        out = studies / f"{run.name}{'-quick' if quick else ''}-{program}"
+        out = studies / f"{run.name}{'-quick' if quick else ''}-{made.program}"
         with progress(run.name) as told:
-            finished = run_study(study, given, out, executor, told)
-            made = MadeRun(
-                run.name, sample, f"{date.today()}", version("fivebar_bringup"), program, study.command(settings)
-            )
+            finished = run_study(load_part(run.study), run.given(quick), out, executor, told)
+            made = _with_spot_check(made, run, quick, finished.rows)
             if there is not None and there._replace(made=made.made, version=made.version) == made:
                 made = there
             rows = {page.name: page.rows(run.name, finished) for page in files.pages if run.name in page.runs}

@@ -9,7 +9,9 @@ from typing import Any, Generic, NamedTuple
 
 from matplotlib.figure import Figure
 
+from fivebar_description.modules import load_part
 from fivebar_studies.engine.running import FinishedStudy
+from fivebar_studies.engine.study import Study
 from fivebar_studies.engine.table import Row, RowTable
 
 JUDGED_IN_TIME = "[`path`](../laws.md#path) keeps to the path and not to its time; these runs are judged in time."
@@ -51,6 +53,11 @@ class StudyRun(NamedTuple):
         """Return the settings that are given to the study."""
         return {**self.whole, **(self.quick if quick else {})}
 
+    def loaded(self, quick: bool = False) -> tuple[Study[Any, Any], Any]:
+        """Return the study with its settings."""
+        study: Study[Any, Any] = load_part(self.study)
+        return study, study.settings_with(self.given(quick))
+
 
 class MadeRun(NamedTuple):
     """A line of made.csv: when and how the rows of a run were made.
@@ -62,6 +69,8 @@ class MadeRun(NamedTuple):
         version: of the project; between two releases that of the last one.
         program: digest of the code that decides the rows.
         command: that makes the same rows.
+        cases: numbers of cases that were run, 0 for unknown.
+        spot_check: digest of the rows of some of these cases, see `making.checked_cases`; empty for unknown.
     """
 
     run: str
@@ -70,6 +79,8 @@ class MadeRun(NamedTuple):
     version: str
     program: str
     command: str
+    cases: int
+    spot_check: str
 
 
 MADE = RowTable(MadeRun)

@@ -95,13 +95,13 @@ def __getattr__(name: str) -> Any:
     """Return a public name, and load its module."""
     for module, names in _PLACES.items():
         if name in names:
-            globals()[name] = found = getattr(import_module(module), name)
-            return found
+            globals()[name] = value = getattr(import_module(module), name)
+            return value
     if name in _OPTIONAL:
         from fivebar_description.optional import PYTHON, OptionalPart, optional_part
 
-        globals()[name] = found = optional_part(OptionalPart(PYTHON, name, _OPTIONAL[name]), f"fivebar.{name}")
-        return found
+        globals()[name] = value = optional_part(OptionalPart(PYTHON, name, _OPTIONAL[name]), f"fivebar.{name}")
+        return value
     from fivebar_description.suggestion import did_you_mean
 
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}{did_you_mean(name, __all__)}")

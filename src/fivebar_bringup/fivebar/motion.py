@@ -142,7 +142,7 @@ def plan(
         judge=judge,
     )
     likely = plan_likely(request)
-    return Motion(likely.scenario, likely.transfer, likely.odds)
+    return Motion(likely.scenario, likely.motion, likely.odds)
 
 
 def load_scenario(source: str | Path | Scenario | Motion, **changes: Any) -> Scenario:

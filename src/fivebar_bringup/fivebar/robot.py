@@ -85,8 +85,8 @@ class Robot(NamedTuple):
         condition = inverse_condition(state)
         if math.isnan(condition):
             raise ValueError(f"({x:g}, {y:g}) m is out of reach")
-        one, two = state.leg1, state.leg2
-        return Posture(one.q1, one.q2, two.q1, two.q2, assembly_mode(state), condition)
+        leg1, leg2 = state.leg1, state.leg2
+        return Posture(leg1.q1, leg1.q2, leg2.q1, leg2.q2, assembly_mode(state), condition)
 
 
 def load_robot(robot: str | Path = "dextar") -> Robot:

@@ -27,13 +27,13 @@ CLEAR = 0.02
 def places(robot: FiveBar, number: int, seed: int) -> list[tuple[float, float]]:
     """Return random places (m) that the robot reaches with something to spare."""
     random = np.random.default_rng(seed)
-    found: list[tuple[float, float]] = []
-    while len(found) < number:
+    errors: list[tuple[float, float]] = []
+    while len(errors) < number:
         x, y = random.uniform(*REACH_X), random.uniform(*REACH_Y)
         around = [inverse_geometry(robot, MODE, x + dx, y + dy) for dx in (-CLEAR, CLEAR) for dy in (-CLEAR, CLEAR)]
         if all(math.isfinite(angle) for joints in around for angle in joints):
-            found.append((x, y))
-    return found
+            errors.append((x, y))
+    return errors
 
 
 def position_errors(

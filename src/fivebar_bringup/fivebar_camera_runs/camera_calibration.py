@@ -45,7 +45,7 @@ def calibrate_files(board: Board, paths: list[Path]) -> CameraCalibration:
     Raises:
         InputError: there are none, one is not a picture, or they show no camera.
     """
-    files = [one for path in paths for one in (sorted(path.glob("*.png")) if path.is_dir() else [path])]
+    files = [file for path in paths for file in (sorted(path.glob("*.png")) if path.is_dir() else [path])]
     if not files:
         raise InputError("no pictures: expected PNG files, or directories of them")
     return calibrated(board, [_read(path) for path in files])

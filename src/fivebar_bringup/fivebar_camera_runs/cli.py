@@ -44,16 +44,16 @@ def camera_calibrate(
     from fivebar_camera_runs.camera_calibration import Board, calibrate_files, calibrate_simulated, write_board
 
     with input_errors():
-        made = Board(columns, rows, square)
+        pattern = Board(columns, rows, square)
         if board is not None:
-            write_board(made, board)
+            write_board(pattern, board)
             say(f"board {board}: {columns * square * 1e3:g} x {rows * square * 1e3:g} mm")
             return
         with progress_bar("calibration", as_json):
             found = (
-                calibrate_files(made, pictures or [])
+                calibrate_files(pattern, pictures or [])
                 if simulate is None
-                else calibrate_simulated(made, simulate, views)
+                else calibrate_simulated(pattern, simulate, views)
             )
         found.write(out)
     if as_json:

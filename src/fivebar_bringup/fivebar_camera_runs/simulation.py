@@ -26,17 +26,17 @@ class SimulatedVision:
 
     def arrived(self, sample: int, truth: Measurement) -> tuple[StampedPosition, ...]:
         """Return what comes with a sample, given the exact joint states at it."""
-        found = []
-        for one in self._camera.take(sample, truth.position, truth.velocity):
-            stamp = self._camera.stamp_ns(sample_stamp_ns(one.sample, self._rate_hz))
-            if one.picture is None:
+        positions = []
+        for observation in self._camera.take(sample, truth.position, truth.velocity):
+            stamp = self._camera.stamp_ns(sample_stamp_ns(observation.sample, self._rate_hz))
+            if observation.picture is None:
                 spread = self._settings.deviation
-                reading = PlatformReading(one.x, one.y, spread, spread, 0.0)
+                reading = PlatformReading(observation.x, observation.y, spread, spread, 0.0)
             else:
-                reading, late = reading_of(self._tracker, self._settings, one.picture)
+                reading, late = reading_of(self._tracker, self._settings, observation.picture)
                 stamp += late
-            found.append(StampedPosition(stamp, moment_of_stamp(stamp, self._rate_hz), reading))
-        return tuple(found)
+            positions.append(StampedPosition(stamp, moment_of_stamp(stamp, self._rate_hz), reading))
+        return tuple(positions)
 
     def compared(
         self, sample: int, vision: tuple[StampedPosition, ...], x: float, y: float
@@ -48,7 +48,7 @@ class SimulatedVision:
         if not self._settings.pictures:
             return ()
         compared = self._check.joints(sample, x, y)
-        for one in vision:
-            compared += self._check.seen(one.moment, one.reading)
+        for observation in vision:
+            compared += self._check.seen(observation.moment, observation.reading)
         period_ns, first = NANOSECONDS // self._rate_hz, sample_stamp_ns(0, self._rate_hz)
         return tuple((first + round(moment * period_ns), difference) for moment, difference in compared)

@@ -75,7 +75,7 @@ def opened_drives(open_drives: Callable[[], DriveInterface], allowed: Allowed) -
         GateClosed: a drive is missing, cannot be set up, or has had a fault within the block.
     """
     try:
-        with without_torque_afterwards(open_drives(), allowed) as found:
-            yield found
+        with without_torque_afterwards(open_drives(), allowed) as drives:
+            yield drives
     except DriveError as error:
         raise GateClosed(error.fault.name, error.fault.detail) from error

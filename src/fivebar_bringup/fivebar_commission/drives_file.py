@@ -49,8 +49,8 @@ class DrivesFile:
         content = load_yaml(path)
         self._has_cia402 = isinstance(content, dict) and "drives" in content
         self._section = "drives" if self._has_cia402 else "motors"
-        found = read_yaml(path, DriveFile if self._has_cia402 else MotorsFile)
-        self._content: dict[str, Any] = found.model_dump(mode="json", exclude_none=True)
+        file = read_yaml(path, DriveFile if self._has_cia402 else MotorsFile)
+        self._content: dict[str, Any] = file.model_dump(mode="json", exclude_none=True)
 
     @property
     def rate_hz(self) -> int:

@@ -96,7 +96,7 @@ def way_of(robot: FiveBar, home: State, begin: Point, end: Point) -> WayThrough 
     if not all(abs(turn) < FARTHEST for state in states for turn in turned(home, state)):
         return None
     modes = [assembly_mode(state) for state in states]
-    changes = [number for number, (one, other) in enumerate(itertools.pairwise(modes)) if one != other]
+    changes = [number for number, (before, after) in enumerate(itertools.pairwise(modes)) if before != after]
     if len(changes) > 1:
         return None
     if not changes:
@@ -111,12 +111,12 @@ def way_of(robot: FiveBar, home: State, begin: Point, end: Point) -> WayThrough 
 def places_of(robot: FiveBar, seed: int = 1) -> list[Point]:
     """Return sound places at random."""
     bounds, random = workspace_bounds(robot), np.random.default_rng((seed, PLACES))
-    found = zip(
+    places = zip(
         random.uniform(bounds.left, bounds.right, PLACES).tolist(),
         random.uniform(bounds.bottom, bounds.top, PLACES).tolist(),
         strict=True,
     )
-    return [place for place in found if sound(robot, place, LEAST_KAPPA)]
+    return [place for place in places if sound(robot, place, LEAST_KAPPA)]
 
 
 def exciting_points(robot: FiveBar, home: Point) -> list[Point]:
@@ -182,9 +182,9 @@ def crossing_points(robot: FiveBar, home: Point) -> tuple[WayThrough, ...]:
     return tuple(chosen)
 
 
-def _apart(one: WayThrough, other: WayThrough) -> float:
-    assert one.crossing is not None and other.crossing is not None, "both cross"
-    return math.dist(one.crossing, other.crossing)
+def _apart(first: WayThrough, second: WayThrough) -> float:
+    assert first.crossing is not None and second.crossing is not None, "both cross"
+    return math.dist(first.crossing, second.crossing)
 
 
 def through_all(robot: FiveBar, home: Point, ways: Sequence[WayThrough]) -> list[Point]:

@@ -27,9 +27,9 @@ def write_page(folder: Path, state: CommissionState, steps: Sequence[GatedStep[A
 
 def html_page(state: CommissionState, steps: Sequence[GatedStep[Any]]) -> str:
     """Return the page of a state."""
-    done = {one.step: one for one in state.steps}
-    closed = next((one for one in state.steps if one.outcome != PASSED), None)
-    passed = sum(one.outcome == PASSED for one in state.steps)
+    done = {step.step: step for step in state.steps}
+    closed = next((step for step in state.steps if step.outcome != PASSED), None)
+    passed = sum(step.outcome == PASSED for step in state.steps)
     rows = []
     for step in steps:
         record = done.get(step.name)
@@ -60,9 +60,9 @@ def html_page(state: CommissionState, steps: Sequence[GatedStep[Any]]) -> str:
         word=f"{passed} of {len(steps)} steps passed" if closed is None else "stopped",
         words="" if closed is None else closed.words,
         totals=(
-            f"{sum(one.questions for one in state.steps)} questions,"
-            f" {sum(one.robot_s for one in state.steps):.0f} s on the robot,"
-            f" {sum(one.wall_s for one in state.steps):.0f} s by the clock"
+            f"{sum(step.questions for step in state.steps)} questions,"
+            f" {sum(step.robot_s for step in state.steps):.0f} s on the robot,"
+            f" {sum(step.wall_s for step in state.steps):.0f} s by the clock"
         ),
         rows=rows,
         details=details,

@@ -34,6 +34,7 @@ from fivebar_control.hardware.two_motors import PairAnswer, PairCommand, ShaftRe
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints
 from fivebar_control.model.state import Platform, State
+from fivebar_control.scenario.guard_settings import motor_torque_limit
 from fivebar_control.trajectory.time_scaling import rest_to_rest
 from fivebar_description.errors import InputError
 from fivebar_description.imu import ImuSettings
@@ -351,12 +352,12 @@ class PracticeBench:
         plant = as_it_is.plant
         queue: ReadingQueue[ImuReading] = imu_queue(as_it_is.imu, plant.gyroscope, rate_hz, plant.seed)
         samples = []
-        with self.opened(drives, Allowed(scenario.torque_limit or 0.0, math.inf)) as found:
+        with self.opened(drives, Allowed(motor_torque_limit(scenario) or 0.0, math.inf)) as allowed_drives:
             for number in range(path.samples(rate_hz) + 1):
                 truth, reading = robot.motors.plant.truth(), robot.motors.plant.measure_imu()
                 pull_x, pull_y = pulled(robot.actual, robot.state, path.at(number / rate_hz))
                 robot.motors.pull(pull_x, pull_y)
-                first, second = found.exchange().readings
+                first, second = allowed_drives.exchange().readings
                 assert first is not None and second is not None, "wires lose nothing"
                 arrived = queue.arrived(number, reading) if self._file.imu is not None else []
                 angles = first.position, second.position
@@ -372,10 +373,10 @@ class PracticeBench:
 
     def run(self, scenario: Scenario, drives: Path, out: Path, page: bool) -> tuple[RunDirectory, Summary]:
         """Run a scenario in simulated time, through the drives."""
-        allowed = Allowed(scenario.torque_limit or math.inf, scenario.safety.joint_speed_limit)
-        with self.opened(drives, allowed) as found:
-            found.enable(LOADING)
-            driven = _DrivenRobot(self.robot, found)
+        allowed = Allowed(motor_torque_limit(scenario) or math.inf, scenario.safety.joint_speed_limit)
+        with self.opened(drives, allowed) as allowed_drives:
+            allowed_drives.enable(LOADING)
+            driven = _DrivenRobot(self.robot, allowed_drives)
             run, summary = run_offline(self._as_it_is(scenario), out, silent, page, plant=driven)
         return run, summary
 

@@ -35,7 +35,8 @@ class Led(NamedTuple):
         number = min(int(place), len(self.rows) - 2)
         share = place - number
         x, y, vx, vy = (
-            one + share * (other - one) for one, other in zip(self.rows[number], self.rows[number + 1], strict=True)
+            value + share * (next_value - value)
+            for value, next_value in zip(self.rows[number], self.rows[number + 1], strict=True)
         )
         return Platform(x, y, vx, vy, 0.0, 0.0)
 

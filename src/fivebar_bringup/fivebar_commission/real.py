@@ -26,6 +26,7 @@ from fivebar_commission.person import Lead, Person
 from fivebar_commission.step import GateClosed
 from fivebar_control.hardware.connection import connect
 from fivebar_control.hardware.cycle_pace import CyclePace
+from fivebar_control.scenario.guard_settings import motor_torque_limit
 from fivebar_description.imu import ImuSettings
 from fivebar_description.interface import ACTIVE_JOINTS, DEFAULT_PRIORITY, IMU_DATA, IMU_FRAME, MOTOR_STATES
 from fivebar_description.ros.scheduling import Scheduling, punctual
@@ -71,8 +72,8 @@ class RealBench:
     @contextmanager
     def opened(self, drives: Path, allowed: Allowed) -> Iterator[AllowedDrives]:
         """Open the drives for a block, which must not pause: their watchdogs would act."""
-        with opened_drives(connect(str(drives)).open, allowed) as found, punctual(DEFAULT_PRIORITY):
-            yield found
+        with opened_drives(connect(str(drives)).open, allowed) as allowed_drives, punctual(DEFAULT_PRIORITY):
+            yield allowed_drives
 
     def wait(self) -> None:
         """Wait for the next cycle."""
@@ -85,7 +86,8 @@ class RealBench:
         samples, readings = list[StampedAngles](), list["StampedReading"]()
         answering = _Answering(person, key, request, scenario)
         with ExitStack() as stack:
-            found = stack.enter_context(self.opened(drives, Allowed(scenario.torque_limit or 0.0, math.inf)))
+            allowed = Allowed(motor_torque_limit(scenario) or 0.0, math.inf)
+            allowed_drives = stack.enter_context(self.opened(drives, allowed))
             collector = None
             if self._imu is not None:
                 # with ROS, which nothing else here needs
@@ -96,7 +98,7 @@ class RealBench:
             answering.start()
             while answering.is_alive():
                 self.wait()
-                first, second = found.exchange().readings
+                first, second = allowed_drives.exchange().readings
                 if first is not None and second is not None:
                     samples.append(StampedAngles(time.time_ns(), (first.position, second.position)))
                 if collector is not None:

@@ -78,17 +78,17 @@ class CommissionState(StrictModel):
 
     def outcome_of(self, step: str) -> StepRecord | None:
         """Return how a step has ended, None where it has not been run."""
-        return next((one for one in self.steps if one.step == step), None)
+        return next((record for record in self.steps if record.step == step), None)
 
     def with_step(self, record: StepRecord) -> CommissionState:
         """Return the state after a step, whose earlier record and all behind it are dropped."""
-        names = [one.step for one in self.steps]
+        names = [step.step for step in self.steps]
         kept = self.steps[: names.index(record.step)] if record.step in names else self.steps
         return self.model_copy(update={"steps": (*kept, record)})
 
     def before(self, step: str) -> CommissionState:
         """Return the state as it was before a step."""
-        names = [one.step for one in self.steps]
+        names = [step.step for step in self.steps]
         return self.model_copy(update={"steps": self.steps[: names.index(step)] if step in names else self.steps})
 
     def write(self, folder: Path) -> None:
@@ -114,11 +114,11 @@ def resumed(folder: Path, asked: CommissionState) -> CommissionState:
                 f"{folder}: holds no {STATE_FILE}: expected a new or empty directory, or one to resume from"
             )
         return asked
-    found = read_yaml(path, CommissionState)
+    state = read_yaml(path, CommissionState)
     for key in ("robot", "drives", "practice", "realtime", "torque_nm", "speed_rad_s"):
-        before, now = getattr(found, key), getattr(asked, key)
+        before, now = getattr(state, key), getattr(asked, key)
         if before != now:
             raise InputError(
                 f"{path}: {key}: was begun with {before!r}, now {now!r}: expected the same, or another --out"
             )
-    return found
+    return state

@@ -113,12 +113,12 @@ class Session:
         """Return the folders of a name, and the path of a new one."""
         runs = self.folder / "runs"
         runs.mkdir(exist_ok=True)
-        found = list[Path]()
+        folders = list[Path]()
         for number in itertools.count(1):
-            found.append(runs / f"{name}_{number}")
-            if not found[-1].exists():
+            folders.append(runs / f"{name}_{number}")
+            if not folders[-1].exists():
                 break
-        return found
+        return folders
 
     def opened(self) -> AbstractContextManager[AllowedDrives]:
         """Open the drives for a block, without torque."""
@@ -140,8 +140,8 @@ class Session:
                 break
         else:
             raise GateClosed("feedback_missing", f"{len(seen)} complete answers in {5 * READINGS} cycles")
-        one, two = (sum(pair[number].position for pair in seen) / READINGS for number in range(2))
-        return one, two
+        q11, q21 = (sum(pair[number].position for pair in seen) / READINGS for number in range(2))
+        return q11, q21
 
     def angles_at(self, x: float, y: float) -> JointAngles:
         """Return the joint angles (rad) with the platform at a place (m), for the robot as far as it is known."""

@@ -42,9 +42,11 @@ class BoundedServer(HTTPServer):
 
     def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
         """Take a new connection, where there is room or can be made."""
-        self._admitted = {one: admitted for one, admitted in self._admitted.items() if not one.closed()}
+        self._admitted = {
+            connection: admitted for connection, admitted in self._admitted.items() if not connection.closed()
+        }
         if len(self._admitted) >= MOST_CONNECTIONS:
-            oldest = next((one for one, admitted in self._admitted.items() if not admitted), None)
+            oldest = next((connection for connection, admitted in self._admitted.items() if not admitted), None)
             if oldest is None:
                 stream.close()
                 return
@@ -61,4 +63,4 @@ class BoundedServer(HTTPServer):
     @property
     def connections(self) -> int:
         """Number of open connections."""
-        return sum(not one.closed() for one in self._admitted)
+        return sum(not connection.closed() for connection in self._admitted)

@@ -49,7 +49,7 @@ class Messages:
 
     def after(self, stamp: int) -> list[int]:
         """Return the stamps after one, in order."""
-        return sorted(one for one in self._by_stamp if one > stamp)
+        return sorted(known for known in self._by_stamp if known > stamp)
 
     def clear(self) -> None:
         """Forget all messages."""

@@ -86,7 +86,7 @@ def exported() -> dict[str, Any]:
     # a push that the page replaces, so that there is a robot with effects without a wrong length too
     wrong = [case_with("ctc", 1.0, step * LENGTH_STEP).numbers for step in range(-LENGTH_STEPS, LENGTH_STEPS + 1)]
     scenario = scenario_of("ctc")
-    loops = {name: law_functions(one.controller) for name, one in cases.items()}
+    loops = {name: law_functions(case.controller) for name, case in cases.items()}
     return {
         "state_from_platform": state_from_platform,
         "parallel_svd": parallel_svd,
@@ -103,8 +103,8 @@ def exported() -> dict[str, Any]:
         "Segment": Segment,
         "ideal": {name: bound(run_loop, **laws, **RUN, **IDEAL) for name, laws in loops.items()},
         "with_effects": {name: bound(run_loop, **laws, **RUN, **WITH_EFFECTS) for name, laws in loops.items()},
-        "control": {name: one.numbers.control for name, one in cases.items()},
-        "memory": {name: first_memory(one.controller, one.numbers.control, list) for name, one in cases.items()},
+        "control": {name: case.numbers.control for name, case in cases.items()},
+        "memory": {name: first_memory(case.controller, case.numbers.control, list) for name, case in cases.items()},
         "robot": ideal.control.robot,
         "mode": [ideal.control.mode],
         "rate_hz": ideal.rate_hz,
@@ -114,8 +114,8 @@ def exported() -> dict[str, Any]:
         "zone_time": scenario.zone.as_rule().duration,
         "min_authority": {name: CONTROLLERS[name].min_authority for name in TRANSLATED},
         "tolerance": scenario.error_tolerance,
-        "actual": [one.actual for one in wrong],
-        "mechanism": [one.mechanism for one in wrong],
+        "actual": [case.actual for case in wrong],
+        "mechanism": [case.mechanism for case in wrong],
     }
 
 

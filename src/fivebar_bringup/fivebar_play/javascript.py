@@ -56,9 +56,9 @@ class Translation:
         Raises:
             Untranslatable: a part of it is not translated.
         """
-        exported = [f"{name}: {self.value(one)}" for name, one in exports.items()]
+        exported = [f"{name}: {self.value(value)}" for name, value in exports.items()]
         classes = self._complete()
-        unknown = self.attributes - {name for one in self._classes.values() for name in vars(one)}
+        unknown = self.attributes - {name for kind in self._classes.values() for name in vars(kind)}
         if unknown:
             raise Untranslatable(f"no class has these attributes: {', '.join(sorted(unknown))}")
         helpers = [f"const {name} = {HELPERS[name]};" for name in sorted(self.helpers)]
@@ -73,7 +73,7 @@ class Translation:
             while self._waiting:
                 name, function = self._waiting.pop()
                 self._functions[name] = _Body(self, function).function(f"function {name}")
-            classes = [self._class(name, one) for name, one in [*self._classes.items()]]
+            classes = [self._class(name, kind) for name, kind in [*self._classes.items()]]
             if not self._waiting and len(classes) == len(self._classes):
                 return classes
 
@@ -98,17 +98,17 @@ class Translation:
                 self._waiting.append((name, function))
         return self._names[function]
 
-    def class_of(self, one: type) -> str:
+    def class_of(self, kind: type) -> str:
         """Return the name of a NamedTuple class.
 
         Raises:
             Untranslatable: it is another kind of class.
         """
-        if one not in self._names:
-            if not (issubclass(one, tuple) and hasattr(one, "_fields")):
-                raise Untranslatable(f"{one.__module__}.{one.__qualname__}: expected a NamedTuple")
-            self._classes[self._named(one, one.__name__)] = one
-        return self._names[one]
+        if kind not in self._names:
+            if not (issubclass(kind, tuple) and hasattr(kind, "_fields")):
+                raise Untranslatable(f"{kind.__module__}.{kind.__qualname__}: expected a NamedTuple")
+            self._classes[self._named(kind, kind.__name__)] = kind
+        return self._names[kind]
 
     def value(self, value: Any) -> str:
         """Return an expression for a value: a number, None, a text, a function, or tuples of these.
@@ -135,7 +135,7 @@ class Translation:
         if isinstance(value, tuple | list):
             return f"[{', '.join(map(self.value, value))}]"
         if isinstance(value, dict):
-            return f"{{ {', '.join(f'{json.dumps(str(key))}: {self.value(one)}' for key, one in value.items())} }}"
+            return f"{{ {', '.join(f'{json.dumps(str(key))}: {self.value(item)}' for key, item in value.items())} }}"
         raise Untranslatable(f"{value!r}: expected a number, a text, a function or a tuple of these")
 
     def constant(self, name: str, value: Any) -> str:
@@ -157,9 +157,9 @@ class Translation:
         self._names[key] = name
         return name
 
-    def _class(self, name: str, one: type) -> str:
-        fields: tuple[str, ...] = getattr(one, "_fields")  # noqa: B009
-        defaults: dict[str, Any] = getattr(one, "_field_defaults")  # noqa: B009
+    def _class(self, name: str, kind: type) -> str:
+        fields: tuple[str, ...] = getattr(kind, "_fields")  # noqa: B009
+        defaults: dict[str, Any] = getattr(kind, "_field_defaults")  # noqa: B009
         arguments = [
             f"{_local(field)} = {self.value(defaults[field])}" if field in defaults else _local(field)
             for field in fields
@@ -171,12 +171,12 @@ class Translation:
             f"*[Symbol.iterator]() {{ {' '.join(f'yield this.{field};' for field in fields)} }}",
         ]
         for attribute in sorted(self.attributes - {*fields}):
-            found = vars(one).get(attribute)
-            if isinstance(found, property):
-                assert isinstance(found.fget, FunctionType)
-                lines.append(_Body(self, found.fget).function(f"get {attribute}", method=True))
-            elif isinstance(found, FunctionType):
-                lines.append(_Body(self, found).function(attribute, method=True))
+            member = vars(kind).get(attribute)
+            if isinstance(member, property):
+                assert isinstance(member.fget, FunctionType)
+                lines.append(_Body(self, member.fget).function(f"get {attribute}", method=True))
+            elif isinstance(member, FunctionType):
+                lines.append(_Body(self, member).function(attribute, method=True))
         return "\n".join([*lines, "}"])
 
 
@@ -398,7 +398,7 @@ class _Body:
         called = self._resolved(node.func)
         if called is isinstance:
             return f"({self._expression(node.args[0])} instanceof {self._expression(node.args[1])})"
-        arguments = [self._element(one) for one in node.args]
+        arguments = [self._element(argument) for argument in node.args]
         if isinstance(called, FunctionType | type) and called not in BUILTINS:
             arguments += self._by_keyword(node, called)
             new = "new " if isinstance(called, type) else ""
@@ -424,7 +424,7 @@ class _Body:
         if not given:
             return []
         names = [*getattr(called, "_fields", inspect.signature(called).parameters)][len(node.args) :]
-        if any(isinstance(one, ast.Starred) for one in node.args) or not given.keys() <= {*names}:
+        if any(isinstance(argument, ast.Starred) for argument in node.args) or not given.keys() <= {*names}:
             self._refuse(node, "keywords that are no arguments of what is called")
         while names and names[-1] not in given:
             names.pop()

@@ -54,7 +54,7 @@ def data() -> dict[str, Any]:
     """Return what the page draws and does not compute: the scene, the loci, and the runs of the predictive law."""
     scenario = scenario_of(RECORDED)
     robot, mode = scenario.five_bar(), scenario.working_mode
-    loci = [one for one in singular_loci(robot, LOCUS_SAMPLES).type2 if one.working_mode == mode]
+    loci = [branch for branch in singular_loci(robot, LOCUS_SAMPLES).type2 if branch.working_mode == mode]
     shown = scene(robot, mode, [START, GOAL, (0.0, LOWEST_SHOWN)], [])
     folded = {"locus": _lines(loci, "folded"), "path": [], "waypoints": []}
     return {
@@ -71,23 +71,23 @@ def recorded(push: float) -> dict[str, Any]:
     scenario = scenario_of(RECORDED, push=push, push_start=crossing - 0.5 * PUSH_TIME)
     robot = scenario.five_bar()
     rows = []
-    for one in simulate(scenario).samples:
-        state = state_from_joints(robot, *one.exact.position, *one.exact.velocity)
-        sample = PlaySample(
+    for sample in simulate(scenario).samples:
+        state = state_from_joints(robot, *sample.exact.position, *sample.exact.velocity)
+        row = PlaySample(
             x=state.x,
             y=state.y,
             q11=state.leg1.q1,
             q21=state.leg2.q1,
-            error=math.hypot(state.x - one.reference.x, state.y - one.reference.y),
+            error=math.hypot(state.x - sample.reference.x, state.y - sample.reference.y),
             determinant=det_a(state),
-            kappa=one.supervisor.inverse_condition,
+            kappa=sample.supervisor.inverse_condition,
             sigma=0.0,
-            asked1=math.nan if one.requested is None else one.requested.tau1,
-            asked2=math.nan if one.requested is None else one.requested.tau2,
-            command1=one.command.tau1,
-            command2=one.command.tau2,
+            asked1=math.nan if sample.requested is None else sample.requested.tau1,
+            asked2=math.nan if sample.requested is None else sample.requested.tau2,
+            command1=sample.command.tau1,
+            command2=sample.command.tau2,
         )
-        rows.append([float(f"{value:.6g}") if math.isfinite(value) else None for value in sample])
+        rows.append([float(f"{value:.6g}") if math.isfinite(value) else None for value in row])
     return {"push": push, "columns": PlaySample._fields, "rows": rows}
 
 

@@ -282,8 +282,8 @@ def outcome(run: PlayRun, log: None, robot: PlayRobot, fault: int, fault_sample:
 def play(loop: Any, run: PlayRun, memory: CycleMemory) -> PlayOutcome:
     """Return what becomes of a run from a controller's memory on; `loop` is the closed loop, bound to this module."""
     last = math.ceil(run.motion.segment.duration * run.rate_hz - 1e-6)
-    made: PlayOutcome = loop(run, LoopSettings(run.control, 0, last, 0, False), memory)
-    return made
+    outcome: PlayOutcome = loop(run, LoopSettings(run.control, 0, last, 0, False), memory)
+    return outcome
 
 
 RUN: Mapping[str, Callable[..., Any]] = {

@@ -15,6 +15,8 @@ from fivebar_bringup.drives.run_files import (
 )
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.scenario.guard_settings import motor_torque_limit
+from fivebar_control.scenario.start import initial_joints
 from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.motors_file import BY_THE_CLOCK
 from fivebar_motkin.board_file import BoardFile, load_board
@@ -79,7 +81,7 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str, pace
     """
     check_drivable(scenario)
     content = load_board(board).model_dump(mode="json")
-    start, cycles = scenario.initial_joints(), stop_cycles(scenario)
+    start, cycles = initial_joints(scenario), stop_cycles(scenario)
     period_us = MICROSECONDS // scenario.rate_hz
     content |= {
         "name": scenario.name,
@@ -99,6 +101,6 @@ def write_board_file(scenario: Scenario, port: str, path: Path, board: str, pace
     }
     for motor in content["motors"].values():
         # the lesser one, so that a file for the first power-on holds whatever the scenario says
-        motor["torque_limit_nm"] = min(motor["torque_limit_nm"], scenario.torque_limit or 0.0)
+        motor["torque_limit_nm"] = min(motor["torque_limit_nm"], motor_torque_limit(scenario) or 0.0)
         motor["counts_per_revolution"] = scenario.drives().encoder_counts
     write_checked(path, content, BoardFile)

@@ -77,7 +77,7 @@ def start_cell(context):
 
 def read_robots(text):
     """Return the scenario of each robot by its namespace."""
-    pairs = [one.partition("=")[::2] for one in text.split(",") if one]
+    pairs = [pair.partition("=")[::2] for pair in text.split(",") if pair]
     names = [name for name, _ in pairs]
     if (
         len(pairs) < 1

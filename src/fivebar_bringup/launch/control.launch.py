@@ -50,7 +50,7 @@ def start_nodes(context):
 def generate_launch_description():
     """Return the launch description."""
     choice = [AS_IN_A_RUN, YES, NO]
-    hardware = [NO_HARDWARE, *(one.value for one in Hardware)]
+    hardware = [NO_HARDWARE, *(kind.value for kind in Hardware)]
     return LaunchDescription(
         [
             DeclareLaunchArgument("scenario", default_value="middle", description="Shipped scenario or a YAML file."),

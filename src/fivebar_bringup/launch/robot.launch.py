@@ -49,7 +49,7 @@ def generate_launch_description():
             DeclareLaunchArgument(
                 "hardware",
                 default_value=Hardware.EMULATED.value,
-                choices=[one.value for one in Hardware if one != Hardware.SIMULATED],
+                choices=[kind.value for kind in Hardware if kind != Hardware.SIMULATED],
             ),
             DeclareLaunchArgument(
                 "drives",

@@ -65,6 +65,9 @@ class PartCompiler(CompilerBase):
     def define_pipelines(self) -> list[Any]:
         """Return the passes."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.passes = [(_PartLowering if one is NativeLowering else one, text) for one, text in passes.passes]
+        passes.passes = [
+            (_PartLowering if compiler_pass is NativeLowering else compiler_pass, text)
+            for compiler_pass, text in passes.passes
+        ]
         passes.finalize()
         return [passes]

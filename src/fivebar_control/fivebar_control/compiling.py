@@ -85,8 +85,8 @@ def compiled_and_kept(function: Callable[..., Any], **bound: Callable[..., Any])
     into it, so that a change of any function down the line is a new name. The code is kept beside the source, or in
     the user's cache directory where the installation cannot be written; that of older digests is removed.
     """
-    plain = _with_names(_plain(function), {name: _plain(one) for name, one in bound.items()})
-    name = "_".join([plain.__qualname__, *(one.__name__ for one in bound.values())])
+    plain = _with_names(_plain(function), {name: _plain(replacement) for name, replacement in bound.items()})
+    name = "_".join([plain.__qualname__, *(replacement.__name__ for replacement in bound.values())])
     return _kept_code(plain, name)
 
 
@@ -277,7 +277,7 @@ def _layout(hint: Any) -> str:
     """Return name and fields of a class, and those of the fields' classes."""
     if not hasattr(hint, "_fields"):
         return str(hint)
-    fields = ", ".join(f"{name}: {_layout(one)}" for name, one in get_type_hints(hint).items())
+    fields = ", ".join(f"{name}: {_layout(field_hint)}" for name, field_hint in get_type_hints(hint).items())
     return f"{hint.__module__}.{hint.__qualname__}({fields})"
 
 
@@ -297,6 +297,6 @@ def _canonical(value: Any) -> str:
         case set() | frozenset():
             return f"{kind}[{', '.join(sorted(map(_canonical, value)))}]"
         case dict():
-            return f"{kind}[{', '.join(f'{_canonical(key)}: {_canonical(one)}' for key, one in value.items())}]"
+            return f"{kind}[{', '.join(f'{_canonical(key)}: {_canonical(entry)}' for key, entry in value.items())}]"
         case _:
             return f"{kind} {value!r}"

@@ -26,8 +26,8 @@ def writable_by_others(folder: Path, files: Iterable[Path] = (), trusted: Collec
         trusted: further users, by number.
     """
     users = {ROOT, os.geteuid(), *trusted}
-    given, real = Path(os.path.abspath(folder)), folder.resolve()
-    around = dict.fromkeys((*given.parents, *real.parents))
+    absolute, real = Path(os.path.abspath(folder)), folder.resolve()
+    around = dict.fromkeys((*absolute.parents, *real.parents))
     for path in around:
         if not _kept_from_others(path, users, sticky=True):
             return path
@@ -37,14 +37,14 @@ def writable_by_others(folder: Path, files: Iterable[Path] = (), trusted: Collec
 def _kept_from_others(path: Path, users: Collection[int], sticky: bool = False) -> bool:
     """Return whether only some users can write to a path; to a sticky folder others may, if its entries are safe."""
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return False
-    if found.st_uid not in users:
+    if status.st_uid not in users:
         return False
-    if sticky and found.st_mode & stat.S_ISVTX:
+    if sticky and status.st_mode & stat.S_ISVTX:
         return True
-    return not found.st_mode & stat.S_IWOTH and not (found.st_mode & stat.S_IWGRP and _has_others(found.st_gid))
+    return not status.st_mode & stat.S_IWOTH and not (status.st_mode & stat.S_IWGRP and _has_others(status.st_gid))
 
 
 @cache
@@ -61,5 +61,5 @@ def _has_others(group: int) -> bool:
     except KeyError:
         # a group that has no name, as in a container
         return group != os.getegid()
-    members |= {one.pw_name for one in pwd.getpwall() if one.pw_gid == group}
+    members |= {account.pw_name for account in pwd.getpwall() if account.pw_gid == group}
     return bool(members - {pwd.getpwuid(os.geteuid()).pw_name})

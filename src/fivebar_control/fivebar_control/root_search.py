@@ -137,8 +137,9 @@ def minimum_between(
 
 def _vertex(to_second: float, to_third: float, over_second: float, over_third: float) -> tuple[float, float]:
     """Return the step to the vertex of a parabola through three places, as numerator and positive denominator."""
-    one, other = to_second * over_third, to_third * over_second
-    numerator, denominator = to_third * other - to_second * one, 2.0 * (other - one)
+    second_by_third, third_by_second = to_second * over_third, to_third * over_second
+    numerator = to_third * third_by_second - to_second * second_by_third
+    denominator = 2.0 * (third_by_second - second_by_third)
     return (-numerator, denominator) if denominator > 0.0 else (numerator, abs(denominator))
 
 

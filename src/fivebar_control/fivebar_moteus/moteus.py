@@ -218,8 +218,8 @@ class MoteusDrives(CanPair[MoteusDrive]):
             lambda drive: drive.identity is not None, lambda drive: self.send(*drive.frames.identify), self._others
         )
         for drive in self.drives:
-            found = drive.identity or {}
-            firmware, registers = int(found[Register.FIRMWARE_VERSION]), int(found[Register.REGISTER_MAP_VERSION])
+            identity = drive.identity or {}
+            firmware, registers = int(identity[Register.FIRMWARE_VERSION]), int(identity[Register.REGISTER_MAP_VERSION])
             if registers != REGISTER_MAP or not OLDEST_FIRMWARE <= firmware <= NEWEST_FIRMWARE:
                 version = ".".join(map(str, firmware.to_bytes(3, "big"))) if 0 <= firmware < 1 << 24 else str(firmware)
                 raise DriveError(
@@ -257,10 +257,10 @@ class MoteusDrives(CanPair[MoteusDrive]):
             raise DriveError(Fault("moteus_uncalibrated", f"{drive.place}: the position refers to nothing yet"))
 
     def _expect(self, drive: MoteusDrive, name: str, expected: float, reason: str) -> None:
-        found = self._setting(drive, name)
-        if not math.isclose(found, expected, rel_tol=1e-4, abs_tol=1e-9):
+        value = self._setting(drive, name)
+        if not math.isclose(value, expected, rel_tol=1e-4, abs_tol=1e-9):
             raise DriveError(
-                Fault("moteus_configuration", f"{drive.place}: {name} is {found:g}, expected {expected:g}, {reason}")
+                Fault("moteus_configuration", f"{drive.place}: {name} is {value:g}, expected {expected:g}, {reason}")
             )
 
     def _setting(self, drive: MoteusDrive, name: str) -> float:
@@ -297,7 +297,9 @@ class MoteusDrives(CanPair[MoteusDrive]):
 
 
 def _reading(drive: MoteusDrive) -> ShaftReading | None:
-    values = [drive.answer.get(one, math.nan) for one in (Register.POSITION, Register.VELOCITY, Register.TORQUE)]
+    values = [
+        drive.answer.get(register, math.nan) for register in (Register.POSITION, Register.VELOCITY, Register.TORQUE)
+    ]
     if not finite(*values):
         return None
     turns, speed, torque = values

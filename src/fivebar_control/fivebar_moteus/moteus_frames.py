@@ -132,4 +132,4 @@ def text_in(data: bytes) -> bytes | None:
     """Return what an answer says in the diagnostic protocol, None where it is none of these."""
     if data[:1] != bytes((STREAM_SERVER_DATA,)):
         return None
-    return b"".join(one.data for one in parse_frame(data) if isinstance(one, StreamSubframe))
+    return b"".join(subframe.data for subframe in parse_frame(data) if isinstance(subframe, StreamSubframe))

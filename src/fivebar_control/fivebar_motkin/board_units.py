@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 
+from fivebar_description.whole_turns import nearest_turn
 from fivebar_motkin.board_file import BoardDrive
 
 
@@ -17,8 +18,7 @@ def joint_angle(drive: BoardDrive, reading: float, near: float) -> float:
     counts = round(reading * drive.counts_per_revolution / math.tau)
     if drive.sign < 0:
         counts += 1
-    angle = drive.zero_rad + drive.sign * counts * math.tau / drive.counts_per_revolution
-    return near + math.remainder(angle - near, math.tau)
+    return nearest_turn(drive.zero_rad + drive.sign * counts * math.tau / drive.counts_per_revolution, near)
 
 
 def joint_torque(drive: BoardDrive, current: float) -> float:

@@ -172,8 +172,8 @@ class ODrives(CanPair[Axis]):
         self.expect_both(lambda axis: axis.version is not None, lambda axis: self._request(axis, GET_VERSION))
         for axis in self.drives:
             if axis.version is not None and axis.version != FIRMWARE:
-                found, expected = (".".join(map(str, version)) for version in (axis.version, FIRMWARE))
-                raise DriveError(Fault("odrive_firmware", f"{axis.place}: firmware {found}, expected {expected}"))
+                running, expected = (".".join(map(str, version)) for version in (axis.version, FIRMWARE))
+                raise DriveError(Fault("odrive_firmware", f"{axis.place}: firmware {running}, expected {expected}"))
 
     def _ask_for_power(self, axis: Axis, power: bool, now: float) -> None:
         wanted = CLOSED_LOOP_CONTROL if power else IDLE

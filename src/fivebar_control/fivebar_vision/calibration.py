@@ -50,11 +50,11 @@ class Board(NamedTuple):
 
 def board_corners(board: Board, picture: Picture) -> tuple[Points, Points] | None:
     """Return the corners of a board in a picture, [n, 3] on the board (m) and [n, 2] (px); None for too few."""
-    made = board.made()
-    corners, numbers, _, _ = cv2.aruco.CharucoDetector(made).detectBoard(picture)
+    charuco = board.made()
+    corners, numbers, _, _ = cv2.aruco.CharucoDetector(charuco).detectBoard(picture)
     if numbers is None or len(numbers) < LEAST_CORNERS:
         return None
-    on_board = np.asarray(made.getChessboardCorners(), np.float64)[np.ravel(numbers)]
+    on_board = np.asarray(charuco.getChessboardCorners(), np.float64)[np.ravel(numbers)]
     return on_board, _refined(picture, np.asarray(corners, np.float64).reshape(-1, 2))
 
 
@@ -63,9 +63,9 @@ def _refined(picture: Picture, corners: Points) -> Points:
     apart = np.linalg.norm(corners[:, np.newaxis] - corners, axis=2)
     square = float(apart[apart > 0.0].min())
     half = max(LEAST_WINDOW, int(REFINED_WITHIN * square))
-    found = corners.astype(np.float32).reshape(-1, 1, 2)
+    refined = corners.astype(np.float32).reshape(-1, 1, 2)
     until = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 40, 1e-3)
-    return np.asarray(cv2.cornerSubPix(picture, found, (half, half), (-1, -1), until), np.float64).reshape(-1, 2)
+    return np.asarray(cv2.cornerSubPix(picture, refined, (half, half), (-1, -1), until), np.float64).reshape(-1, 2)
 
 
 def calibrated(board: Board, pictures: list[Picture]) -> CameraCalibration:
@@ -95,6 +95,6 @@ def calibrated(board: Board, pictures: list[Picture]) -> CameraCalibration:
     if not deviation < TOO_WRONG:
         raise InputError(f"the corners are {deviation:.2f} px from any camera: expected less than {TOO_WRONG:g}")
     k = np.asarray(matrix, np.float64)
-    rest = [float(one) for one in np.ravel(distortion)[:5]]
+    rest = [float(coefficient) for coefficient in np.ravel(distortion)[:5]]
     optics = Optics(float(k[0, 0]), float(k[1, 1]), float(k[0, 2]), float(k[1, 2]), *rest)
     return CameraCalibration(width, height, optics, float(deviation), len(seen))

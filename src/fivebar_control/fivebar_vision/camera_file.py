@@ -158,11 +158,11 @@ def checked_calibration(
         raise ValueError(
             f"camera_matrix: focal lengths {fx:g}, {fy:g} px: expected {LEAST_FOCAL:g} to {LARGEST_FOCAL:g} px"
         )
-    if not all(abs(one) <= LARGEST_FOCAL for one in (cx, cy)):
+    if not all(abs(coordinate) <= LARGEST_FOCAL for coordinate in (cx, cy)):
         raise ValueError(f"camera_matrix: principal point {cx:g}, {cy:g} px: expected at most {LARGEST_FOCAL:g} px")
-    bent = [float(one) for one in distortion]
-    if not all(abs(one) <= LARGEST_COEFFICIENT for one in bent):
-        shown = ", ".join(f"{one:g}" for one in bent)
+    bent = [float(coefficient) for coefficient in distortion]
+    if not all(abs(coefficient) <= LARGEST_COEFFICIENT for coefficient in bent):
+        shown = ", ".join(f"{coefficient:g}" for coefficient in bent)
         raise ValueError(f"distortion_coefficients: {shown}: expected numbers of at most {LARGEST_COEFFICIENT:g}")
     return CameraCalibration(width, height, Optics(fx, fy, cx, cy, *bent), math.nan, 0)
 

@@ -53,8 +53,8 @@ class VisionCheck:
     def _at(self, moment: float) -> Position | None:
         """Return the platform's position (m) at a moment, interpolated between samples; None where it is not known."""
         before, part = math.floor(moment), moment - math.floor(moment)
-        one = self._platform.get(before)
-        two = one if part == 0.0 else self._platform.get(before + 1)
-        if one is None or two is None:
+        earlier = self._platform.get(before)
+        later = earlier if part == 0.0 else self._platform.get(before + 1)
+        if earlier is None or later is None:
             return None
-        return one[0] + part * (two[0] - one[0]), one[1] + part * (two[1] - one[1])
+        return earlier[0] + part * (later[0] - earlier[0]), earlier[1] + part * (later[1] - earlier[1])

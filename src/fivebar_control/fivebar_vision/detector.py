@@ -98,12 +98,12 @@ class TagDetector:
             part = picture[top : max(0, within.bottom), left : max(0, within.right)]
         if min(part.shape) < 2 * TAG_CELLS:
             return {}
-        found, numbers, _ = self._detector.detectMarkers(np.ascontiguousarray(part))
+        markers, numbers, _ = self._detector.detectMarkers(np.ascontiguousarray(part))
         if numbers is None:
             return {}
         ids = [int(number) for number in np.ravel(numbers)]
         tags: dict[int, Tag] = {}
-        for number, corners in zip(ids, found, strict=True):
+        for number, corners in zip(ids, markers, strict=True):
             if ids.count(number) > 1:
                 continue
             begun = np.asarray(corners, np.float64).reshape(4, 2) + np.array([left, top])
@@ -117,12 +117,12 @@ class TagDetector:
         deviation = math.inf
         for _ in range(PASSES):
             lines = []
-            for one in range(4):
-                line = self._line(picture, corners[one], corners[(one + 1) % 4])
+            for side in range(4):
+                line = self._line(picture, corners[side], corners[(side + 1) % 4])
                 if line is None:
                     return None
                 lines.append(line)
-            rays = np.array([_meeting(lines[one - 1], lines[one]) for one in range(4)])
+            rays = np.array([_meeting(lines[side - 1], lines[side]) for side in range(4)])
             if not np.isfinite(rays).all():
                 return None
             deviation = math.sqrt(sum(line.variance for line in lines) / 4.0) * self._optics.fx
@@ -185,10 +185,10 @@ def _fitted(points: Points, least: float) -> _EdgeLine | None:
     return _EdgeLine(n_x, n_y, n_x * centre[0] + n_y * centre[1], rest * rest / int(keep.sum()))
 
 
-def _meeting(one: _EdgeLine, two: _EdgeLine) -> tuple[float, float]:
+def _meeting(line1: _EdgeLine, line2: _EdgeLine) -> tuple[float, float]:
     """Return where two lines meet; NaN where they do not."""
-    determinant = one.x * two.y - one.y * two.x
+    determinant = line1.x * line2.y - line1.y * line2.x
     if abs(determinant) < 1e-6:
         return math.nan, math.nan
-    x = (one.distance * two.y - two.distance * one.y) / determinant
-    return x, (one.x * two.distance - two.x * one.distance) / determinant
+    x = (line1.distance * line2.y - line2.distance * line1.y) / determinant
+    return x, (line1.x * line2.distance - line2.x * line1.distance) / determinant

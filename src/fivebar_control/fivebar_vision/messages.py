@@ -40,7 +40,7 @@ def calibration_of(message: Any) -> CameraCalibration:
         MessageError: it has none, that of another model of the lens, or of a part of the sensor.
     """
     try:
-        found = checked_calibration(message.width, message.height, message.distortion_model, message.k, message.d)
+        calibration = checked_calibration(message.width, message.height, message.distortion_model, message.k, message.d)
     except ValueError as error:
         raise MessageError(str(error)) from error
     roi = message.roi
@@ -49,4 +49,4 @@ def calibration_of(message: Any) -> CameraCalibration:
         raise MessageError(
             f"roi: {roi.width} x {roi.height} px at ({roi.x_offset}, {roi.y_offset}): expected whole pictures"
         )
-    return found
+    return calibration

@@ -22,6 +22,7 @@ def reading_of(tracker: PlatformTracker, settings: CameraSettings, picture: Pict
     sight = tracker.seen(picture)
     if sight is None:
         return NOT_SEEN, 0
-    one, two = math.sqrt(sight.variance_x), math.sqrt(sight.variance_y)
+    deviation_x, deviation_y = math.sqrt(sight.variance_x), math.sqrt(sight.variance_y)
     late = settings.readout * ((sight.row + 0.5) / settings.height - 0.5)
-    return PlatformReading(sight.x, sight.y, one, two, sight.covariance / (one * two)), round(late * NANOSECONDS)
+    correlation = sight.covariance / (deviation_x * deviation_y)
+    return PlatformReading(sight.x, sight.y, deviation_x, deviation_y, correlation), round(late * NANOSECONDS)

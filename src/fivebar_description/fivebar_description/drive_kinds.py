@@ -109,11 +109,11 @@ def named_interface(content: object, source: str) -> str | None:
     return named
 
 
-def _checked(name: str, found: Any) -> DriveKind:
-    if not isinstance(found, DriveKind):
+def _checked(name: str, kind: Any) -> DriveKind:
+    if not isinstance(kind, DriveKind):
         expected = f"{DriveKind.__module__}.{DriveKind.__name__}"
-        raise InputError(f"interface of the drives: {name!r}: expected a {expected}, found {type(found).__name__}")
-    return found
+        raise InputError(f"interface of the drives: {name!r}: expected a {expected}, found {type(kind).__name__}")
+    return kind
 
 
 @cache

@@ -25,7 +25,10 @@ def printable(text: str) -> str:
     """Return text with every character that a terminal would not show as a sign written as an escape."""
     if text.isprintable():
         return text
-    return "".join(one if one.isprintable() else one.encode("unicode_escape").decode("ascii") for one in text)
+    return "".join(
+        character if character.isprintable() else character.encode("unicode_escape").decode("ascii")
+        for character in text
+    )
 
 
 def unwrapped(words: object) -> str:

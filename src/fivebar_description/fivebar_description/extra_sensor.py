@@ -102,7 +102,7 @@ def mounted(section: Mapping[str, Any]) -> MountedSensor | None:
         raise InputError(f"{SECTION}.{KIND}: {place!r}: expected my_package.my_sensor:SENSOR")
     kind = _loaded(place)
     return MountedSensor(
-        kind, read_settings({key: one for key, one in section.items() if key != KIND}, kind.settings, SECTION)
+        kind, read_settings({key: value for key, value in section.items() if key != KIND}, kind.settings, SECTION)
     )
 
 

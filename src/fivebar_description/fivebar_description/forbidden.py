@@ -105,8 +105,8 @@ def bounds_in(numbers: Sequence[float]) -> tuple[PostureBounds, ...]:
 
 def kept_clear_of(numbers: Sequence[float], postures: Sequence[ForbiddenPosture]) -> tuple[NamedBounds, ...]:
     """Return the postures that a robot may not enter: those in one row, named by place, else those of its file."""
-    given = tuple(NamedBounds(f"{place}", bounds) for place, bounds in enumerate(bounds_in(numbers), start=1))
-    return given or tuple(NamedBounds(posture.name, posture.bounds()) for posture in postures)
+    listed = tuple(NamedBounds(f"{place}", bounds) for place, bounds in enumerate(bounds_in(numbers), start=1))
+    return listed or tuple(NamedBounds(posture.name, posture.bounds()) for posture in postures)
 
 
 def numbers_problem(numbers: Sequence[float]) -> str | None:

@@ -125,28 +125,28 @@ class ImuSettings(NamedTuple):
 
     def turn_rate(self, angular_velocity: Vector3) -> float:
         """Return the rate of the link about its z axis (rad/s) from a reading in the IMU's own frame (rad/s)."""
-        one, two, three = self.rotation()[2]
+        axis_x, axis_y, axis_z = self.rotation()[2]
         x, y, z = angular_velocity
-        return one * x + two * y + three * z
+        return axis_x * x + axis_y * y + axis_z * z
 
     def gyro_axes(self, rate: float) -> Vector3:
         """Return what the three axes read of a rate (rad/s) about the link's z axis, each within the range."""
-        one, two, three = self.rotation()[2]
+        axis_x, axis_y, axis_z = self.rotation()[2]
         limit = self.gyro_range
         return (
-            max(-limit, min(limit, one * rate)),
-            max(-limit, min(limit, two * rate)),
-            max(-limit, min(limit, three * rate)),
+            max(-limit, min(limit, axis_x * rate)),
+            max(-limit, min(limit, axis_y * rate)),
+            max(-limit, min(limit, axis_z * rate)),
         )
 
     def gyro_limit(self) -> float:
         """Return the rate (rad/s) about the link's z axis from which on an axis is at the end of its range."""
-        largest = max(abs(one) for one in self.rotation()[2])
+        largest = max(abs(component) for component in self.rotation()[2])
         return SATURATION * self.gyro_range / largest
 
     def usable_rate(self, angular_velocity: Vector3) -> float:
         """Return the rate of the link (rad/s) from a reading (rad/s), infinite where an axis is at its range's end."""
-        if any(abs(one) >= SATURATION * self.gyro_range for one in angular_velocity):
+        if any(abs(rate) >= SATURATION * self.gyro_range for rate in angular_velocity):
             return math.inf
         return self.turn_rate(angular_velocity)
 

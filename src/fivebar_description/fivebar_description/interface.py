@@ -329,13 +329,15 @@ PICTURES = (SCENE, SCENE_TRAIL, SCENE_MAP)
 """Pictures of a run for RViz and Foxglove: what moves, where it has been, and loci, path and zones. No node waits for
 them; a bag has them where the run was asked for them."""
 
-CONTROL_CHAIN = tuple(one for one in tuple(globals().values()) if isinstance(one, Topic) and one.one_publisher)
+CONTROL_CHAIN = tuple(
+    declared for declared in tuple(globals().values()) if isinstance(declared, Topic) and declared.one_publisher
+)
 """The topics by which the robot moves, each with one publisher; that of a law from elsewhere belongs to them too."""
 
-JOINT_SOURCES = tuple(one for one in CONTROL_CHAIN if one.of_joints)
+JOINT_SOURCES = tuple(declared for declared in CONTROL_CHAIN if declared.of_joints)
 """Topics of the robot's joints, on which others may publish other joints."""
 
-READ_BESIDES = tuple(one for one in CONTROL_CHAIN if one.reader_reports)
+READ_BESIDES = tuple(declared for declared in CONTROL_CHAIN if declared.reader_reports)
 """Topics that neither blender nor plant or bridge reads: who reads them reports their faults."""
 
 CANDIDATES = (CTC_TORQUE, UNIFIED_TORQUE, VHC_TORQUE)

@@ -89,10 +89,10 @@ def keyboard_interrupts() -> Iterator[None]:
     _Interrupts.raised_at = -math.inf
     hook = sys.unraisablehook
 
-    def unraisable(found: sys.UnraisableHookArgs) -> None:
+    def unraisable(unraised: sys.UnraisableHookArgs) -> None:
         """Repeat an interrupt that was lost, as in `__del__`, since nothing called the function it was raised in."""
-        if not issubclass(found.exc_type, KeyboardInterrupt):
-            hook(found)
+        if not issubclass(unraised.exc_type, KeyboardInterrupt):
+            hook(unraised)
             return
         _Interrupts.raised_at, _Interrupts.raised = -math.inf, False
         _send_again(_Interrupts.number)

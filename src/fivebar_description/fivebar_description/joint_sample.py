@@ -65,21 +65,21 @@ class JointSample:
             MessageError: wrong names, a field of another length than the names, or a value that is not finite or beyond
                 `LARGEST`.
         """
-        given = self.name
-        if given != names and (len(given) != len(names) or sorted(given) != sorted(names)):
-            raise MessageError(f"{len(given)} names {list(given[: len(names)])}, expected {list(names)}")
-        found = []
+        own_names = self.name
+        if own_names != names and (len(own_names) != len(names) or sorted(own_names) != sorted(names)):
+            raise MessageError(f"{len(own_names)} names {list(own_names[: len(names)])}, expected {list(names)}")
+        columns = []
         for field in fields:
             values: tuple[float, ...] = getattr(self, field)
             if len(values) != len(names):
                 raise MessageError(f"{field} has {len(values)} values, expected {len(names)}")
-            if given != names:
-                values = tuple(values[given.index(name)] for name in names)
+            if own_names != names:
+                values = tuple(values[own_names.index(name)] for name in names)
             for name, value in zip(names, values, strict=True):
                 if not -LARGEST <= value <= LARGEST and not (allow_nan and math.isnan(value)):
                     raise MessageError(f"{field} of {name} is {value}, expected a finite number of at most {LARGEST:g}")
-            found.append(values)
-        return tuple(found)
+            columns.append(values)
+        return tuple(columns)
 
     def cdr(self, frame: str | None = None) -> bytes:
         """Return the JointState in CDR, as a publisher serialises it; in another frame than its own if one is given."""
@@ -196,12 +196,12 @@ def part_of(message: JointSample, names: tuple[str, ...]) -> JointSample | None:
 
     A message that lacks some of them, or with fields of other lengths, is returned as it is, for its reader to refuse.
     """
-    given = message.name
-    if not any(name in names for name in given):
+    own_names = message.name
+    if not any(name in names for name in own_names):
         return None
     fields = message.position, message.velocity, message.effort
-    if not set(names) <= set(given) or any(len(field) not in (0, len(given)) for field in fields):
+    if not set(names) <= set(own_names) or any(len(field) not in (0, len(own_names)) for field in fields):
         return message
-    places = [given.index(name) for name in names]
+    places = [own_names.index(name) for name in names]
     position, velocity, effort = (tuple(field[place] for place in places) if field else () for field in fields)
     return JointSample(message.stamp_ns, names, position, velocity, effort, message.frame)

@@ -77,12 +77,12 @@ def split_masses(robot: FiveBar, platform_radius: float, weighed: Links | Distal
         return _split_around(robot, platform_radius, (weighed.leg_1, weighed.leg_2))
     tips = tip_masses(robot, TIP_SHARE)
     elbows = (_elbow_mass(robot.leg1, tips[0]), _elbow_mass(robot.leg2, tips[1]))
-    one, two = (_two_points(*leg) for leg in zip(robot[:2], elbows, tips, strict=True))
-    platform = _platform(robot.mass - (tips[0] + tips[1]), platform_radius, two)
+    distal1, distal2 = (_two_points(*leg) for leg in zip(robot[:2], elbows, tips, strict=True))
+    platform = _platform(robot.mass - (tips[0] + tips[1]), platform_radius, distal2)
     return MassSplit(
         (_proximal(robot.leg1, elbows[0], tips[0]), _proximal(robot.leg2, elbows[1], tips[1])),
         # the end effector turns with the link, so its inertia is part of the link's
-        (one, two._replace(inertia=two.inertia - platform.inertia)),
+        (distal1, distal2._replace(inertia=distal2.inertia - platform.inertia)),
         platform,
     )
 

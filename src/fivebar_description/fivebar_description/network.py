@@ -27,9 +27,9 @@ def discovery_hint(domain: int, environment: Mapping[str, str] = os.environ) -> 
     problem = loopback_problem()
     if problem is not None:
         return f"the network interface lo does not carry datagrams ({problem}): `ip link set lo up`"
-    given = [name for name in (*PROFILE_VARIABLES, "ROS_DISCOVERY_SERVER") if environment.get(name)]
-    if given:
-        return f"look at {' and '.join(given)}, which say where nodes are found, or unset them"
+    variables = [name for name in (*PROFILE_VARIABLES, "ROS_DISCOVERY_SERVER") if environment.get(name)]
+    if variables:
+        return f"look at {' and '.join(variables)}, which say where nodes are found, or unset them"
     first = 7400 + 250 * domain
     return f"look at the network: a firewall may block UDP on lo, of domain {domain} ports {first} to {first + 249}"
 
@@ -37,11 +37,11 @@ def discovery_hint(domain: int, environment: Mapping[str, str] = os.environ) -> 
 def loopback_problem() -> str | None:
     """Return why a datagram to this machine itself does not arrive, None where it does."""
     try:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-            one.bind((LOOPBACK, 0))
-            one.settimeout(LONGEST_WAY)
-            one.sendto(b"fivebar", one.getsockname())
-            one.recv(16)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as endpoint:
+            endpoint.bind((LOOPBACK, 0))
+            endpoint.settimeout(LONGEST_WAY)
+            endpoint.sendto(b"fivebar", endpoint.getsockname())
+            endpoint.recv(16)
     except OSError as error:
         return error.strerror or "it is lost"
     return None

@@ -47,7 +47,9 @@ def one_line(text: str, longest: int = LONGEST_LINE) -> str:
     """Return a text from outside as one line that can be logged, published and printed: shortened, escapes visible."""
     shown = text[:longest]
     if not shown.isprintable():
-        shown = "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in shown)[:longest]
+        shown = "".join(
+            character if character.isprintable() else character.encode("unicode_escape").decode() for character in shown
+        )[:longest]
     return shown if len(text) <= longest else f"{shown}..."
 
 
@@ -88,14 +90,14 @@ def _check_depth_and_words(content: Any) -> None:
     level: list[Any] = [content]
     for _ in range(DEEPEST + 1):
         inner: list[Any] = []
-        for one in level:
-            if isinstance(one, dict):
-                inner += one
-                inner += one.values()
-            elif isinstance(one, list):
-                inner += one
-            elif isinstance(one, str) and not is_unicode(one):
-                raise MessageError(f"text {one_line(ascii(one), 60)}, expected Unicode")
+        for node in level:
+            if isinstance(node, dict):
+                inner += node
+                inner += node.values()
+            elif isinstance(node, list):
+                inner += node
+            elif isinstance(node, str) and not is_unicode(node):
+                raise MessageError(f"text {one_line(ascii(node), 60)}, expected Unicode")
         level = inner
         if not level:
             return

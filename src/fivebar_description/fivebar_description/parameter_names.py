@@ -57,21 +57,21 @@ def meant_by(name: str, known: Collection[str]) -> list[str]:
     """
     if FORMER.get(name) in known:
         return [FORMER[name]]
-    flat = {one.replace(".", "_"): one for one in known if "." in one}
+    flat = {key.replace(".", "_"): key for key in known if "." in key}
     if name in flat:
         return [flat[name]]
-    prefix = next((one for one in FORMER_PREFIXES if name.startswith(one)), "")
+    prefix = next((former for former in FORMER_PREFIXES if name.startswith(former)), "")
     if prefix and name not in KEYS:
         rest = name.removeprefix(prefix)
-        return sorted(one for one in known if one == rest or one.endswith(f".{rest}"))
+        return sorted(key for key in known if key == rest or key.endswith(f".{rest}"))
     if "." not in name:
-        ended = [one for one in known if one.endswith(f".{name}")]
+        ended = [key for key in known if key.endswith(f".{name}")]
         if ended:
             return sorted(ended)
     if name in KEYS:
         return []
     section, dot, _ = name.partition(".")
     # keys of other sections are those of other nodes
-    likely = [one for one in known if one.startswith(f"{section}.")] if dot and section in KEYS else [*known, *flat]
+    likely = [key for key in known if key.startswith(f"{section}.")] if dot and section in KEYS else [*known, *flat]
     close = meant(name, likely, CLOSE)
     return [flat.get(close, close)] if close is not None else []

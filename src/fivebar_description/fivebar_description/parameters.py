@@ -150,12 +150,12 @@ def _no_body(number: int, leg: LegParameters) -> str:
 def scaled(robot: FiveBar, mass: float = 1.0, inertia: float = 1.0, friction: float = 1.0) -> FiveBar:
     """Return the robot with its mass, inertias and friction multiplied: a plant with parameter errors."""
 
-    def leg(one: LegParameters) -> LegParameters:
-        return one._replace(
-            inertia=one.inertia * inertia,
-            coulomb=one.coulomb * friction,
-            offset=one.offset * friction,
-            residual=one.residual * inertia,
+    def leg(nominal: LegParameters) -> LegParameters:
+        return nominal._replace(
+            inertia=nominal.inertia * inertia,
+            coulomb=nominal.coulomb * friction,
+            offset=nominal.offset * friction,
+            residual=nominal.residual * inertia,
         )
 
     return robot._replace(leg1=leg(robot.leg1), leg2=leg(robot.leg2), mass=robot.mass * mass)

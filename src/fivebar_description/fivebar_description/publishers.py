@@ -102,17 +102,17 @@ class Living:
         """Return those that live, as seen from a machine; b"" where its own identity is not known."""
         return [publisher for publisher in publishers if not self._is_predecessor(publisher, publishers, machine)]
 
-    def is_gone(self, one: PublisherOf, machine: bytes) -> bool:
+    def is_gone(self, publisher: PublisherOf, machine: bytes) -> bool:
         """Return whether the process of a publisher was on this machine and has ended."""
-        return bool(machine) and one.machine == machine and not self._exists(one.process)
+        return bool(machine) and publisher.machine == machine and not self._exists(publisher.process)
 
-    def _is_predecessor(self, one: PublisherOf, all_of_them: Iterable[PublisherOf], machine: bytes) -> bool:
-        if not any(other.node == one.node and other.gid[:12] != one.gid[:12] for other in all_of_them):
+    def _is_predecessor(self, publisher: PublisherOf, all_of_them: Iterable[PublisherOf], machine: bytes) -> bool:
+        if not any(other.node == publisher.node and other.gid[:12] != publisher.gid[:12] for other in all_of_them):
             return False
-        if not self.is_gone(one, machine):
+        if not self.is_gone(publisher, machine):
             return False
         now = self._clock()
-        return now - self._dead_since.setdefault(one.gid, now) < LONGEST_LEASE
+        return now - self._dead_since.setdefault(publisher.gid, now) < LONGEST_LEASE
 
 
 class OneSender:

@@ -65,16 +65,18 @@ def problems_in(
         content: what was validated, by which keys are told from pydantic's names of alternatives.
         schema: makes the JSON Schema of what was expected, whose keys are proposed in place of unknown ones.
     """
-    found: dict[tuple[str, ...], list[Any]] = {}
+    details_at: dict[tuple[str, ...], list[Any]] = {}
     for detail in error.errors(include_url=False):
         if not _only_lacks_refused(detail):
-            found.setdefault(_keys(detail, content), []).append(detail)
+            details_at.setdefault(_keys(detail, content), []).append(detail)
     # where an alternative fits but for a part of it, that part is what is wrong, and not that the others do not fit
-    split = {keys for keys, details in found.items() if any(_is_alternative(one, content) for one in details)}
+    split = {
+        keys for keys, details in details_at.items() if any(_is_alternative(detail, content) for detail in details)
+    }
     told = [
         (keys, details)
-        for keys, details in found.items()
-        if keys not in split or not any(keys == other[: len(keys)] for other in found if other != keys)
+        for keys, details in details_at.items()
+        if keys not in split or not any(keys == other[: len(keys)] for other in details_at if other != keys)
     ]
     return "; ".join(_problem(section, keys, details, schema) for keys, details in told)
 
@@ -114,7 +116,7 @@ def _is_alternative(detail: Any, content: object) -> bool:
 def _problem(
     section: str, keys: Sequence[str], details: Sequence[Any], schema: Callable[[], Mapping[str, Any]] | None
 ) -> str:
-    key = section + ".".join(one if one.isprintable() else repr(one) for one in keys)
+    key = section + ".".join(key_part if key_part.isprintable() else repr(key_part) for key_part in keys)
     first = details[0]
     if first["type"] == "extra_forbidden":
         if schema is None:
@@ -125,7 +127,7 @@ def _problem(
         return f"{key}: is missing"
     # of alternatives, the one whose type it has says more than the others, which want another type
     fitting = [detail for detail in details if not detail["type"].endswith("_type")] or details
-    words = dict.fromkeys(_expectation(one) for one in fitting)
+    words = dict.fromkeys(_expectation(detail) for detail in fitting)
     expectation = " or ".join(word if not at else word.removeprefix("expected ") for at, word in enumerate(words))
     value = first["input"]
     if isinstance(value, str) and DECIMAL_COMMA.fullmatch(value) and expectation.startswith("expected a number"):

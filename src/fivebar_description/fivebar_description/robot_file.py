@@ -338,11 +338,11 @@ class RobotFile(StrictModel):
         return ("leg_1", links.leg_1, self.lengths_m.l_12), ("leg_2", links.leg_2, self.lengths_m.l_22)
 
 
-def _harmonics(found: tuple[CoggingHarmonic, ...]) -> dict[str, float]:
+def _harmonics(harmonics: tuple[CoggingHarmonic, ...]) -> dict[str, float]:
     """Return harmonics as fields of `LegParameters`."""
     return {
-        f"{name}_{number}": float(getattr(one, name))
-        for number, one in enumerate(found, start=1)
+        f"{name}_{number}": float(getattr(harmonic, name))
+        for number, harmonic in enumerate(harmonics, start=1)
         for name in ("periods", "cosine", "sine")
     }
 

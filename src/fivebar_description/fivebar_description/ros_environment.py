@@ -77,7 +77,7 @@ def require_middleware() -> None:
 
 def _is_installed(library: str, environment: Mapping[str, str]) -> bool:
     """Return whether a shared library is where ROS looks for it."""
-    folders = [Path(one) for one in environment.get("LD_LIBRARY_PATH", "").split(os.pathsep) if one]
+    folders = [Path(entry) for entry in environment.get("LD_LIBRARY_PATH", "").split(os.pathsep) if entry]
     prefixes = [sys.prefix, *environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)]
     if any(
         (folder / library).is_file() for folder in [*folders, *(Path(prefix) / "lib" for prefix in prefixes if prefix)]
@@ -106,8 +106,8 @@ def provide_log_folder(environment: Environment = os.environ) -> None:
             return
         if variable != "HOME":
             raise InputError(f"{variable}: {text!r}: {problem}: expected a folder for the logs of ROS")
-    environment["ROS_LOG_DIR"] = made = tempfile.mkdtemp(prefix="fivebar-ros-log-")
-    atexit.register(_remove, made, os.getpid())
+    environment["ROS_LOG_DIR"] = log_folder = tempfile.mkdtemp(prefix="fivebar-ros-log-")
+    atexit.register(_remove, log_folder, os.getpid())
 
 
 def _why_unusable(folder: Path) -> str | None:

@@ -272,6 +272,6 @@ def sampled_topics(nominal: Topic) -> dict[Topic, tuple[Quantity, ...]]:
     """Return the topics with a message for every sample, and the quantities that each carries."""
     sampled = [quantity for quantity in quantities(nominal) if quantity.names]
     return {
-        topic: tuple(one for one in sampled if one.topic == topic)
-        for topic in dict.fromkeys(one.topic for one in sampled)
+        topic: tuple(quantity for quantity in sampled if quantity.topic == topic)
+        for topic in dict.fromkeys(quantity.topic for quantity in sampled)
     }

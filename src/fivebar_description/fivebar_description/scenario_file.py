@@ -123,15 +123,15 @@ def without_constants(content: dict[str, Any], path: Path) -> dict[str, Any]:
         InputError: one has another value.
     """
     for section, constants in CONSTANTS.items():
-        given = content.get(section)
-        if not isinstance(given, Mapping):
+        declared = content.get(section)
+        if not isinstance(declared, Mapping):
             continue
         for key, value in constants.items():
-            if key in given and given[key] != value:
-                wrong = one_line(str(given[key]))
+            if key in declared and declared[key] != value:
+                wrong = one_line(str(declared[key]))
                 raise InputError(f"{path}: {section}.{key}: {wrong}: is no setting, but always {value:g}: leave it out")
-        if constants.keys() & given.keys():
-            content = {**content, section: {key: one for key, one in given.items() if key not in constants}}
+        if constants.keys() & declared.keys():
+            content = {**content, section: {key: setting for key, setting in declared.items() if key not in constants}}
     return content
 
 
@@ -191,27 +191,27 @@ def parts_of_robot(file: RobotFile, estimated: bool) -> dict[str, dict[str, Any]
         estimated: whether there is an estimator, which uses encoders and sensors that the file declares.
     """
     plant: dict[str, Any] = {}
-    found: dict[str, dict[str, Any]] = {"plant": plant}
+    parts: dict[str, dict[str, Any]] = {"plant": plant}
     if file.drives.torque_limit is not None:
         plant["torque_limit"] = file.drives.torque_limit
     if file.transmission != RIGID:
         plant["transmission"] = plain_keys(file.transmission)
     if not estimated:
-        return found
+        return parts
     counts = encoder_counts(file)
     if counts is not None:
         plant |= {"encoder_counts": counts, "delay_samples": delay_samples(file)}
     if file.imu is not None:
-        found["imu"] = plain_keys(file.imu)
+        parts["imu"] = plain_keys(file.imu)
     if file.passive_encoder is not None:
-        found["sensors"] = {"passive_encoder": plain_keys(file.passive_encoder)}
+        parts["sensors"] = {"passive_encoder": plain_keys(file.passive_encoder)}
     if file.camera is not None:
-        found["camera"] = plain_keys(file.camera)
-    found["extra_sensor"] = file.extra_sensor
-    return found
+        parts["camera"] = plain_keys(file.camera)
+    parts["extra_sensor"] = file.extra_sensor
+    return parts
 
 
 def with_defaults(content: dict[str, Any], section: str, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return a scenario's content with defaults for keys of a section that it leaves out."""
-    given = content.get(section, {})
-    return {**content, section: {**values, **given}} if values and isinstance(given, Mapping) else content
+    declared = content.get(section, {})
+    return {**content, section: {**values, **declared}} if values and isinstance(declared, Mapping) else content

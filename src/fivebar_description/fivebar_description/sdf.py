@@ -80,9 +80,9 @@ def _joint(model: Element, joint: Element, angles: Mapping[str, float]) -> None:
         for key in ("effort", "velocity"):
             SubElement(limits, key).text = repr(values[key])
     dynamics = SubElement(axis, "dynamics")
-    for one in joint.findall("dynamics"):
+    for urdf_dynamics in joint.findall("dynamics"):
         for key in ("damping", "friction"):
-            SubElement(dynamics, key).text = one.get(key)
+            SubElement(dynamics, key).text = urdf_dynamics.get(key)
 
 
 def _remark(angles: Mapping[str, float]) -> str:
@@ -120,10 +120,10 @@ def _pose(element: Element, of: Element, relative_to: str, turn: float = 0.0) ->
 
 def _inertial(element: Element, link: Element) -> None:
     for inertial in link.findall("inertial"):
-        found = SubElement(element, "inertial")
-        _pose(found, inertial, "")
-        SubElement(found, "mass").text = inertial.findall("mass")[0].get("value")
-        inertia = SubElement(found, "inertia")
+        sdf_inertial = SubElement(element, "inertial")
+        _pose(sdf_inertial, inertial, "")
+        SubElement(sdf_inertial, "mass").text = inertial.findall("mass")[0].get("value")
+        inertia = SubElement(sdf_inertial, "inertia")
         for key, value in inertial.findall("inertia")[0].items():
             SubElement(inertia, key).text = value
 
@@ -133,14 +133,14 @@ def _shapes(element: Element, link: Element, name: str) -> None:
     own = element.get("name") == name
     for kind in ("visual", "collision"):
         for number, shape in enumerate(link.findall(kind)):
-            found = SubElement(element, kind, name=f"{name}_{kind}_{number}")
-            _pose(found, shape, "" if own else name)
-            geometry = SubElement(found, "geometry")
-            for one in shape.findall("geometry/*"):
-                solid = SubElement(geometry, one.tag)
-                for key, value in one.items():
+            sdf_shape = SubElement(element, kind, name=f"{name}_{kind}_{number}")
+            _pose(sdf_shape, shape, "" if own else name)
+            geometry = SubElement(sdf_shape, "geometry")
+            for urdf_solid in shape.findall("geometry/*"):
+                solid = SubElement(geometry, urdf_solid.tag)
+                for key, value in urdf_solid.items():
                     SubElement(solid, key).text = value
             for material in shape.findall("material"):
-                colours = SubElement(found, "material")
+                colours = SubElement(sdf_shape, "material")
                 for key in ("ambient", "diffuse"):
                     SubElement(colours, key).text = " ".join(map(repr, COLOURS[material.get("name", "")]))

@@ -79,7 +79,10 @@ class Setting:
         """Return the JSON Schema of a field with this setting: with its description, unit and choices too."""
         described = handler(schema)
         # a list of choices beside null belongs to the words alone
-        words = next((one for one in described.get("anyOf", ()) if one.get("type") == "string"), described)
+        words = next(
+            (alternative for alternative in described.get("anyOf", ()) if alternative.get("type") == "string"),
+            described,
+        )
         if self.choices:
             words["enum"] = list(self.choices)
         described["description"] = f"{self.description} Unit: {self.unit}." if self.unit else self.description
@@ -115,11 +118,11 @@ class Setting:
         return ", ".join(words)
 
     def _checked(self, kind: Any, value: Any) -> Any:
-        made = made_of(kind, value)
-        problem = self.problem(made)
+        typed = made_of(kind, value)
+        problem = self.problem(typed)
         if problem is not None:
             raise ValueError(problem)
-        return made
+        return typed
 
 
 REQUIRED = object()
@@ -169,7 +172,7 @@ class Declared(NamedTuple):
             return self.none
         if not self.shape.depth:
             return self.shape.element(value)
-        return [self.shape.element(one) for one in _flat(value if isinstance(value, Sequence) else (value,))]
+        return [self.shape.element(entry) for entry in _flat(value if isinstance(value, Sequence) else (value,))]
 
     def to_file(self, value: Any) -> Any:
         """Return a parameter as the value that a file has for it.
@@ -193,18 +196,18 @@ class Declared(NamedTuple):
         if any(isinstance(number, float) and not math.isfinite(number) for number in numbers):
             return "expected finite numbers"
         try:
-            found = self.to_file(value)
+            plain = self.to_file(value)
         except InputError as error:
             return str(error).removeprefix(f"{self.name}: ")
-        if found is None or found == [] or self.shape.depth > 1:
+        if plain is None or plain == [] or self.shape.depth > 1:
             return None
-        if isinstance(found, list):
-            if self.shape.length is not None and len(found) != self.shape.length:
+        if isinstance(plain, list):
+            if self.shape.length is not None and len(plain) != self.shape.length:
                 return f"expected {COUNT_WORDS.get(self.shape.length, self.shape.length)} numbers"
-            found = tuple(found)
-        elif isinstance(found, float | int) and self.setting.outside(found):
+            plain = tuple(plain)
+        elif isinstance(plain, float | int) and self.setting.outside(plain):
             return f"expected {self.setting.range_text()} {self.setting.unit}".rstrip()
-        return self.setting.problem(made_of(self.kind, found))
+        return self.setting.problem(made_of(self.kind, plain))
 
 
 class SettingShape(NamedTuple):
@@ -242,11 +245,11 @@ def shape_of(kind: Any) -> SettingShape:
 
 
 def _flat(value: Iterable[Any]) -> Iterable[Any]:
-    for one in value:
-        if isinstance(one, Sequence) and not isinstance(one, str):
-            yield from _flat(one)
+    for entry in value:
+        if isinstance(entry, Sequence) and not isinstance(entry, str):
+            yield from _flat(entry)
         else:
-            yield one
+            yield entry
 
 
 def made_of(kind: Any, value: Any) -> Any:
@@ -268,15 +271,15 @@ def declared(settings: type[tuple[Any, ...]]) -> tuple[Declared, ...]:
     """
     defaults = cast(Any, settings)._field_defaults
     within = sections(settings)
-    found = []
+    declarations = []
     for name, hint in _hints(settings).items():
         if name in within:
             continue
-        one = declared_as(name, hint, defaults.get(name, REQUIRED))
-        if one is None:
+        declaration = declared_as(name, hint, defaults.get(name, REQUIRED))
+        if declaration is None:
             raise TypeError(f"{settings.__name__}.{name}: expected Annotated[..., Setting(...)]")
-        found.append(one)
-    return tuple(found)
+        declarations.append(declaration)
+    return tuple(declarations)
 
 
 @cache
@@ -285,7 +288,7 @@ def sections(settings: type[tuple[Any, ...]]) -> dict[str, type[tuple[Any, ...]]
     return {
         name: get_args(hint)[0]
         for name, hint in _hints(settings).items()
-        if any(isinstance(one, Keys) for one in get_args(hint)[1:])
+        if any(isinstance(annotation, Keys) for annotation in get_args(hint)[1:])
     }
 
 
@@ -295,12 +298,12 @@ def setting_named(settings: type[tuple[Any, ...]], name: str) -> Declared:
     Raises:
         KeyError: it has no such field.
     """
-    return {one.name: one for one in declared(settings)}[name]
+    return {declaration.name: declaration for declaration in declared(settings)}[name]
 
 
 def declared_as(name: str, hint: Any, default: Any) -> Declared | None:
     """Return the setting that an annotation declares, None where it carries no `Setting`."""
-    setting = next((one for one in get_args(hint)[1:] if isinstance(one, Setting)), None)
+    setting = next((annotation for annotation in get_args(hint)[1:] if isinstance(annotation, Setting)), None)
     if get_origin(hint) is not Annotated or setting is None:
         return None
     kind, optional = _without_none(get_args(hint)[0])
@@ -311,7 +314,7 @@ def _without_none(kind: Any) -> tuple[Any, bool]:
     """Return a type without None, and whether None was one of its alternatives."""
     if get_origin(kind) not in (Union, UnionType) or NoneType not in get_args(kind):
         return kind, False
-    (present,) = (one for one in get_args(kind) if one is not NoneType)
+    (present,) = (alternative for alternative in get_args(kind) if alternative is not NoneType)
     return present, True
 
 
@@ -322,33 +325,36 @@ def as_numbers(settings: S) -> S:
     stands for a float becomes one.
     """
     values: dict[str, Any] = {name: as_numbers(getattr(settings, name)) for name in sections(type(settings))}
-    for one in declared(type(settings)):
-        value: Any = getattr(settings, one.name)
-        if one.kind is str:
-            values[one.name] = one.setting.choices.index(value)
+    for declaration in declared(type(settings)):
+        value: Any = getattr(settings, declaration.name)
+        if declaration.kind is str:
+            values[declaration.name] = declaration.setting.choices.index(value)
         elif value is None:
-            values[one.name] = 0 if one.kind is int else math.inf
-        elif one.kind is float:
-            values[one.name] = float(value)
+            values[declaration.name] = 0 if declaration.kind is int else math.inf
+        elif declaration.kind is float:
+            values[declaration.name] = float(value)
         else:
-            values[one.name] = value
+            values[declaration.name] = value
     return type(settings)(**values)
 
 
 def to_parameters(settings: tuple[Any, ...]) -> dict[str, Any]:
     """Return settings without sections as a node's parameters take them (`GraphNode.declare_settings`)."""
-    return {one.name: one.to_parameter(getattr(settings, one.name)) for one in declared(type(settings))}
+    return {
+        declaration.name: declaration.to_parameter(getattr(settings, declaration.name))
+        for declaration in declared(type(settings))
+    }
 
 
 def from_parameters(settings: type[S], values: Mapping[str, Any]) -> S:
     """Return settings without sections from a node's parameters, which may be among others."""
-    found = {}
-    for one in declared(settings):
-        value = one.to_file(values[one.name])
-        if value is None and one.setting.unlimited:
+    fields = {}
+    for declaration in declared(settings):
+        value = declaration.to_file(values[declaration.name])
+        if value is None and declaration.setting.unlimited:
             value = math.inf
-        found[one.name] = made_of(one.kind, tuple(value) if isinstance(value, list) else value)
-    return settings(**found)
+        fields[declaration.name] = made_of(declaration.kind, tuple(value) if isinstance(value, list) else value)
+    return settings(**fields)
 
 
 def read_settings(content: Mapping[str, Any], settings: type[S], section: str) -> S:
@@ -383,13 +389,15 @@ class Keys:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """Return pydantic's schema of the section: a mapping in the file, the NamedTuple once read."""
         fields = {}
-        for one in declared(source):
-            if one.name in self.without:
+        for declaration in declared(source):
+            if declaration.name in self.without:
                 continue
-            schema = handler.generate_schema(Annotated[one.kind | None if one.optional else one.kind, one.setting])
-            if one.default is not REQUIRED:
-                schema = core_schema.with_default_schema(schema, default=one.default)
-            fields[one.name] = core_schema.typed_dict_field(schema, required=one.default is REQUIRED)
+            schema = handler.generate_schema(
+                Annotated[declaration.kind | None if declaration.optional else declaration.kind, declaration.setting]
+            )
+            if declaration.default is not REQUIRED:
+                schema = core_schema.with_default_schema(schema, default=declaration.default)
+            fields[declaration.name] = core_schema.typed_dict_field(schema, required=declaration.default is REQUIRED)
         for name, section in sections(source).items():
             inner: Any = Annotated[section, Keys()]
             schema = core_schema.with_default_schema(handler.generate_schema(inner), default=section())
@@ -416,9 +424,9 @@ def _mapping(content: Any, plain: Callable[[Any], dict[str, Any]]) -> Any:
 def plain_keys(settings: tuple[Any, ...], without: Collection[str] = ()) -> dict[str, Any]:
     """Return settings as a section of a file has them: keys with values, no limit as None, sections within."""
     values = {
-        one.name: None if (value := getattr(settings, one.name)) == math.inf else value
-        for one in declared(type(settings))
-        if one.name not in without
+        declaration.name: None if (value := getattr(settings, declaration.name)) == math.inf else value
+        for declaration in declared(type(settings))
+        if declaration.name not in without
     }
     return values | {name: plain_keys(getattr(settings, name)) for name in sections(type(settings))}
 
@@ -435,27 +443,31 @@ def keys_of(model: type[BaseModel], names: Iterable[str]) -> list[Declared]:
         names: of keys, of whole sections, or of keys in sections: `zone`, `ekf.gyro`.
     """
     hints = get_type_hints(model, include_extras=True)
-    found: dict[str, Declared] = {}
+    declarations: dict[str, Declared] = {}
     for name in names:
         top, _, inner = name.partition(".")
         field = model.model_fields[top]
-        keys = next((one for one in field.metadata if isinstance(one, Keys)), None)
+        keys = next((annotation for annotation in field.metadata if isinstance(annotation, Keys)), None)
         if keys is None:
             default = None if field.is_required() else field.get_default(call_default_factory=True)
-            one = declared_as(top, hints[top], default)
-            assert one is not None, f"{top}: expected a setting or a section"
-            found[top] = one
+            declaration = declared_as(top, hints[top], default)
+            assert declaration is not None, f"{top}: expected a setting or a section"
+            declarations[top] = declaration
             continue
         section: Any = field.annotation
         for key in section_keys(section, f"{top}.", keys.without):
             if not inner or key.name == name or key.name.startswith(f"{name}."):
-                found[key.name] = key
-    return list(found.values())
+                declarations[key.name] = key
+    return list(declarations.values())
 
 
 def section_keys(settings: type[tuple[Any, ...]], prefix: str, without: Sequence[str] = ()) -> list[Declared]:
     """Return the keys of a section and of those within it, named with a prefix that ends in a dot."""
-    own = [one._replace(name=prefix + one.name) for one in declared(settings) if one.name not in without]
+    own = [
+        declaration._replace(name=prefix + declaration.name)
+        for declaration in declared(settings)
+        if declaration.name not in without
+    ]
     within = [section_keys(section, f"{prefix}{name}.") for name, section in sections(settings).items()]
     return [*own, *(key for keys in within for key in keys)]
 

@@ -24,7 +24,7 @@ class PlacedFrame(NamedTuple):
     def to_base(self, point: Vector) -> Vector:
         """Return a point (m) of this frame in that of the base."""
         x, y, z = (
-            start + sum(one * part for one, part in zip(row, point, strict=True))
+            start + sum(factor * part for factor, part in zip(row, point, strict=True))
             for start, row in zip(self.origin, self.axes, strict=True)
         )
         return x, y, z
@@ -33,13 +33,13 @@ class PlacedFrame(NamedTuple):
 def static_frames(urdf: str) -> dict[str, PlacedFrame]:
     """Return the frames that are fixed to the base, by their names; the base is one of them."""
     fixed = [joint for joint in ElementTree.fromstring(urdf).iter("joint") if joint.get("type") == "fixed"]
-    found = {BASE_FRAME: PlacedFrame((0.0, 0.0, 0.0), STRAIGHT)}
-    while new := [joint for joint in fixed if _name(joint, "child") not in found and _name(joint, "parent") in found]:
+    frames = {BASE_FRAME: PlacedFrame((0.0, 0.0, 0.0), STRAIGHT)}
+    while new := [joint for joint in fixed if _name(joint, "child") not in frames and _name(joint, "parent") in frames]:
         for joint in new:
-            parent, origin = found[_name(joint, "parent")], joint.find("origin")
+            parent, origin = frames[_name(joint, "parent")], joint.find("origin")
             place, turn = (_vector(origin, key) for key in ("xyz", "rpy"))
-            found[_name(joint, "child")] = PlacedFrame(parent.to_base(place), _product(parent.axes, _turned(*turn)))
-    return found
+            frames[_name(joint, "child")] = PlacedFrame(parent.to_base(place), _product(parent.axes, _turned(*turn)))
+    return frames
 
 
 def _name(joint: ElementTree.Element, end: str) -> str:
@@ -62,7 +62,7 @@ def _turned(roll: float, pitch: float, yaw: float) -> Matrix:
     )
 
 
-def _product(one: Matrix, other: Matrix) -> Matrix:
-    columns = tuple(zip(*other, strict=True))
-    x, y, z = (tuple(sum(a * b for a, b in zip(row, column, strict=True)) for column in columns) for row in one)
+def _product(left: Matrix, right: Matrix) -> Matrix:
+    columns = tuple(zip(*right, strict=True))
+    x, y, z = (tuple(sum(a * b for a, b in zip(row, column, strict=True)) for column in columns) for row in left)
     return (x[0], x[1], x[2]), (y[0], y[1], y[2]), (z[0], z[1], z[2])

@@ -17,15 +17,15 @@ CLOSE = 0.7
 
 def meant(name: str, known: Collection[str], close: float = CLOSE) -> str | None:
     """Return the known name that is most like another, upper or lower case; None where none is like it."""
-    folded = {one.casefold(): one for one in known}
-    found = difflib.get_close_matches(name.casefold(), folded, 1, close)
-    return folded[found[0]] if found else None
+    folded = {known_name.casefold(): known_name for known_name in known}
+    matches = difflib.get_close_matches(name.casefold(), folded, 1, close)
+    return folded[matches[0]] if matches else None
 
 
 def did_you_mean(name: object, known: Collection[str]) -> str:
     """Return the end of a message that refuses a name: a question, or nothing where no known name is like it."""
-    found = meant(name, known) if isinstance(name, str) else None
-    return f" (did you mean {found}?)" if found is not None else ""
+    suggestion = meant(name, known) if isinstance(name, str) else None
+    return f" (did you mean {suggestion}?)" if suggestion is not None else ""
 
 
 def expected_one_of(name: object, known: Collection[str], besides: str = "", what: str = "one of") -> str:
@@ -50,8 +50,8 @@ MOST_PLACES = 3
 def did_you_mean_elsewhere(name: str, schema: Mapping[str, Any]) -> str:
     """Return the end of a message that refuses a key: the keys of that name in the sections of a JSON Schema."""
     sections = [(), *((section,) for section in sorted(keys_at(schema, ())))]
-    found = [".".join((*section, name)) for section in sections if name in keys_at(schema, section)]
-    return f" (did you mean {' or '.join(found[:MOST_PLACES])}?)" if found else ""
+    places = [".".join((*section, name)) for section in sections if name in keys_at(schema, section)]
+    return f" (did you mean {' or '.join(places[:MOST_PLACES])}?)" if places else ""
 
 
 def unit_at(schema: Mapping[str, Any], keys: Sequence[str]) -> str:
@@ -63,7 +63,7 @@ def unit_at(schema: Mapping[str, Any], keys: Sequence[str]) -> str:
         inside = [child for place in places for child in _children(place, key)]
         places = [alternative for child in inside for alternative in _alternatives(child, definitions)]
         # that of a list is also that of its numbers
-        units = [found[1] for one in places if (found := UNIT.search(one.get("description", "")))]
+        units = [match[1] for place in places if (match := UNIT.search(place.get("description", "")))]
         unit = units[0] if units else unit if key.isdecimal() else ""
     return unit
 
@@ -72,9 +72,9 @@ def _children(place: Mapping[str, Any], key: str) -> Iterator[Mapping[str, Any]]
     child = place.get("properties", {}).get(key)
     items = place.get("prefixItems", ())
     nth = items[int(key)] if key.isdecimal() and int(key) < len(items) else None
-    for found in (child, nth, place.get("items"), place.get("additionalProperties")):
-        if isinstance(found, Mapping):
-            yield found
+    for candidate in (child, nth, place.get("items"), place.get("additionalProperties")):
+        if isinstance(candidate, Mapping):
+            yield candidate
 
 
 def _alternatives(place: Mapping[str, Any], definitions: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
@@ -83,5 +83,5 @@ def _alternatives(place: Mapping[str, Any], definitions: Mapping[str, Any]) -> I
     if "$ref" in place:
         yield from _alternatives(definitions[place["$ref"].rpartition("/")[2]], definitions)
     for word in ("anyOf", "oneOf", "allOf"):
-        for one in place.get(word, ()):
-            yield from _alternatives(one, definitions)
+        for alternative in place.get(word, ()):
+            yield from _alternatives(alternative, definitions)

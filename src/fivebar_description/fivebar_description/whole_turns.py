@@ -30,6 +30,11 @@ def same_turn(angle: float, near: float) -> float:
     return angle - turns * math.tau if abs(apart - turns * math.tau) < LARGEST_CHANGE else angle
 
 
+def nearest_turn(angle: float, near: float) -> float:
+    """Return an angle (rad) of all turns on the one that brings it nearest to another; as it is where that is NaN."""
+    return angle + math.tau * round((near - angle) / math.tau) if math.isfinite(near) else angle
+
+
 def turns_between(angle: float, same: float) -> int:
     """Return how many whole turns an angle is beyond what `same_turn` has made of it."""
     beyond = angle - same
@@ -45,8 +50,8 @@ def continuous(angles: NDArray[np.float64]) -> NDArray[np.float64]:
             followed.append(same_turn(angle, near))
             near = near if math.isnan(followed[-1]) else followed[-1]
         columns.append(followed)
-    found = np.array(columns).T.reshape(angles.shape)
-    return angles if np.array_equal(found, angles, equal_nan=True) else found
+    unwrapped = np.array(columns).T.reshape(angles.shape)
+    return angles if np.array_equal(unwrapped, angles, equal_nan=True) else unwrapped
 
 
 def counter_change(before: int, now: int) -> int:

@@ -67,7 +67,7 @@ class Camera:
         if frame is not None:
             self._seen[frame.number] = self._exposed(frame, position, velocity)
         self._before = velocity
-        return [self._seen.pop(one.number) for one in self._schedule.arrived(sample)]
+        return [self._seen.pop(due.number) for due in self._schedule.arrived(sample)]
 
     def stamp_ns(self, sample_stamp_ns: int) -> int:
         """Return the camera's stamp (ns) of a picture by that of its sample (ns)."""

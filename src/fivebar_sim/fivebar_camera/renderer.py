@@ -57,11 +57,11 @@ class RenderedPosture(NamedTuple):
 
 def posture_of(robot: FiveBar, q11: float, q21: float, q22: float) -> RenderedPosture:
     """Return the posture of the robot at its joint angles (rad); the platform is at the tip of leg 2."""
-    one, two = robot.leg1, robot.leg2
-    elbow1 = one.base_x + one.proximal * math.cos(q11), one.proximal * math.sin(q11)
-    elbow2 = two.base_x + two.proximal * math.cos(q21), two.proximal * math.sin(q21)
+    leg1, leg2 = robot.leg1, robot.leg2
+    elbow1 = leg1.base_x + leg1.proximal * math.cos(q11), leg1.proximal * math.sin(q11)
+    elbow2 = leg2.base_x + leg2.proximal * math.cos(q21), leg2.proximal * math.sin(q21)
     angle = q21 + q22
-    platform = elbow2[0] + two.distal * math.cos(angle), elbow2[1] + two.distal * math.sin(angle)
+    platform = elbow2[0] + leg2.distal * math.cos(angle), elbow2[1] + leg2.distal * math.sin(angle)
     return RenderedPosture(elbow1, elbow2, platform, angle)
 
 
@@ -115,7 +115,7 @@ def _grid(pixels: slice) -> Points:
 def _between_knots(values: Points, pixels: slice, axis: int) -> Points:
     """Return values that are given at the places of a grid, along an axis, at some pixels."""
     whole, part = np.divmod(np.arange(pixels.stop - pixels.start), GRID)
-    weight = (part / GRID).reshape([-1 if one == axis else 1 for one in range(values.ndim)])
+    weight = (part / GRID).reshape([-1 if dimension == axis else 1 for dimension in range(values.ndim)])
     before, after = values.take(whole, axis), values.take(whole + 1, axis)
     return before + weight * (after - before)
 
@@ -135,7 +135,7 @@ def paint(light: Light, lens: Lens, placed: PlacedSheet) -> None:
         du, dv = OFFSETS[moment if moment < len(OFFSETS) else MOMENTS - 1 - moment]
         offset = middle + du * by_column + dv * by_row
         x, y, angle = (
-            one[moment, rows if per_row else slice(None), np.newaxis] for one in (placed.x, placed.y, placed.angle)
+            table[moment, rows if per_row else slice(None), np.newaxis] for table in (placed.x, placed.y, placed.angle)
         )
         c, s, dx, dy = np.cos(angle), np.sin(angle), offset[0] - x, offset[1] - y
         column = _turned_by(points, c, s, texture.column_of(c * dx + s * dy), 1.0 / texture.texel)
@@ -149,7 +149,7 @@ def paint(light: Light, lens: Lens, placed: PlacedSheet) -> None:
 
 def _turned_by(points: Light, c: Points, s: Points, constant: Points, scale: float) -> Light:
     """Return scale (c x + s y) + constant of points [h, w, 2], each factor [h or 1, 1]."""
-    by_x, by_y, rest = (one.astype(np.float32) for one in (scale * c, scale * s, constant))
+    by_x, by_y, rest = (factor.astype(np.float32) for factor in (scale * c, scale * s, constant))
     turned: Light = by_x * points[..., 0] + by_y * points[..., 1] + rest
     return turned
 
@@ -220,8 +220,8 @@ class Renderer:
         for moment in range(LINK_MOMENTS):
             posture = posture_at(exposure * ((moment + 0.5) / LINK_MOMENTS - 0.5))
             drawn = np.zeros(self.lens.shape, np.uint8)
-            one, two = self._robot.leg1.base_x, self._robot.leg2.base_x
-            for base, elbow in (((one, 0.0), posture.elbow1), ((two, 0.0), posture.elbow2)):
+            base1, base2 = self._robot.leg1.base_x, self._robot.leg2.base_x
+            for base, elbow in (((base1, 0.0), posture.elbow1), ((base2, 0.0), posture.elbow2)):
                 self._draw(drawn, base, elbow, PROXIMAL_HEIGHT)
                 self._draw(drawn, elbow, posture.platform, DISTAL_HEIGHT)
             cover += drawn // LINK_MOMENTS

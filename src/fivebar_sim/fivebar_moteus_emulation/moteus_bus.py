@@ -195,7 +195,7 @@ class MoteusBus(CanLink[MoteusLinkFile]):
             return
         source, destination = message.arbitration_id >> 8 & 0x7F, message.arbitration_id & 0xFF
         reached = [motors.number_of(motor.facts.id) for motor in motors.motors]
-        for number in (one for one in reached if one is not None):
+        for number in (index for index in reached if index is not None):
             motor = motors.motors[number]
             if destination in (motor.facts.id, BROADCAST):
                 said = self._answered(motors, number, bytes(message.data))
@@ -206,24 +206,24 @@ class MoteusBus(CanLink[MoteusLinkFile]):
         """Do what a frame asks for, and return the answer; None where the frame is not meant."""
         state = self.states[number]
         asked = list(wire.subframes(data))
-        if any(one.kind == wire.WRITE and one.register in UUID_MASKS for one in asked):
+        if any(subframe.kind == wire.WRITE and subframe.register in UUID_MASKS for subframe in asked):
             return None
         written = {
-            one.register: wire.scaled(one.raw, one.resolution, KINDS.get(one.register, wire.WHOLE))
-            for one in asked
-            if one.kind == wire.WRITE
+            subframe.register: wire.scaled(subframe.raw, subframe.resolution, KINDS.get(subframe.register, wire.WHOLE))
+            for subframe in asked
+            if subframe.kind == wire.WRITE
         }
-        found = self._command(motors, number, written)
-        registers = self._registers(motors.motors[number], state, found)
+        shaft = self._command(motors, number, written)
+        registers = self._registers(motors.motors[number], state, shaft)
         said = b""
-        for one in asked:
-            if one.kind == wire.READ:
-                said += _read(registers, one)
-            elif one.kind == wire.SAY:
-                state.obey(one.text)
-            elif one.kind == wire.POLL:
-                text, state.to_say = state.to_say[: one.resolution], state.to_say[one.resolution :]
-                said += wire.said(one.register, text)
+        for subframe in asked:
+            if subframe.kind == wire.READ:
+                said += _read(registers, subframe)
+            elif subframe.kind == wire.SAY:
+                state.obey(subframe.text)
+            elif subframe.kind == wire.POLL:
+                text, state.to_say = state.to_say[: subframe.resolution], state.to_say[subframe.resolution :]
+                said += wire.said(subframe.register, text)
         return said
 
     def _command(self, motors: EmulatedMotors, number: int, written: Mapping[int, float]) -> ShaftState:
@@ -256,27 +256,27 @@ class MoteusBus(CanLink[MoteusLinkFile]):
                 elif not self.link.encoder_validity & 1:
                     _fail(state, motor, "THETA_INVALID")
 
-    def _registers(self, motor: SimulatedMotor, state: MoteusState, found: ShaftState) -> dict[int, float]:
+    def _registers(self, motor: SimulatedMotor, state: MoteusState, shaft: ShaftState) -> dict[int, float]:
         """Return what can be read of a drive whose last frame has found a state.
 
         Motion, torque and current are those that it found, and not what it leads to.
         """
-        turns, speed = found.position / math.tau, found.velocity / math.tau
+        turns, speed = shaft.position / math.tau, shaft.velocity / math.tau
         return {
             MODE_REGISTER: state.mode,
             0x001: turns,
             0x002: speed,
-            0x003: found.torque,
-            0x004: found.torque / motor.facts.torque_constant,
+            0x003: shaft.torque,
+            0x004: shaft.torque / motor.facts.torque_constant,
             0x005: 0.0,
-            0x007: found.torque * found.velocity,
+            0x007: shaft.torque * shaft.velocity,
             0x00A: 0.0,
             0x00B: 1,
             0x00C: self.link.home_state,
             0x00D: state.voltage,
             0x00E: 30.0,
             0x00F: state.fault,
-            0x03A: found.torque,
+            0x03A: shaft.torque,
             0x050: turns % 1.0,
             0x051: speed,
             0x058: self.link.encoder_validity,
@@ -302,12 +302,12 @@ def _fail(state: MoteusState, motor: SimulatedMotor, error: str) -> None:
     motor.command(False, 0.0)
 
 
-def _torque(state: MoteusState, found: ShaftState) -> float:
+def _torque(state: MoteusState, shaft: ShaftState) -> float:
     """Return the torque (Nm) of the last command: that of the loop about its position, and what is fed forward."""
     registers, held, _ = state.commanded
     position, speed = registers[0x020], registers[0x021]
-    turns = (held / math.tau if math.isnan(position) else position) - found.position / math.tau
-    rate = (0.0 if math.isnan(speed) else speed) - found.velocity / math.tau
+    turns = (held / math.tau if math.isnan(position) else position) - shaft.position / math.tau
+    rate = (0.0 if math.isnan(speed) else speed) - shaft.velocity / math.tau
     kp, kd = (float(state.settings[f"servo.pid_position.{gain}"]) for gain in ("kp", "kd"))
     kp_scale = registers[0x023]
     torque = kp_scale * kp * turns + min(registers[0x024], kp_scale) * kd * rate + registers[0x022]

@@ -99,11 +99,11 @@ class MujocoMotion:
         (_, q12, _, q22), (_, v12, _, v22) = (values.tolist() for values in self.joints)
         angles, speeds = self._data.qpos[self._motors].tolist(), self._data.qvel[self._motors].tolist()
         discs = self._robot.leg1.disc, self._robot.leg2.disc
-        one, two = self._read = [
+        reading1, reading2 = self._read = [
             read_at(disc, angle, speed, time, before)
             for disc, angle, speed, before in zip(discs, angles, speeds, self._read, strict=True)
         ]
-        return (one.angle, q12, two.angle, q22), (one.speed, v12, two.speed, v22)
+        return (reading1.angle, q12, reading2.angle, q22), (reading1.speed, v12, reading2.speed, v22)
 
     def advance(self, applied: tuple[float, float]) -> float:
         """Move on by a sample under applied torques (Nm); return the loop's gap (m), infinite where that cannot be."""
@@ -121,8 +121,8 @@ class MujocoMotion:
         self._number += 1
         self._apply(self._currents, self._number * period, 0.0)
         mujoco.mj_forward(self._model, self._data)
-        one, two = self._data.site_xpos[self._sites].tolist()
-        gap = math.dist(one, two)
+        tip1, tip2 = self._data.site_xpos[self._sites].tolist()
+        gap = math.dist(tip1, tip2)
         return gap if gap <= (MAX_STRETCH if self.mechanism.compliant else MAX_GAP) else math.inf
 
     def _move(self, begin: float, length: float) -> None:
@@ -150,7 +150,8 @@ class MujocoMotion:
     def _currents_after(self, time: float) -> list[float]:
         band = self._robot.bandwidth
         return [
-            current_after(one, wanted, band, time) for one, wanted in zip(self._currents, self._wanted, strict=True)
+            current_after(current, wanted, band, time)
+            for current, wanted in zip(self._currents, self._wanted, strict=True)
         ]
 
     def hold(self, x: float, y: float) -> None:
@@ -161,8 +162,8 @@ class MujocoMotion:
     def carry(self, robot: FiveBar) -> None:
         """Go on with another mass of the platform, that of a modelled robot."""
         self.mechanism = mechanism_of(robot, self._settings, self._rate_hz)
-        made = mujoco_robot(robot, self._settings, self.mechanism, self.step)
-        self._robot = made._replace(push=self._robot.push)
+        loaded = mujoco_robot(robot, self._settings, self.mechanism, self.step)
+        self._robot = loaded._replace(push=self._robot.push)
         self._model = mujoco.MjModel.from_xml_string(self._robot.model)
         self._arms = self._arms_of_distal_links()
         before, self._data = self._data, mujoco.MjData(self._model)
@@ -208,8 +209,8 @@ class MujocoMotion:
         if robot.shaking.pulsation > 0.0:
             weight = felt_weight(robot.shaking, self.mechanism.weight_x, self.mechanism.weight_y, time)
             self._model.opt.gravity[:2] = weight
-        one, two = self._motors
-        share = supplied_share(robot.supply, currents[0], rates[one], currents[1], rates[two])
+        motor1, motor2 = self._motors
+        share = supplied_share(robot.supply, currents[0], rates[motor1], currents[1], rates[motor2])
         for leg, current, motor, link, warm in zip(
             (robot.leg1, robot.leg2), currents, self._motors, (q11, q21), hot, strict=True
         ):
@@ -246,7 +247,10 @@ class MujocoMotion:
     def _load(self, places: Vector, time: float) -> None:
         """Apply what acts on the platform at a time (s) with the joints at places (rad)."""
         robot = self._robot
-        theta = [float(places[one] + places[two]) for one, two in zip(self._links[::2], self._links[1::2], strict=True)]
+        theta = [
+            float(places[proximal] + places[distal])
+            for proximal, distal in zip(self._links[::2], self._links[1::2], strict=True)
+        ]
         push = push_at(robot.push, time, math.cos(theta[0]), math.sin(theta[0]))
         pull = cable_force(robot.cable, *self._platform(places))
         x, y = push.x + pull.x + robot.force_x, push.y + pull.y + robot.force_y

@@ -123,11 +123,11 @@ def check_has_effects(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> 
     there = mujoco_robot(robot, settings, mechanism)
     for section, kind in sections(PlantSettings).items():
         effect = getattr(settings, section)
-        for one in declared(kind):
-            value = getattr(effect, one.name)
-            if value == one.default:
+        for setting in declared(kind):
+            value = getattr(effect, setting.name)
+            if value == setting.default:
                 continue
-            without = settings._replace(**{section: effect._replace(**{one.name: one.default})})
+            without = settings._replace(**{section: effect._replace(**{setting.name: setting.default})})
             try:
                 other = mechanism_of(robot, without, rate_hz)
                 ignored = other != mechanism and mujoco_robot(robot, without, other) == there
@@ -136,6 +136,6 @@ def check_has_effects(robot: FiveBar, settings: PlantSettings, rate_hz: int) -> 
                 continue
             if ignored:
                 raise InputError(
-                    f"plant.{section}.{one.name}: {value}: MuJoCo's robot does not have this: expected {one.default},"
-                    " or plant.engine pinocchio"
+                    f"plant.{section}.{setting.name}: {value}: MuJoCo's robot does not have this: expected"
+                    f" {setting.default}, or plant.engine pinocchio"
                 )

@@ -11,7 +11,7 @@ from fivebar_description.settings import Keys, declared
 from fivebar_description.strict_yaml import StrictModel
 from fivebar_sim.effects.settings import FrictionScale, InertiaScale, MassScale, PlantSettings
 
-NOT_EFFECTS = tuple(one.name for one in declared(PlantSettings) if one.name not in ("engine", "seed"))
+NOT_EFFECTS = tuple(setting.name for setting in declared(PlantSettings) if setting.name not in ("engine", "seed"))
 """Settings of a plant that have keys of their own here, or that the hardware has."""
 
 Four = Annotated[tuple[float, float, float, float], Field(strict=False)]

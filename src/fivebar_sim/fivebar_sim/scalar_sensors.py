@@ -81,7 +81,7 @@ class ScalarSensor:
     def arrived(self, sample: int, angles: Sequence[float]) -> list[ScalarReading]:
         """Return what arrives with a sample, given the exact joint angles (rad) at it."""
         arrived = self._queue.arrived(sample, self._read(angles))
-        return [ScalarReading(self._name, self.topic, made, value) for made, value in arrived]
+        return [ScalarReading(self._name, self.topic, number, value) for number, value in arrived]
 
 
 def scalar_sensors(
@@ -96,10 +96,10 @@ def scalar_sensors(
         rate_hz: samples per second.
         seed: of losses, noise, and of the encoder's phase.
     """
-    found = []
+    sensors = []
     if passive.leg:
         encoder, place = passive_numbers(passive, seed), passive.place
-        found.append(
+        sensors.append(
             ScalarSensor(
                 passive.joint,
                 PASSIVE_STATES,
@@ -112,7 +112,7 @@ def scalar_sensors(
         )
     if extra is not None:
         numbers, noise, read = extra.numbers, extra_noise(seed), extra.kind.read
-        found.append(
+        sensors.append(
             ScalarSensor(
                 EXTRA_NAME,
                 EXTRA_READINGS,
@@ -123,4 +123,4 @@ def scalar_sensors(
                 seed,
             )
         )
-    return found
+    return sensors

@@ -169,28 +169,28 @@ class SimulatedPlant:
         rate_hz = self._scenario.rate_hz
         imu = tuple(
             TimedTurn(
-                time_of_stamp(self._imu_clock.stamp_ns(made)),
-                one.angular_velocity,
-                one.acceleration,
+                time_of_stamp(self._imu_clock.stamp_ns(made_at)),
+                turn.angular_velocity,
+                turn.acceleration,
             )
-            for made, one in self._imu.arrived(number, self._robot.measure_imu())
+            for made_at, turn in self._imu.arrived(number, self._robot.measure_imu())
         )
         scalars: list[ScalarReading] = []
         if self._scalars:
             exact = self._robot.truth().position
-            scalars = [one for sensor in self._scalars for one in sensor.arrived(number, exact)]
+            scalars = [scalar for sensor in self._scalars for scalar in sensor.arrived(number, exact)]
         timed = [
             (scalar.topic, time_of_stamp(sample_stamp_ns(scalar.made, rate_hz)), scalar.value) for scalar in scalars
         ]
         seen: tuple[TimedPosition, ...] = ()
         if self.camera is not None:
             seen = tuple(
-                TimedPosition(time_of_stamp(one.stamp), *one.reading)
-                for one in self.camera.arrived(number, self._robot.truth())
+                TimedPosition(time_of_stamp(sight.stamp), *sight.reading)
+                for sight in self.camera.arrived(number, self._robot.truth())
             )
         return readings._replace(
             imu=imu,
-            passive_angles=tuple(TimedAngle(*one) for topic, *one in timed if topic == PASSIVE_STATES),
+            passive_angles=tuple(TimedAngle(*fields) for topic, *fields in timed if topic == PASSIVE_STATES),
             camera=seen,
-            extra=tuple(TimedValue(*one) for topic, *one in timed if topic == EXTRA_READINGS),
+            extra=tuple(TimedValue(*fields) for topic, *fields in timed if topic == EXTRA_READINGS),
         )

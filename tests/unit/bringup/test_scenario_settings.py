@@ -22,6 +22,8 @@ from fivebar_control.planning.feasibility import LIKELIEST_WRONG_MODE
 from fivebar_control.planning.pacing import LOAD_AIM
 from fivebar_control.safety.brake import BRAKE_KAPPA, BRAKE_TIME
 from fivebar_control.safety.settings import Area
+from fivebar_control.scenario.guard_settings import guard_settings, motor_torque_limit
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.robot_defaults import expected_force
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.scenario.stopping import stop_cycles
@@ -131,7 +133,7 @@ def test_defaults_come_through_file_and_parameters(section: str) -> None:
 def test_the_tracking_limit_is_no_key_of_the_section_safety() -> None:
     with pytest.raises(InputError, match=r"unknown key \(did you mean tracking_error_limit\?\)$"):
         scenario(safety={"tracking_error_limit": 0.1})
-    assert scenario(tracking_error_limit=0.1).safety_settings().tracking_error_limit == 0.1
+    assert guard_settings(scenario(tracking_error_limit=0.1)).tracking_error_limit == 0.1
     with pytest.raises(InputError, match=r"^any.yaml: tracking_error_limit: 0.0: expected at least"):
         scenario(tracking_error_limit=0.0)
 
@@ -141,13 +143,13 @@ def test_the_tracking_limit_is_no_key_of_the_section_safety() -> None:
 )
 def test_the_lesser_torque_limit_holds(safety: float | None, drives: float | None, limit: float) -> None:
     given = scenario(safety={"torque_limit": safety}, plant={"torque_limit": drives})
-    assert given.torque_limit == given.safety_settings().torque_limit == limit
+    assert motor_torque_limit(given) == guard_settings(given).torque_limit == limit
 
 
 def test_without_any_torque_limit_there_is_none() -> None:
     given = scenario(plant={"torque_limit": None})
-    assert given.torque_limit is None
-    assert given.safety_settings().torque_limit == math.inf
+    assert motor_torque_limit(given) is None
+    assert guard_settings(given).torque_limit == math.inf
 
 
 def test_a_workspace_is_read_and_written_as_four_numbers() -> None:
@@ -194,7 +196,7 @@ def test_torques_and_sensors_follow_from_the_robot() -> None:
     assert (bench.unified.kp, bench.unified.kd, bench.unified.observer_rate) == (14400.0, 240.0, 90.0)
     assert bench.ekf.disturbance_initial == pytest.approx(0.1 * 0.035 / 0.55)
     assert (bench.estimator, bench.plant.encoder_counts, bench.plant.delay_samples) == ("ekf", 16384, 1)
-    assert bench.torque_limit == 0.186
+    assert motor_torque_limit(bench) == 0.186
     assert validate(yaml.safe_load(bench.to_yaml()), Scenario, "again") == bench
 
 
@@ -216,13 +218,14 @@ def test_the_estimator_expects_the_force_that_the_loads_of_the_robot_come_to(tmp
 
 @pytest.mark.parametrize("controller", ["mpc", "lqr"])
 def test_the_law_that_stands_in_has_the_size_of_the_robot(controller: str) -> None:
-    bench, dextar = (scenario(**{**given, "controller": controller}).tuned().nominal for given in (BENCH, {}))
+    bench, dextar = (tuned_controller(scenario(**{**given, "controller": controller})).nominal for given in (BENCH, {}))
     limit = {} if controller == "lqr" else {"disturbance_limit": 0.5 * 0.035 / 0.55}
     sized = {"fallback_kp": 14400.0, "fallback_kd": 240.0, "fallback_weight": 3.0 * (0.55 / 0.035) ** 2, **limit}
     assert {name: getattr(bench.settings, name) for name in sized} == pytest.approx(sized)
     default = dextar.law.settings()
     assert {name: getattr(dextar.settings, name) for name in sized} == {name: getattr(default, name) for name in sized}
-    given = scenario(**{**BENCH, "controller": controller}, law={"fallback_weight": 5.0}).tuned().nominal.settings
+    weighted = scenario(**{**BENCH, "controller": controller}, law={"fallback_weight": 5.0})
+    given = tuned_controller(weighted).nominal.settings
     assert (given.fallback_weight, given.fallback_kp) == (5.0, 14400.0)
 
 

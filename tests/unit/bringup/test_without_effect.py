@@ -11,7 +11,8 @@ import pytest
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.scenarios.without_effect import SWITCHED
 from fivebar_control.laws.registry import CONTROLLERS
-from fivebar_control.scenario.scenario import SECTIONS, ControlScenario, keys_of_laws
+from fivebar_control.scenario.law_settings import SECTIONS, keys_of_laws
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
 from fivebar_description.scenario_file import shipped_scenarios
 from fivebar_description.settings import with_keys

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from fivebar_description.whole_turns import continuous, counter_change, same_turn
+from fivebar_description.whole_turns import continuous, counter_change, nearest_turn, same_turn
 
 
 @pytest.mark.parametrize("turns", [-3, -1, 1, 2])
@@ -22,6 +22,11 @@ def test_whole_turns_are_taken_off(turns: int) -> None:
 )
 def test_what_is_no_whole_turn_apart_stays_bit_for_bit(angle: float, near: float) -> None:
     assert same_turn(angle, near) == angle
+
+
+@pytest.mark.parametrize(("near", "turn"), [(0.0, 0), (3.0, 0), (3.2, 1), (-3.2, -1), (40.0, 6), (math.nan, 0)])
+def test_an_angle_is_put_on_the_nearest_turn(near: float, turn: int) -> None:
+    assert nearest_turn(0.0, near) == turn * math.tau
 
 
 def test_wrapped_columns_are_continuous_again_and_others_untouched() -> None:

@@ -28,7 +28,7 @@ UNHURRIED = {"period_us": 50_000, "gather_deadline_us": 45_000, "watchdog_ms": 3
 """The driver gives a board up after some fifty answers that do not come in time: here after more than two seconds, in
 which a loaded machine lets the thread of the board go on."""
 
-PUSH = (0.003, -0.003)
+PUSH = (0.0003, -0.0003)
 """Less than the friction: the robot creeps, however long the machine stands still."""
 
 

@@ -28,7 +28,7 @@ from fivebar_studies.sweep.rows import FEASIBLE, SCREENED_OUT, SUCCESS_PROBABILI
 from result_pages import comparison, crossing, faults, laws, odds, rigs
 from result_pages.catalogue import PAGES, RUNS, whole_sample
 from result_pages.crossing_gain import MODE, PAIR, ROBOT
-from result_pages.making import ResultFiles, make_results
+from result_pages.making import ResultFiles, checked_cases, make_results
 from result_pages.page import MadeRun, ResultPage, StudyRun, TextTable
 
 HOME = Path(__file__).parents[3]
@@ -276,7 +276,7 @@ def test_a_run_replaces_its_rows_and_no_others(tmp_path: Path) -> None:
     assert "| value |" not in page
     assert "| run\\|s | value |" in ResultFiles(tmp_path / "pages", (toy_page(),)).whole()
     listed = (tmp_path / "pages/made.csv").read_text(encoding="utf-8")
-    assert re.search(r"^one,3,\d{4}-\d\d-\d\d,\d.*,toy --cases 3 --value 2$", listed, re.MULTILINE)
+    assert re.search(r"^one,3,\d{4}-\d\d-\d\d,\d.*,toy --cases 3 --value 2,3,[0-9a-f]{16}$", listed, re.MULTILINE)
 
 
 def test_processes_go_from_one_study_to_the_next(tmp_path: Path) -> None:
@@ -320,12 +320,44 @@ def test_the_same_run_again_keeps_its_date(tmp_path: Path) -> None:
     assert again["two"].made > "2001-02-03"
 
 
+def test_a_run_is_outdated_where_its_rows_would_be_others(tmp_path: Path) -> None:
+    made(tmp_path, 1.0, runs=("one",))
+    files = ResultFiles(tmp_path / "pages", (toy_page(),))
+    same, other, never = (
+        StudyRun(run, TOY.place, {"cases": 3, "value": value}, {"cases": 2})
+        for run, value in (("one", 1.0), ("one", 2.0), ("two", 1.0))
+    )
+
+    def outdated(run: StudyRun) -> str:
+        return files.outdated(run, LocalProcesses(1), silent)
+
+    assert outdated(same) == ""
+    assert outdated(other) == "made by toy --cases 3 --value 1, expected toy --cases 3 --value 2"
+    assert outdated(never) == "has not been made"
+    # other code that makes the same rows, and code that makes others
+    files.made["one"] = files.made["one"]._replace(program="0123456789abcdef")
+    assert outdated(same) == ""
+    files.made["one"] = files.made["one"]._replace(spot_check="0123456789abcdef")
+    assert outdated(same) == "other code made it, and of 3 of its cases some come out otherwise now"
+
+
+def test_cases_all_over_a_run_are_checked() -> None:
+    assert checked_cases(1, 3) == [0, 1, 2]
+    assert checked_cases(2, 379) == [0, 47, 94, 142, 189, 236, 284, 331]
+
+
+def test_the_script_names_the_runs_that_would_come_out_otherwise(tmp_path: Path) -> None:
+    called = script("--check", "--only", "exact,compare", "--out", str(tmp_path / "pages"))
+    assert called.returncode == 1, called.stderr
+    assert called.stdout.splitlines() == [f"{name}: has not been made" for name in ("exact", "compare")]
+
+
 def test_data_that_are_none_are_refused_in_one_line(tmp_path: Path) -> None:
     made(tmp_path, 1.0)
     for name, content, said in (
         ("toy.csv", "run,size\n", "toy.csv: line 1: expected run,value"),
         ("toy.csv", "run,value\none,x\n", "toy.csv: line 2: "),
-        ("made.csv", "run\n", "made.csv: line 1: expected run,sample,made,version,program,command"),
+        ("made.csv", "run\n", "made.csv: line 1: expected run,sample,made,version,program,command,cases,spot_check"),
     ):
         whole = (tmp_path / "pages" / name).read_bytes()
         (tmp_path / "pages" / name).write_text(content, encoding="utf-8")
@@ -350,8 +382,9 @@ def test_the_script_draws_the_page_again_from_their_data(tmp_path: Path) -> None
         assert (tmp_path / "pages" / path.name).read_bytes() == path.read_bytes(), path.name
 
 
-def test_an_unknown_run_is_refused() -> None:
-    called = script("--only", "calibratd")
+def test_an_unknown_run_is_refused_and_leaves_no_folder(tmp_path: Path) -> None:
+    called = script("--only", "calibratd", "--out", str(tmp_path / "pages"))
     assert called.returncode == 2
+    assert not (tmp_path / "pages").exists()
     assert "--only: 'calibratd'" in called.stderr
     assert "calibrated" in called.stderr

@@ -14,6 +14,7 @@ from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.planning.predicted_run import predict_run
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.trajectory.planner import plan_motion
 from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
@@ -54,7 +55,7 @@ def test_robots_off_the_model_stay_within_the_tube_of_the_mismatch() -> None:
         case = crossing.on("ideal")._replace(mass_scale=mass, inertia_scale=inertia, friction_scale=friction)
         scenario = case.scenario("unified")
         robot, plan = scenario.five_bar(), scenario.plan()
-        settings = scenario.tuned().nominal.settings
+        settings = tuned_controller(scenario).nominal.settings
         assert isinstance(settings, UnifiedSettings)
         samples = sampled(robot, plan, RATE_HZ)
         _, trace = traced_crossing(case_of(scenario), samples)

@@ -52,9 +52,9 @@ def read_bag(directory: Path, namespace: str | None = None) -> Recording:
         if isinstance(error, MemoryError):
             what = "a length in it is beyond this machine's memory, as in damaged files"
         raise BagError(directory, f"the bag cannot be read: {what}") from error
-    found = sum(len(topic.messages) for topic in topics.values())
-    if found < promised:
-        raise BagError(directory, f"the bag holds {found} of the {promised} messages that its metadata.yaml names")
+    count = sum(len(topic.messages) for topic in topics.values())
+    if count < promised:
+        raise BagError(directory, f"the bag holds {count} of the {promised} messages that its metadata.yaml names")
     if namespace is None:
         return Recording(directory, topics, custom_data, _found(directory, topics))
     known = _namespaces(topics)

@@ -124,7 +124,7 @@ class Recording:
     @property
     def strays(self) -> int:
         """How many messages are left out, of the topics that have been read so far."""
-        return sum(one.strays for one in self._decoded.values())
+        return sum(decoded.strays for decoded in self._decoded.values())
 
     def stamps(self, topic: Topic) -> IntArray:
         """Return the stamps in the messages' headers, int64[n] in nanoseconds."""
@@ -183,13 +183,13 @@ class Recording:
         if not self.count(RUN_EPOCH):
             return START_STAMP_NS
         announced = [text for text in self.read_texts(RUN_EPOCH, read_epoch) if text is not None][::-1]
-        sources = [one for one in (MOTOR_STATES, JOINT_STATES) if self.count(one)]
+        sources = [topic for topic in (MOTOR_STATES, JOINT_STATES) if self.count(topic)]
         stamps = set(self.stamps(sources[0]).tolist()) if sources else set()
         period = NANOSECONDS // rate_hz
-        begun = [one for one in announced if one - period not in stamps]
+        begun = [epoch for epoch in announced if epoch - period not in stamps]
         numbered = (
-            *(one for one in begun if one in stamps),
-            *(one for one in begun if any(sample_of_stamp(stamp, rate_hz, one) is not None for stamp in stamps)),
+            *(epoch for epoch in begun if epoch in stamps),
+            *(epoch for epoch in begun if any(sample_of_stamp(stamp, rate_hz, epoch) is not None for stamp in stamps)),
             *announced,
         )
         return next(iter(numbered), START_STAMP_NS)
@@ -197,8 +197,8 @@ class Recording:
     def samples(self, topic: Topic, rate_hz: int) -> IntArray:
         """Return the number of the sample that each stamp names, int64[n]; -1 off the grid and before the epoch."""
         epoch = self.epoch_ns(rate_hz)
-        found = (sample_of_stamp(stamp, rate_hz, epoch) for stamp in self.stamps(topic).tolist())
-        return np.array([-1 if number is None else number for number in found], dtype=np.int64)
+        numbers = (sample_of_stamp(stamp, rate_hz, epoch) for stamp in self.stamps(topic).tolist())
+        return np.array([-1 if number is None else number for number in numbers], dtype=np.int64)
 
     def joint_names(self, topic: Topic) -> tuple[str, ...]:
         """Return the joint names of a JointState topic, in the order of the columns of its fields; () if empty."""
@@ -244,13 +244,13 @@ class Recording:
             BagError: a name or the field is not there.
         """
         recorded, values = self.joint_names(topic), self.field(topic, name)
-        if missing := [one for one in names if one not in recorded]:
+        if missing := [name for name in names if name not in recorded]:
             raise self._error(topic, f"has no {', '.join(missing)}, only {', '.join(recorded) or 'no names'}")
         if not values.shape[1] and len(values):
             raise self._error(topic, f"holds no {name} of its joints")
         if values.shape[1] != len(recorded):
             raise self._error(topic, f"holds {values.shape[1]} values of {name} for {len(recorded)} names")
-        return values[:, [recorded.index(one) for one in names]]
+        return values[:, [recorded.index(name) for name in names]]
 
     def texts(self, topic: Topic) -> list[str]:
         """Return the texts of a String topic."""
@@ -263,7 +263,7 @@ class Recording:
 
         Where it refuses all of them that is an error, unless the graph itself may have published none.
         """
-        found, refused = [], None
+        values, refused = [], None
         try:
             texts = self.texts(topic)
         except BagError:
@@ -272,12 +272,12 @@ class Recording:
             return []
         for text in texts:
             try:
-                found.append(read(text))
+                values.append(read(text))
             except MessageError as error:
                 refused = error
-        if refused is not None and not found and needed:
+        if refused is not None and not values and needed:
             raise self._error(topic, str(refused)) from refused
-        return found
+        return values
 
     def _raw(self, topic: Topic) -> RawTopic:
         raw = self._topics.get(absolute_name(topic, self._namespace))
@@ -319,13 +319,13 @@ class Recording:
         content = content_of(topic) if raw.type == _JOINT_STATE else None
         if content is not None:
             decoded = [(place, _restricted(message, content.names)) for place, message in decoded]
-        fitting = decoded if content is None else [one for one in decoded if belongs(one[1], content)]
+        fitting = decoded if content is None else [each for each in decoded if belongs(each[1], content)]
         kept = fitting or decoded
         # of another robot, which may publish its joints there
         own = set(topic.of_joints)
-        others = sum(own.isdisjoint(one.name) for _, one in decoded) if fitting and own else 0
+        others = sum(own.isdisjoint(message.name) for _, message in decoded) if fitting and own else 0
         strays = len(raw.messages) - len(kept) - others
-        return Decoded([one for _, one in kept], [place for place, _ in kept], strays)
+        return Decoded([message for _, message in kept], [place for place, _ in kept], strays)
 
     def _error(self, topic: Topic, what: str) -> BagError:
         return BagError(self.path, " ".join(f"{absolute_name(topic, self._namespace)}: {what}".split()))

@@ -69,19 +69,19 @@ def calibrate_bag(
     try:
         if encoders_only:
             lag = dragged_lag(start.five_bar(), start.transmission)
-            found = calibrate_by_turning_points(start.five_bar(), tolerances, record, lag)
+            calibration = calibrate_by_turning_points(start.five_bar(), tolerances, record, lag)
         else:
             seen = read_seen(recording) if camera else NOT_SEEN
-            found = calibrate(
-                start.five_bar(), tolerances, record, imu, points, seen, None if known is None else known.found
+            calibration = calibrate(
+                start.five_bar(), tolerances, record, imu, points, seen, None if known is None else known.calibration
             )
         leg = 0 if scenario is None or encoders_only else scenario.passive.leg
         passive = read_passive(recording, leg) if leg else None
-        zero = None if passive is None else find_passive_zero(record, found, passive)
+        zero = None if passive is None else find_passive_zero(record, calibration, passive)
     except NotCalibratable as error:
         raise InputError(f"{source.bag}: {error}") from error
-    mounting = None if encoders_only else find_mounting(record, found)
-    return CalibrationResult(start, source.bag, found, unseen(found), mounting, len(points), scenario, zero)
+    mounting = None if encoders_only else find_mounting(record, calibration)
+    return CalibrationResult(start, source.bag, calibration, unseen(calibration), mounting, len(points), scenario, zero)
 
 
 def corrected_drives(result: CalibrationResult, drives: str) -> DriveFile:

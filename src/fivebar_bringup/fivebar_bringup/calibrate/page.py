@@ -17,11 +17,11 @@ def html_page(result: CalibrationResult, pictures: Sequence[Picture]) -> str:
     return render(
         "calibration.html",
         title=f"{result.start.name}: calibrated",
-        setting=f"from {result.bag} · {len(result.found.crossings)} crossings of the Type 2 locus",
+        setting=f"from {result.bag} · {len(result.calibration.crossings)} crossings of the Type 2 locus",
         intervals=INTERVALS,
         parameter_rows=_parameter_rows(result),
         quality_rows=quality_rows(result),
-        unseen=[one.words for one in result.unseen],
+        unseen=[direction.words for direction in result.unseen],
         mounting_rows=result.mounting_rows(),
         pictures=pictures,
         parameter_file=result.parameter_file(),
@@ -40,17 +40,17 @@ def _parameter_rows(result: CalibrationResult) -> Iterable[tuple[str, ...]]:
 
 def quality_rows(result: CalibrationResult) -> list[tuple[str, str]]:
     """Return what the quality of the calibration is, in words."""
-    found = result.found
+    calibration = result.calibration
     rows = [
-        ("largest elbow gap before", f"{1e3 * float(np.max(np.abs(found.gaps_before()))):.3f} mm"),
-        ("elbow gap after, largest half width", f"{1e3 * float(np.max(found.gap_half_widths())):.4f} mm"),
-        ("the same anywhere on the locus", f"{1e3 * float(np.max(found.locus_half_widths())):.4f} mm"),
-        ("mean squared residual in units of the assumed noise", f"{found.misfit:.2f}"),
-        ("variances widened for correlated residuals", f"{found.colour:.1f} times"),
-        ("what transmissions that yield open the loop by near the locus", f"{1e3 * found.yielding:.4f} mm"),
+        ("largest elbow gap before", f"{1e3 * float(np.max(np.abs(calibration.gaps_before()))):.3f} mm"),
+        ("elbow gap after, largest half width", f"{1e3 * float(np.max(calibration.gap_half_widths())):.4f} mm"),
+        ("the same anywhere on the locus", f"{1e3 * float(np.max(calibration.locus_half_widths())):.4f} mm"),
+        ("mean squared residual in units of the assumed noise", f"{calibration.misfit:.2f}"),
+        ("variances widened for correlated residuals", f"{calibration.colour:.1f} times"),
+        ("what transmissions that yield open the loop by near the locus", f"{1e3 * calibration.yielding:.4f} mm"),
         ("touched points", f"{result.touched}"),
-        ("positions by the camera", f"{found.seen}"),
+        ("positions by the camera", f"{calibration.seen}"),
     ]
-    if found.turning is not None:
-        rows.append(("noise of the gyroscope", f"{found.turning.noise:.2g} rad/s"))
+    if calibration.turning is not None:
+        rows.append(("noise of the gyroscope", f"{calibration.turning.noise:.2g} rad/s"))
     return rows

@@ -63,7 +63,7 @@ class CalibrationResult(NamedTuple):
     Attributes:
         start: the robot file before.
         bag: what it was calibrated from.
-        found: the calibration.
+        calibration: what the fit says.
         unseen: what the recording does not show.
         mounting: of the IMU, None without an accelerometer.
         touched: number of touched points.
@@ -73,7 +73,7 @@ class CalibrationResult(NamedTuple):
 
     start: RobotFile
     bag: Path
-    found: Calibration
+    calibration: Calibration
     unseen: list[Unseen]
     mounting: Mounting | None
     touched: int
@@ -82,16 +82,16 @@ class CalibrationResult(NamedTuple):
 
     def parameters(self) -> list[CalibratedParameter]:
         """Return the parameters in the order of `PARAMETERS`, those of a sensor only where there is one."""
-        found = self.found
+        calibration = self.calibration
         rows = zip(
             self._names(),
-            found.values.tolist(),
-            found.half_widths.tolist(),
-            found.start.tolist(),
-            (QUANTILE * found.before).tolist(),
+            calibration.values.tolist(),
+            calibration.half_widths.tolist(),
+            calibration.start.tolist(),
+            (QUANTILE * calibration.before).tolist(),
             strict=True,
         )
-        shown = self._names() if found.turning is not None else GEOMETRY
+        shown = self._names() if calibration.turning is not None else GEOMETRY
         result = []
         for name, *figures in rows:
             unit, factor = UNITS[name]
@@ -100,7 +100,7 @@ class CalibrationResult(NamedTuple):
         return result
 
     def _names(self) -> tuple[str, ...]:
-        return (*PARAMETERS, *CAMERA)[: len(self.found.values)]
+        return (*PARAMETERS, *CAMERA)[: len(self.calibration.values)]
 
     def tolerances(self) -> Tolerances:
         """Return tolerances that, taken as independent, give the elbow gap its interval and what transmissions yield.
@@ -108,19 +108,19 @@ class CalibrationResult(NamedTuple):
         They do so all over the Type 2 locus, in other working modes too, of which a motion shows less than of its own.
         Lengths and zeros are known less well one by one than what matters on the locus, a sum of them.
         """
-        found = self.found
+        calibration = self.calibration
         widths = np.array(
             [
-                found.half_widths[some].max()
+                calibration.half_widths[some].max()
                 for some in (slice(0, BASE_1), slice(BASE_1, ZERO_1), slice(ZERO_1, ZERO_2 + 1))
             ]
         )
         each = widths.repeat((4, 2, 2)) / QUANTILE
-        rows = locus_rows(found.values[: len(GEOMETRY)])
-        sought = np.hypot(found.locus_half_widths() / QUANTILE, found.yielding)
+        rows = locus_rows(calibration.values[: len(GEOMETRY)])
+        sought = np.hypot(calibration.locus_half_widths() / QUANTILE, calibration.yielding)
         share = float(np.max(sought / np.sqrt(np.sum((rows * each) ** 2, axis=1))))
         length, base, zero = (UNIFORM / QUANTILE * share * widths).tolist()
-        scale = UNIFORM * math.sqrt(found.covariance[GYRO_SCALE, GYRO_SCALE])
+        scale = UNIFORM * math.sqrt(calibration.covariance[GYRO_SCALE, GYRO_SCALE])
         return Tolerances(
             length=float(f"{max(length, LEAST_LENGTH):.2g}"),
             base=float(f"{max(base, LEAST_LENGTH):.2g}"),
@@ -137,7 +137,7 @@ class CalibrationResult(NamedTuple):
 
     def robot_file(self) -> RobotFile:
         """Return the calibrated robot: its origin is in the middle between the motor axes."""
-        value = dict(zip(self._names(), self.found.values.tolist(), strict=True))
+        value = dict(zip(self._names(), self.calibration.values.tolist(), strict=True))
         return self.start.model_copy(
             update={
                 "name": f"{self.start.name}_calibrated",
@@ -159,20 +159,20 @@ class CalibrationResult(NamedTuple):
         known = self.start.sensors
         if self.passive is not None:
             known = known._replace(passive_zero=round(self.passive.value, 6))
-        if self.found.turning is None:
+        if self.calibration.turning is None:
             return known
-        delay, half = float(self.found.values[IMU_DELAY]), float(self.found.half_widths[IMU_DELAY])
+        delay, half = float(self.calibration.values[IMU_DELAY]), float(self.calibration.half_widths[IMU_DELAY])
         if self.scenario is not None:
             delay -= self.scenario.imu.gyro_lag(1.0 / self.scenario.rate_hz)
         return known._replace(imu_clock=round(delay, 6) if abs(delay) > half else 0.0)
 
     def zeros(self) -> tuple[float, float]:
         """Return the encoders' zeros (rad): the readings where the angles are 0."""
-        return float(self.found.values[ZERO_1]), float(self.found.values[ZERO_2])
+        return float(self.calibration.values[ZERO_1]), float(self.calibration.values[ZERO_2])
 
     def origin(self) -> float:
         """Return where (m) the middle between the motor axes lies in the frame before."""
-        return float(0.5 * (self.found.values[BASE_1] + self.found.values[BASE_2]))
+        return float(0.5 * (self.calibration.values[BASE_1] + self.calibration.values[BASE_2]))
 
     def calibrated_scenario(self, robot: str) -> Scenario | None:
         """Return the run's scenario for the calibrated robot; None where its robot's errors are not simulated.
@@ -184,8 +184,10 @@ class CalibrationResult(NamedTuple):
             return None
         plant, before, after = self.scenario.plant, self.start.five_bar(), self.robot_file().five_bar()
         links = with_another_model(plant.links, before, after)
-        one, two = self.zeros()
-        encoders = plant.encoders._replace(zero_1=plant.encoders.zero_1 - one, zero_2=plant.encoders.zero_2 - two)
+        zero_q11, zero_q21 = self.zeros()
+        encoders = plant.encoders._replace(
+            zero_1=plant.encoders.zero_1 - zero_q11, zero_2=plant.encoders.zero_2 - zero_q21
+        )
         return self.scenario.model_copy(
             update={
                 "robot": robot,
@@ -200,9 +202,11 @@ class CalibrationResult(NamedTuple):
         width = max(len(row.name) for row in rows)
         lines = [f"Calibrated from {self.bag}, starting from {self.start.name}: {INTERVALS}"]
         lines += [f"  {row.name:<{width}}  {row.text()} {row.unit}" for row in rows]
-        lines += [f"Not seen: {one.words}" for one in self.unseen]
-        one, two = self.zeros()
-        lines.append(f"Encoder zeros: add {-one:+.6f} to home_offset_rad of q11 and {-two:+.6f} to that of q21.")
+        lines += [f"Not seen: {direction.words}" for direction in self.unseen]
+        zero_q11, zero_q21 = self.zeros()
+        lines.append(
+            f"Encoder zeros: add {-zero_q11:+.6f} to home_offset_rad of q11 and {-zero_q21:+.6f} to that of q21."
+        )
         if self.passive is not None:
             zero = f"{1e3 * self.passive.value:.2f} ± {1e3 * self.passive.half_width:.2f} mrad"
             lines.append(f"Zero of the encoder on the passive joint of leg {self.passive.leg}: {zero}")
@@ -214,51 +218,51 @@ class CalibrationResult(NamedTuple):
         """Return the IMU's mounting in words."""
         if self.mounting is None:
             return []
-        one = self.mounting
+        mounting = self.mounting
         rows = [
             (name, f"{value:.4f} ± {half:.4f} rad")
-            for name, (value, half) in (("roll", one.roll), ("pitch", one.pitch), ("yaw", one.yaw))
+            for name, (value, half) in (("roll", mounting.roll), ("pitch", mounting.pitch), ("yaw", mounting.yaw))
         ]
         rows += [
             (name, f"{1e3 * value:.2f} ± {1e3 * half:.2f} mm")
-            for name, (value, half) in (("mount_x", one.mount_x), ("mount_y", one.mount_y))
+            for name, (value, half) in (("mount_x", mounting.mount_x), ("mount_y", mounting.mount_y))
         ]
-        tilt, half = (1e3 * tilt_angle(part) for part in one.tilt)
+        tilt, half = (1e3 * tilt_angle(part) for part in mounting.tilt)
         rows.append(("tilt of the base", f"{tilt:.1f} ± {half:.1f} mrad"))
         return rows
 
     def as_json(self) -> dict[str, Any]:
         """Return all results for a file, in SI units."""
-        found = self.found
+        calibration = self.calibration
         return {
             "robot": self.start.name,
             "bag": str(self.bag),
-            "samples": len(found.times),
+            "samples": len(calibration.times),
             "confidence": CONFIDENCE,
             "parameters": {
                 name: {"value": value, "half_width": half, "before": start}
                 for name, value, half, start in zip(
                     self._names(),
-                    found.values.tolist(),
-                    found.half_widths.tolist(),
-                    found.start.tolist(),
+                    calibration.values.tolist(),
+                    calibration.half_widths.tolist(),
+                    calibration.start.tolist(),
                     strict=True,
                 )
-                if found.turning is not None or name in GEOMETRY
+                if calibration.turning is not None or name in GEOMETRY
             },
-            "elbow_gap_before_m": found.gaps_before().tolist(),
-            "elbow_gap_half_widths_m": found.gap_half_widths().tolist(),
-            "elbow_gap_anywhere_half_width_m": float(np.max(found.locus_half_widths())),
-            "not_seen": [{"words": one.words, "share": one.share} for one in self.unseen],
+            "elbow_gap_before_m": calibration.gaps_before().tolist(),
+            "elbow_gap_half_widths_m": calibration.gap_half_widths().tolist(),
+            "elbow_gap_anywhere_half_width_m": float(np.max(calibration.locus_half_widths())),
+            "not_seen": [{"words": direction.words, "share": direction.share} for direction in self.unseen],
             "tolerances": self.tolerances()._asdict(),
             "origin_x_m": self.origin(),
             "mounting": None if self.mounting is None else self.mounting._asdict(),
             "passive_zero": None if self.passive is None else self.passive._asdict(),
             "touched_points": self.touched,
-            "camera_positions": found.seen,
-            "misfit": found.misfit,
-            "colour": found.colour,
-            "yielding_m": found.yielding,
+            "camera_positions": calibration.seen,
+            "misfit": calibration.misfit,
+            "colour": calibration.colour,
+            "yielding_m": calibration.yielding,
         }
 
 

@@ -140,8 +140,8 @@ CHOICE = re.compile(r"'([^']*)'")
 
 
 def _question(name: str, known: Collection[str]) -> str:
-    found = meant(name, known)
-    return f" Did you mean {found}?" if found is not None else ""
+    match = meant(name, known)
+    return f" Did you mean {match}?" if match is not None else ""
 
 
 IDLE = {"--scheduler": ("--jobs",), "--scheduler-file": ("--jobs",)}
@@ -176,9 +176,9 @@ class Subcommand(TyperCommand):
             self._refuse_idle(ctx)
             return rest
         except typer.BadParameter as error:
-            found = NO_CHOICE.search(error.message)
-            if found:
-                error.message += _question(found[1], CHOICE.findall(found[2]))
+            match = NO_CHOICE.search(error.message)
+            if match:
+                error.message += _question(match[1], CHOICE.findall(match[2]))
             raise
 
     def _present(self, word: str) -> str:

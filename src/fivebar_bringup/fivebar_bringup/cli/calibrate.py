@@ -80,8 +80,8 @@ def calibrate(
     printer.print(_table(result))
     for quantity, value in (*quality_rows(result), *result.mounting_rows()):
         printer.print(f"{quantity}: {value}", soft_wrap=True)
-    for one in result.unseen:
-        printer.print(f"not seen, stays as it was: {one.words}", soft_wrap=True)
+    for direction in result.unseen:
+        printer.print(f"not seen, stays as it was: {direction.words}", soft_wrap=True)
     zero_1, zero_2 = result.zeros()
     place = f"in {directory.path / DRIVES_FILE}" if drives is not None else f"{-zero_1:+.6f} and {-zero_2:+.6f} rad"
     printer.print(f"correction of home_offset_rad of q11 and q21: {place}", soft_wrap=True)

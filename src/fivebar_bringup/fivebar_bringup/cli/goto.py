@@ -230,7 +230,7 @@ def goto(
             decided |= {"--via": via, "--blend-radius": blend_radius, "--seen": seen, "--fastest": fastest or None}
             _refuse_given(decided, "expected without --trajectory, whose file says how the robot moves")
         file = None if trajectory is None else _points_of(trajectory)
-        points = [_point(one) for one in via or ()]
+        points = [_point(text) for text in via or ()]
         radii = _radii(blend_radius or list(RESTS), len(points))
         if live:
             without_effect = {
@@ -415,7 +415,7 @@ def _points_of(path: Path) -> TimedPoints:
 
 def _point(text: str) -> tuple[float, float]:
     try:
-        x, y = (float(one) for one in text.split(","))
+        x, y = (float(part) for part in text.split(","))
     except ValueError:
         raise InputError(f"--via: {text!r}: expected two coordinates in m, such as 0.04,0.13") from None
     return x, y

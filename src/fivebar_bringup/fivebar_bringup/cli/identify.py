@@ -89,7 +89,7 @@ def identify(
         return
     printer = Printer()
     printer.print(_table(findings))
-    cutoffs, fit = findings.found.cutoffs, findings.found.fit
+    cutoffs, fit = findings.identification.cutoffs, findings.identification.fit
     printer.print(
         f"condition number {fit.condition:.3g}; {findings.encoder()}: derivatives cut off at"
         f" {cutoffs.derivative_hz:.3g} Hz, equations at {cutoffs.parallel_hz:.3g} Hz",
@@ -113,20 +113,20 @@ def _find_resonance(bag: Path, robot: str | None, out: Path | None, as_json: boo
     if as_json:
         print(json.dumps(result.as_json(), indent=2, allow_nan=False))
         return
-    found, printer = result.found, Printer()
+    resonance, printer = result.resonance, Printer()
     table = Table(f"transmission, {INTERVALS}", "leg 1 (left)", "leg 2 (right)", "unit", box=None)
     for name, unit in (("frequency", "Hz"), ("damping", ""), ("rotor_share", "")):
-        values = [getattr(leg, name) for leg in found.legs]
+        values = [getattr(leg, name) for leg in resonance.legs]
         table.add_row(name, *(f"{value.value:.4g} ± {value.half_width:.2g}" for value in values), unit)
     printer.print(table)
     printer.print(
-        f"on locked rotors the links swing at {found.locked[0]:.3g} and {found.locked[1]:.3g} Hz here;"
-        f" response used up to {found.highest:.3g} Hz\n"
+        f"on locked rotors the links swing at {resonance.locked[0]:.3g} and {resonance.locked[1]:.3g} Hz here;"
+        f" response used up to {resonance.highest:.3g} Hz\n"
         f"unified: bandwidth at most {result.allowed:.3g} rad/s from an estimate,"
         f" {result.allowed_on_links:.3g} rad/s with speeds that are measured on the links",
         soft_wrap=True,
     )
-    if found.amplitudes == 1:
+    if resonance.amplitudes == 1:
         printer.print("one amplitude: play of the transmissions, if any, makes these frequencies too low")
     change = "with its tuning" if result.lowered else "unchanged but for its name: the present gains are low enough"
     printer.print(f"robot file {file}, {change}", soft_wrap=True)
@@ -177,7 +177,7 @@ def _motors(motors: tuple[MotorMap, MotorMap]) -> Table:
     row("offset, as commanded", "Nm", [motor.offset for motor in motors])
     row("viscous friction, as commanded", "Nm s/rad", [motor.viscous for motor in motors])
     for of_both in zip(*(motor.cogging for motor in motors), strict=True):
-        row(f"cogging with {of_both[0].periods} periods", "Nm", [one.amplitude for one in of_both])
+        row(f"cogging with {of_both[0].periods} periods", "Nm", [ripple.amplitude for ripple in of_both])
     return table
 
 
@@ -189,7 +189,7 @@ def _table(findings: IdentificationResult) -> Table:
         table.add_row(*line)
     cogging = findings.cogging()
     for motor, harmonics in enumerate((cogging.q11, cogging.q21), start=1):
-        for found in harmonics:
-            size = math.hypot(found.cosine, found.sine)
-            table.add_row(f"cogging {motor}", "", f"{size:.3g}, {found.periods} periods", "Nm", "")
+        for harmonic in harmonics:
+            size = math.hypot(harmonic.cosine, harmonic.sine)
+            table.add_row(f"cogging {motor}", "", f"{size:.3g}, {harmonic.periods} periods", "Nm", "")
     return table

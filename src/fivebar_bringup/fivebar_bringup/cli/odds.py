@@ -76,14 +76,17 @@ def odds(
             _show_limits(loaded, errors, robots, as_json)
             raise typer.Exit(COMPLETED)
         with progress_bar("odds", as_json):
-            found = declared_odds(loaded, robots, distribution.value)
+            declared = declared_odds(loaded, robots, distribution.value)
             better = reliefs(loaded, errors, SEED, stated(robots))
     if as_json:
-        with_less = [{"with": one.words, **one.odds.as_dict()} for one in better]
+        with_less = [{"with": relief.words, **relief.odds.as_dict()} for relief in better]
         drawn = {name: bound for name, bound in errors._asdict().items() if bound}
-        print(json.dumps({"odds": found.as_dict(), "bounds": drawn, "reliefs": with_less}, indent=2))
+        print(json.dumps({"odds": declared.as_dict(), "bounds": drawn, "reliefs": with_less}, indent=2))
     else:
-        lines = [str(found), *(f"with {one.words}: {one.odds.successes} of {one.odds.robots}" for one in better)]
+        lines = [
+            str(declared),
+            *(f"with {relief.words}: {relief.odds.successes} of {relief.odds.robots}" for relief in better),
+        ]
         if not loaded.declares_errors:
             lines.insert(0, f"{loaded.robot} declares no errors; assumed: {assumed_words()}")
         Printer(soft_wrap=True).print("\n".join(lines), highlight=False)
@@ -106,9 +109,11 @@ def _show_limits(scenario: Scenario, errors: RobotErrors, robots: int, as_json: 
     limits = fitted_limits(maxima)
     settings = as_settings(limits)
     if as_json:
-        print(json.dumps({"ekf": settings, "fits": {name: one._asdict() for name, one in limits.items()}}, indent=2))
+        print(
+            json.dumps({"ekf": settings, "fits": {name: limit._asdict() for name, limit in limits.items()}}, indent=2)
+        )
         return
     words = ", ".join(f"{name}: {value:g}" for name, value in settings.items())
-    reached = ", ".join(f"{name} {one.largest:.3g}" for name, one in limits.items())
+    reached = ", ".join(f"{name} {limit.largest:.3g}" for name, limit in limits.items())
     lines = [f"ekf: {{{words}}}", f"largest of {len(maxima)} sound robots: {reached}"]
     Printer(soft_wrap=True).print("\n".join(lines), highlight=False)

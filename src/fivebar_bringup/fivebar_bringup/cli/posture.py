@@ -71,6 +71,7 @@ def posture(
     from fivebar_control.planning.release import ReleaseTask, finished, plan_in_slices
     from fivebar_control.planning.standstill import DEVIATIONS, mode_by_turn, standstill_at, way_out
     from fivebar_control.safety.stages import guard_limits_of
+    from fivebar_control.scenario.guard_settings import guard_settings
     from fivebar_control.scenario.scenario import ControlScenario
     from fivebar_description.robot_file import load_robot, read_robot
     from fivebar_description.scenario_file import DEFAULT_ROBOT
@@ -89,7 +90,7 @@ def posture(
             standing = standing_after(after)
             known, tolerances = standing.scenario.five_bar(), standing.scenario.known_within()
             angles, file, rate_hz = (standing.q11, standing.q21), standing.scenario.robot, standing.scenario.rate_hz
-            safety, loads = standing.scenario.safety_settings(), standing.scenario.to_bear()
+            safety, loads = guard_settings(standing.scenario), standing.scenario.to_bear()
             seen = standing.scenario.gyro or not standing.scenario.estimated
         elif after is None and q11 is not None and q21 is not None:
             file = DEFAULT_ROBOT if robot is None else robot
@@ -137,20 +138,20 @@ def _safety_of(file: str) -> SafetySettings:
 
 def _values(planned: ReleasePlan) -> dict[str, object]:
     """Return a planned release for machines."""
-    one = planned.release
+    release = planned.release
     return {
-        "torque_at_most_nm": [one.cap1, one.cap2],
-        "turn_rad": [one.per_way1 * one.way, one.per_way2 * one.way],
-        "elbows_m": one.way,
-        "seconds": one.way / one.pace,
+        "torque_at_most_nm": [release.cap1, release.cap2],
+        "turn_rad": [release.per_way1 * release.way, release.per_way2 * release.way],
+        "elbows_m": release.way,
+        "seconds": release.way / release.pace,
         "falls_to": list(planned.modes),
         "ends_m": [list(end) for end in planned.ends],
         "odds": None if math.isnan(planned.odds) else planned.odds,
-        "drive_m": one.drive.length,
-        "drive_seconds": one.drive.duration if one.drive.side else 0.0,
-        "motor_speed_rad_s": one.motor_speed,
-        "link_rate_rad_s": one.link_rate,
-        "travel_rad": one.travel,
+        "drive_m": release.drive.length,
+        "drive_seconds": release.drive.duration if release.drive.side else 0.0,
+        "motor_speed_rad_s": release.motor_speed,
+        "link_rate_rad_s": release.link_rate,
+        "travel_rad": release.travel,
     }
 
 
@@ -159,18 +160,18 @@ def _of_release(planned: ReleasePlan) -> list[str]:
     from fivebar_control.planning.release_step import STALL_TIME
     from fivebar_control.trajectory.refusal import place
 
-    one = planned.release
+    release, way = planned.release, planned.release.way
     falls = " or ".join(
         f"assembly mode {'+' if mode > 0 else '-'}, platform at {place(x, y)}"
         for mode, (x, y) in zip(planned.modes, planned.ends, strict=True)
     )
     return [
-        f"release: the motors turn by {one.per_way1 * one.way:+.4f} and {one.per_way2 * one.way:+.4f} rad, which moves"
-        f" the elbows by {1e3 * one.way:.2f} mm, with {one.cap1:.3f} and {one.cap2:.3f} Nm at most",
+        f"release: the motors turn by {release.per_way1 * way:+.4f} and {release.per_way2 * way:+.4f} rad, which moves"
+        f" the elbows by {1e3 * way:.2f} mm, with {release.cap1:.3f} and {release.cap2:.3f} Nm at most",
         *_of_drive(planned),
         f"  it ends in {falls}" + ("" if planned.pivot else _which(planned)),
-        f"  it stops with zero torque at {one.motor_speed:g} rad/s of a motor, {one.link_rate:g} rad/s of a distal"
-        f" link, {one.travel:.3f} rad of travel, and after {STALL_TIME:g} s at the largest torque",
+        f"  it stops with zero torque at {release.motor_speed:g} rad/s of a motor, {release.link_rate:g} rad/s of a"
+        f" distal link, {release.travel:.3f} rad of travel, and after {STALL_TIME:g} s at the largest torque",
         "  in a running graph: ros2 service call /blender/release std_srvs/srv/Trigger",
     ]
 

@@ -111,5 +111,8 @@ def _in_ascii(error: UnicodeError) -> tuple[str | bytes, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
     refused = error.object[error.start : error.end]
-    words = (IN_ASCII.get(one) or one.encode("ascii", "backslashreplace").decode("ascii") for one in refused)
+    words = (
+        IN_ASCII.get(character) or character.encode("ascii", "backslashreplace").decode("ascii")
+        for character in refused
+    )
     return "".join(words), error.end

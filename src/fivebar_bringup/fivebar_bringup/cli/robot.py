@@ -64,7 +64,7 @@ def robot(
     with input_errors(), keyboard_interrupts():
         if action is RobotAction.CHECK:
             given = {"--overwrite": overwrite, "--urdf": urdf, "--motors": motors, "--passive": passive, "--tips": tips}
-            for option in (one for one, value in given.items() if value):
+            for option in (name for name, value in given.items() if value):
                 raise InputError(f"{option}: expected with `new` only")
             name = check_file(file)
             words = f"{file}: robot {name}: a valid robot file"
@@ -85,9 +85,9 @@ def check_file(file: Path) -> str:
     from fivebar_bringup.map.map import read_mappable_robot
     from fivebar_bringup.robots.check import check_simulated
 
-    found = read_mappable_robot(str(file))
+    robot_file = read_mappable_robot(str(file))
     check_simulated(str(file))
-    return found.name
+    return robot_file.name
 
 
 def _pair(option: str, text: str) -> tuple[str, str]:
@@ -114,10 +114,10 @@ def _new(file: Path, overwrite: bool, shown: TextIO, urdf: Path | None, names: d
         from fivebar_bringup.robots.from_urdf import robot_from_urdf
         from fivebar_description.files import read_text
 
-        found = robot_from_urdf(read_text(urdf), str(urdf), name, names)
-        check_text(file.name, found.text)
-        write_file(file, found.text)
-        for line in found.untold:
+        described = robot_from_urdf(read_text(urdf), str(urdf), name, names)
+        check_text(file.name, described.text)
+        write_file(file, described.text)
+        for line in described.untold:
             print(f"not in the URDF: {line}", file=shown)
         return name
     for option in names:

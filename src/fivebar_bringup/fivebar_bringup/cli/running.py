@@ -352,7 +352,7 @@ def nodes(
 
         with input_errors():
             listed = launched_processes(ControlRequest(**json.loads(launch)))
-        print(json.dumps([one._asdict() for one in listed]))
+        print(json.dumps([process._asdict() for process in listed]))
         return
     with input_errors(), nullcontext() if import_law else modules_unopened():
         loaded = load_scenario(scenario)

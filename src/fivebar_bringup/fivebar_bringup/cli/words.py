@@ -17,7 +17,7 @@ def filled(text: str) -> str:
     Raises:
         KeyError: a place has no word.
     """
-    return PLACE.sub(lambda found: WORDS[found[1]](), text)
+    return PLACE.sub(lambda match: WORDS[match[1]](), text)
 
 
 def _scenarios() -> str:

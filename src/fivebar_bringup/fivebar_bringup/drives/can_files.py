@@ -17,6 +17,8 @@ from fivebar_bringup.drives.run_files import (
 )
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS, DriveFile, load_drives
+from fivebar_control.scenario.guard_settings import motor_torque_limit
+from fivebar_control.scenario.start import initial_joints
 from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.files import share_file, write_file
 from fivebar_description.interface import ACTIVE_JOINTS
@@ -97,7 +99,7 @@ def drive_file(scenario: Scenario, configuration: str) -> DriveFile:
 def _contents(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the contents of the files of emulated drives and of their bridge, on a bus of their own."""
     emulation, drives = _shipped("fivebar_sim"), _shipped("fivebar_control")
-    plant, cycles, start = scenario.plant, stop_cycles(scenario), scenario.initial_joints()
+    plant, cycles, start = scenario.plant, stop_cycles(scenario), initial_joints(scenario)
     period_us = MICROSECONDS // scenario.rate_hz
     period_ms = max(1, -(-period_us // 1000))
     # half a period, so that every cycle sends one even if it starts slightly early
@@ -118,7 +120,7 @@ def _contents(scenario: Scenario) -> tuple[dict[str, Any], dict[str, Any]]:
     for joint in ACTIVE_JOINTS:
         emulation["drives"][joint] |= motor
         monitored = motor | {
-            "torque_limit_nm": scenario.torque_limit,
+            "torque_limit_nm": motor_torque_limit(scenario),
             "heartbeat_ms": beat_ms,
             "heartbeat_timeout_ms": (cycles + 2) * period_ms,
         }

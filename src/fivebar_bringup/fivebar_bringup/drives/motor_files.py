@@ -17,6 +17,8 @@ from fivebar_bringup.drives.run_files import (
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS
 from fivebar_control.hardware.motors_file import MotorsFile, load_motors
+from fivebar_control.scenario.guard_settings import motor_torque_limit
+from fivebar_control.scenario.start import initial_joints
 from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.errors import unwrapped
 from fivebar_description.files import write_file
@@ -79,7 +81,7 @@ class MotorRunFiles:
             raise InputError("--drives: expected the configuration of the drives, which the rehearsal begins from")
         files = DriveFiles.of(folder)
         content = load_motors(begun).model_dump(mode="json")
-        start, cycles = scenario.initial_joints(), stop_cycles(scenario)
+        start, cycles = initial_joints(scenario), stop_cycles(scenario)
         period_us = MICROSECONDS // scenario.rate_hz
         common = {
             "name": scenario.name,
@@ -96,7 +98,7 @@ class MotorRunFiles:
         }
         counts = scenario.drives().encoder_counts or 0
         for motor in content["motors"].values():
-            motor["torque_limit_nm"] = min(motor["torque_limit_nm"], scenario.torque_limit or 0.0)
+            motor["torque_limit_nm"] = min(motor["torque_limit_nm"], motor_torque_limit(scenario) or 0.0)
             motor["counts_per_revolution"] = max(1, round(counts / motor["gear_ratio"]))
         facts = {
             joint: {key: value for key, value in motor.items() if key in MotorFacts.model_fields}

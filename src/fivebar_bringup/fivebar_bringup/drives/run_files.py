@@ -10,6 +10,8 @@ from typing import Any, NamedTuple, Protocol
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.hardware.configuration import MICROSECONDS
+from fivebar_control.scenario.guard_settings import motor_torque_limit
+from fivebar_control.scenario.start import initial_joints
 from fivebar_description.files import write_file
 from fivebar_description.settings import sections
 from fivebar_description.strict_yaml import InputError, StrictModel, validate, yaml_text
@@ -98,7 +100,7 @@ def emulated_robot(scenario: Scenario) -> dict[str, Any]:
     content: dict[str, Any] = {
         "name": scenario.name,
         "robot": scenario.robot,
-        "initial_joints": list(scenario.initial_joints()),
+        "initial_joints": list(initial_joints(scenario)),
         "mass_scale": plant.mass_scale,
         "inertia_scale": plant.inertia_scale,
         "friction_scale": plant.friction_scale,
@@ -135,7 +137,7 @@ def check_drivable(scenario: Scenario) -> None:
         (not scenario.estimated, "estimator: expected ekf, since drives know their motors only"),
         (plant.delay_samples != 1, "plant.delay_samples: expected 1, since drives obey from the next cycle on"),
         (plant.encoder_counts is None, "plant.encoder_counts: expected a number, since drives count"),
-        (scenario.torque_limit is None, "plant.torque_limit: expected a number, which the drives are given"),
+        (motor_torque_limit(scenario) is None, "plant.torque_limit: expected a number, which the drives are given"),
         (
             MICROSECONDS % scenario.rate_hz != 0,
             "rate_hz: expected a divisor of 1000000, since drives count microseconds",

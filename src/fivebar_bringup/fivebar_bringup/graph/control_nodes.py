@@ -10,6 +10,7 @@ from fivebar_bringup.graph.sensor_nodes import estimate_state
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.law import TunedLaw
 from fivebar_control.ros.node_settings import CONTINUE, HOLD, BlenderSettings, ChainSettings, TrajectorySettings
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.stopping import stop_cycles
 from fivebar_description.interface import (
     DRIVES_STATE,
@@ -89,7 +90,7 @@ def _law_inputs(scenario: Scenario) -> tuple[Topic, ...]:
 
 def _reference_ahead(scenario: Scenario) -> tuple[Topic, ...]:
     """Return the topics of the references that follow, where a law of the scenario looks ahead or needs all of them."""
-    ahead = (REFERENCE_AHEAD,) if scenario.tuned().samples_ahead else ()
+    ahead = (REFERENCE_AHEAD,) if tuned_controller(scenario).samples_ahead else ()
     return (*ahead, REFERENCE_MOTION) if scenario.scheme().follows_motions else ahead
 
 

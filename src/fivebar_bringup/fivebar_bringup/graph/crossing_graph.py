@@ -25,6 +25,7 @@ from fivebar_bringup.graph.sensor_nodes import absent_of_vision, estimator, imu_
 from fivebar_bringup.scenario import Scenario, scalar_topics
 from fivebar_bringup.scene.settings import SceneSettings
 from fivebar_control.ros.node_settings import ProgramSettings
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_description.interface import (
     CAMERA_TOPICS,
     CANDIDATES,
@@ -111,7 +112,7 @@ def crossing_graph(
         *([estimator(scenario, mode)] if scenario.estimated else []),
         trajectory_generator(scenario, mode),
         supervisor(scenario, mode),
-        *(controller(scenario, law, mode) for law in scenario.tuned().laws),
+        *(controller(scenario, law, mode) for law in tuned_controller(scenario).laws),
     ]
     nodes.append(blender(scenario, mode, endless=bridged))
     nodes += [] if bridged and own else [imu_listener(scenario)]

@@ -67,8 +67,8 @@ def _row(node: NodeSpec, y: int, left: int, right: int) -> str:
 
 
 def _column(topic: Topic, nodes: Sequence[NodeSpec], x: int, top: int) -> str:
-    publishers = [at for at, node in enumerate(nodes) if topic.name in {one.name for one in node.publishes}]
-    subscribers = [at for at, node in enumerate(nodes) if topic.name in {one.name for one in node.subscribes}]
+    publishers = [at for at, node in enumerate(nodes) if topic.name in {sent.name for sent in node.publishes}]
+    subscribers = [at for at, node in enumerate(nodes) if topic.name in {heard.name for heard in node.subscribes}]
     rows = [top + ROW * at for at in (*publishers, *subscribers)]
     marks = [f'<circle cx="{x}" cy="{top + ROW * at}" r="4"/>' for at in publishers]
     # beside the line, where a node hears what it publishes itself

@@ -35,17 +35,18 @@ def draw_pictures(findings: IdentificationResult) -> list[Picture]:
 
 def torques(findings: IdentificationResult) -> Figure:
     """Draw measured and predicted torques of both motors, and the residuals below them."""
-    found = findings.found
-    misfits = " and ".join(f"{100.0 * part:.2g} %" for part in found.misfit)
+    identification = findings.identification
+    misfits = " and ".join(f"{100.0 * part:.2g} %" for part in identification.misfit)
     figure = new_figure("Measured and predicted torque", f"unexplained: {misfits} of the torque", 8.4)
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[2.2, 1.0, 2.2, 1.0])
-    time, measured, residuals = found.equations.time, found.equations.torque, found.fit.residuals
+    equations, residuals = identification.equations, identification.fit.residuals
+    time, measured = equations.time, equations.torque
     for motor in range(2):
         above, below = panels[2 * motor], panels[2 * motor + 1]
         above.plot(time, measured[:, motor], color=GREY, linewidth=1.0, label="measured")
         predicted = measured[:, motor] - residuals[:, motor]
         above.plot(time, predicted, color=MOTORS[motor], linewidth=2.2, label="predicted")
-        above.set_title(f"motor {motor + 1}: {found.used_s[motor]:.1f} s used")
+        above.set_title(f"motor {motor + 1}: {identification.used_s[motor]:.1f} s used")
         above.set_ylabel("torque in Nm")
         above.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=2, borderpad=0.0)
         _residual(below, time, residuals[:, motor], motor)
@@ -70,14 +71,16 @@ def parameters(findings: IdentificationResult) -> Figure:
     )
     left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
     largest = _interval_rows(
-        left, relative, [100.0 / abs(one.before) if one.before else 1.0 for one in relative], 100.0
+        left, relative, [100.0 / abs(parameter.before) if parameter.before else 1.0 for parameter in relative], 100.0
     )
     left.axvline(100.0, color=GREY, linewidth=1.2, linestyle="--")
     left.set_xlim(100.0 - 1.15 * largest, 100.0 + 1.15 * largest)
     left.set_xlabel("identified in % of the starting value")
     _interval_rows(right, offsets, [1.0, 1.0], 0.0)
-    for row, one in enumerate(offsets):
-        right.plot(one.before, row, marker="|", markersize=16.0, color=GREY, markeredgewidth=2.0, linestyle="none")
+    for row, parameter in enumerate(offsets):
+        right.plot(
+            parameter.before, row, marker="|", markersize=16.0, color=GREY, markeredgewidth=2.0, linestyle="none"
+        )
     right.margins(x=0.15)
     right.set_xlabel("offset in Nm (grey: before)")
     return figure
@@ -86,10 +89,10 @@ def parameters(findings: IdentificationResult) -> Figure:
 def _interval_rows(axes: Axes, rows: list[IdentifiedParameter], scales: list[float], centre: float) -> float:
     """Draw one row per parameter, the first on top; return the largest distance of an interval's end from `centre`."""
     largest = 1.0 if centre else 0.0
-    for row, (one, scale) in enumerate(zip(rows, scales, strict=True)):
-        place, half = one.value * scale, one.half_width * scale
+    for row, (parameter, scale) in enumerate(zip(rows, scales, strict=True)):
+        place, half = parameter.value * scale, parameter.half_width * scale
         axes.errorbar(place, row, xerr=half, color=BLUE, marker="o", markersize=6.5, capsize=5.0, linestyle="none")
         largest = max(largest, abs(place - centre) + half)
-    axes.set_yticks(range(len(rows)), [f"{one.name}\n{one.text()} {one.unit}" for one in rows])
+    axes.set_yticks(range(len(rows)), [f"{parameter.name}\n{parameter.text()} {parameter.unit}" for parameter in rows])
     axes.set_ylim(len(rows) - 0.5, -0.5)
     return largest

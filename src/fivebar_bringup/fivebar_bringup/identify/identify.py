@@ -48,10 +48,10 @@ def identify_bag(path: Path, robot: str | None = None, namespace: str | None = N
     start = read_start(source, robot)
     record = read_record(source, start)
     try:
-        found = identify(start.five_bar(), record)
+        identification = identify(start.five_bar(), record)
     except NotIdentifiable as error:
         raise InputError(f"{source.bag}: {error}") from error
-    result = IdentificationResult(start, source.bag, record.rate_hz, len(record.angles), found)
+    result = IdentificationResult(start, source.bag, record.rate_hz, len(record.angles), identification)
     _refuse_other_unit(result)
     return result
 
@@ -63,7 +63,7 @@ def _refuse_other_unit(result: IdentificationResult) -> None:
         InputError: they do, as with torques in another unit.
     """
     named = [parameter for parameter in result.parameters() if parameter.name in SCALED_BY_TORQUE]
-    ratios = [one.value / one.before for one in named if one.before > 0.0]
+    ratios = [parameter.value / parameter.before for parameter in named if parameter.before > 0.0]
     if not ratios or min(ratios) <= 0.0:
         return
     factor, spread = float(np.exp(np.mean(np.log(ratios)))), max(ratios) / min(ratios)

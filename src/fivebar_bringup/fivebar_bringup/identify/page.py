@@ -26,15 +26,15 @@ def html_page(findings: IdentificationResult, pictures: Sequence[Picture]) -> st
 
 
 def _quality_rows(findings: IdentificationResult) -> Iterable[tuple[str, ...]]:
-    found = findings.found
-    cutoffs = found.cutoffs
-    yield "condition number of the regressor, columns scaled to unit length", f"{found.fit.condition:.3g}"
+    identification = findings.identification
+    cutoffs = identification.cutoffs
+    yield "condition number of the regressor, columns scaled to unit length", f"{identification.fit.condition:.3g}"
     yield "angle readings", f"{findings.encoder()}, noise {engineering(cutoffs.noise, 'rad')}"
     yield "cut-off of the differentiating filter", f"{cutoffs.derivative_hz:.3g} Hz"
     yield "cut-off of the parallel filter", f"{cutoffs.parallel_hz:.3g} Hz"
     yield "accelerations of the motors, root mean square", f"{cutoffs.acceleration:.3g} rad/s²"
-    yield "time used, motors 1 and 2", ", ".join(f"{seconds:.2f} s" for seconds in found.used_s)
-    yield "independent rows behind the intervals", f"{found.fit.independent:.0f}"
-    residuals = ", ".join(engineering(value, "Nm") for value in found.fit.deviations.tolist())
+    yield "time used, motors 1 and 2", ", ".join(f"{seconds:.2f} s" for seconds in identification.used_s)
+    yield "independent rows behind the intervals", f"{identification.fit.independent:.0f}"
+    residuals = ", ".join(engineering(value, "Nm") for value in identification.fit.deviations.tolist())
     yield "residual, root mean square, motors 1 and 2", residuals
-    yield "unexplained part of the torque", ", ".join(f"{100.0 * part:.2g} %" for part in found.misfit)
+    yield "unexplained part of the torque", ", ".join(f"{100.0 * part:.2g} %" for part in identification.misfit)

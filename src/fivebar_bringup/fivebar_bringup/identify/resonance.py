@@ -24,17 +24,17 @@ class ResonanceResult(NamedTuple):
 
     start: RobotFile
     bag: Path
-    found: Resonance
+    resonance: Resonance
 
     @property
     def allowed(self) -> float:
         """Largest bandwidth (rad/s) of the unified law that feeds back an estimate from the motors' encoders."""
-        return bandwidth_of(self.found.lowest)
+        return bandwidth_of(self.resonance.lowest)
 
     @property
     def allowed_on_links(self) -> float:
         """The same where it feeds back the links' own motion."""
-        return bandwidth_of(self.found.lowest, LINK_SIDE)
+        return bandwidth_of(self.resonance.lowest, LINK_SIDE)
 
     @property
     def lowered(self) -> bool:
@@ -43,7 +43,7 @@ class ResonanceResult(NamedTuple):
 
     def robot_file(self) -> RobotFile:
         """Return the initial file with the tuning that the transmissions allow."""
-        tuning = tuning_for(self.start, self.found.lowest)
+        tuning = tuning_for(self.start, self.resonance.lowest)
         return self.start.model_copy(update={"name": f"{self.start.name}_tuned", "tuning": tuning})
 
     def parameter_file(self) -> str:
@@ -51,7 +51,7 @@ class ResonanceResult(NamedTuple):
         lines = [f"Tuned for the transmissions that {self.bag} shows, starting from {self.start.name}:"]
         lines += [
             f"  leg {number}: {leg.frequency.value:.4g} ± {leg.frequency.half_width:.2g} Hz"
-            for number, leg in enumerate(self.found.legs, start=1)
+            for number, leg in enumerate(self.resonance.legs, start=1)
         ]
         lines.append(
             f"Bandwidth with speeds that are measured on the links: at most {self.allowed_on_links:.3g} rad/s."
@@ -62,19 +62,19 @@ class ResonanceResult(NamedTuple):
 
     def as_json(self) -> dict[str, Any]:
         """Return all results for a file."""
-        found = self.found
+        resonance = self.resonance
         return {
             "robot": self.start.name,
             "bag": str(self.bag),
             "confidence": CONFIDENCE,
-            "legs": [{name: value._asdict() for name, value in leg._asdict().items()} for leg in found.legs],
-            "locked_hz": list(found.locked),
-            "delay_s": found.delay._asdict(),
-            "highest_hz": found.highest,
-            "misfit": found.misfit,
-            "amplitudes": found.amplitudes,
+            "legs": [{name: value._asdict() for name, value in leg._asdict().items()} for leg in resonance.legs],
+            "locked_hz": list(resonance.locked),
+            "delay_s": resonance.delay._asdict(),
+            "highest_hz": resonance.highest,
+            "misfit": resonance.misfit,
+            "amplitudes": resonance.amplitudes,
             "bandwidth_rad_s": {"motors": self.allowed, "links": self.allowed_on_links},
-            "tuning": {key: one for key, one in self.robot_file().tuning._asdict().items() if one is not None},
+            "tuning": {key: value for key, value in self.robot_file().tuning._asdict().items() if value is not None},
         }
 
 
@@ -88,10 +88,10 @@ def resonance_of_bag(path: Path, robot: str | None = None, namespace: str | None
     source = find_bag(path, namespace)
     start = read_start(source, robot)
     try:
-        found = find_resonance(start.five_bar(), read_record(source, start))
+        resonance = find_resonance(start.five_bar(), read_record(source, start))
     except NotIdentifiable as error:
         raise InputError(f"{source.bag}: {error}") from error
-    return ResonanceResult(start, source.bag, found)
+    return ResonanceResult(start, source.bag, resonance)
 
 
 def write_resonance(result: ResonanceResult, out: Path | None) -> Path:

@@ -55,13 +55,13 @@ class IdentificationResult(NamedTuple):
     bag: Path
     rate_hz: float
     samples: int
-    found: Identification
+    identification: Identification
 
     def parameters(self) -> list[IdentifiedParameter]:
         """Return the parameters in the order of `PARAMETERS`."""
         before = parameter_values(self.start.five_bar())
         count = len(PARAMETERS)
-        values, halves = self.found.fit.values.tolist(), self.found.fit.half_widths.tolist()
+        values, halves = self.identification.fit.values.tolist(), self.identification.fit.half_widths.tolist()
         return [
             IdentifiedParameter(name, UNITS[name], *figures)
             for name, *figures in zip(PARAMETERS, values[:count], halves[:count], before, strict=True)
@@ -69,13 +69,16 @@ class IdentificationResult(NamedTuple):
 
     def beside(self) -> list[IdentifiedParameter]:
         """Return what is identified beside the parameters of the file, from nothing before: no controller uses it."""
-        fit = self.found.fit
+        fit = self.identification.fit
         values, halves = fit.values.tolist(), fit.half_widths.tolist()
         rows = [
             IdentifiedParameter(name, unit, values[number], halves[number], 0.0)
             for number, (name, unit) in enumerate(BESIDE_SHOWN, start=len(PARAMETERS))
         ]
-        return [*rows, IdentifiedParameter("constants", "motor 2 / motor 1", *self.found.constants_ratio(), 1.0)]
+        return [
+            *rows,
+            IdentifiedParameter("constants", "motor 2 / motor 1", *self.identification.constants_ratio(), 1.0),
+        ]
 
     def rows(self) -> list[tuple[str, str, str, str, str]]:
         """Return what is identified as the lines of a table: name, before, value and interval, unit, change."""
@@ -84,18 +87,18 @@ class IdentificationResult(NamedTuple):
                 (parameter.name, f"{parameter.before:g}", parameter.text(), parameter.unit, parameter.change())
                 for parameter in self.parameters()
             ),
-            *((one.name, "", one.text(), one.unit, "") for one in self.beside()),
+            *((parameter.name, "", parameter.text(), parameter.unit, "") for parameter in self.beside()),
         ]
 
     def cogging(self) -> MotorCogging:
         """Return the cogging that is seen, as the robot file has it."""
-        numbers = iter(self.found.fit.values[len(COLUMNS) :].tolist())
+        numbers = iter(self.identification.fit.values[len(COLUMNS) :].tolist())
         of_motors = [
             tuple(
                 CoggingHarmonic(periods=periods, cosine=round(next(numbers), 8), sine=round(next(numbers), 8))
                 for periods in harmonics
             )
-            for harmonics in self.found.harmonics
+            for harmonics in self.identification.harmonics
         ]
         return MotorCogging(q11=of_motors[0], q21=of_motors[1])
 
@@ -136,7 +139,7 @@ class IdentificationResult(NamedTuple):
 
     def encoder(self) -> str:
         """Return the resolution of the angle readings in words."""
-        resolution = self.found.cutoffs.resolution
+        resolution = self.identification.cutoffs.resolution
         if resolution == 0.0:
             return "no counts"
         return f"{2.0 * math.pi / resolution:.0f} counts per revolution"
@@ -148,7 +151,7 @@ class IdentificationResult(NamedTuple):
         lines += [
             f"  {parameter.name:<{width}}  {parameter.text()} {parameter.unit}" for parameter in self.parameters()
         ]
-        lines += [f"  {one.name:<{width}}  {one.text()} {one.unit}" for one in self.beside()]
+        lines += [f"  {parameter.name:<{width}}  {parameter.text()} {parameter.unit}" for parameter in self.beside()]
         lines.append(f"Lengths and width_rad_s are those of {self.start.name}, not identified.")
         # neither a path nor a name may end the comment
         lines = ["# " + "".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
@@ -156,7 +159,7 @@ class IdentificationResult(NamedTuple):
 
     def as_json(self) -> dict[str, Any]:
         """Return all results for a file."""
-        fit, cutoffs = self.found.fit, self.found.cutoffs
+        fit, cutoffs = self.identification.fit, self.identification.cutoffs
         return {
             "robot": self.start.name,
             "bag": str(self.bag),
@@ -173,17 +176,20 @@ class IdentificationResult(NamedTuple):
                 for parameter in self.parameters()
             },
             "beside": {
-                one.name: {"value": one.value, "half_width": one.half_width, "unit": one.unit} for one in self.beside()
+                parameter.name: {"value": parameter.value, "half_width": parameter.half_width, "unit": parameter.unit}
+                for parameter in self.beside()
             },
-            "cogging": {f"q{motor}1": list(found) for motor, found in enumerate(self.found.harmonics, start=1)},
+            "cogging": {
+                f"q{motor}1": list(harmonics) for motor, harmonics in enumerate(self.identification.harmonics, start=1)
+            },
             "condition_number": fit.condition,
             "encoder_resolution_rad": cutoffs.resolution or None,
             "angle_noise_rad": cutoffs.noise,
             "acceleration_rms_rad_s2": cutoffs.acceleration,
             "derivative_cutoff_hz": cutoffs.derivative_hz,
             "parallel_cutoff_hz": cutoffs.parallel_hz,
-            "used_s": list(self.found.used_s),
+            "used_s": list(self.identification.used_s),
             "independent_rows": fit.independent,
             "residual_rms_nm": fit.deviations.tolist(),
-            "misfit": list(self.found.misfit),
+            "misfit": list(self.identification.misfit),
         }

@@ -234,9 +234,9 @@ def name_region(
     row, column = np.unravel_index(int(np.argmax(room)), room.shape)
     if room[row, column] < 0.02 * max(room.shape):
         return None
-    found = float(x[column]), float(y[row])
-    _write(axes, text, found)
-    return found
+    spot = float(x[column]), float(y[row])
+    _write(axes, text, spot)
+    return spot
 
 
 def name_curves(axes: Axes, loci: Loci, modes: tuple[int, int]) -> None:

@@ -74,7 +74,7 @@ def request_live(
             if status is None:
                 raise InputError(f"--domain: {domain}: the motion was not over within {timeout:g} s")
             if isinstance(asked, TimedPoints) and "reason" in status:
-                status = {**status, "reason": POINT.sub(lambda found: asked.labels.of(int(found[1])), status["reason"])}
+                status = {**status, "reason": POINT.sub(lambda match: asked.labels.of(int(match[1])), status["reason"])}
             report(status)
             if status["state"] in ENDS:
                 return status

@@ -10,6 +10,7 @@ from contextlib import suppress
 from typing import Any
 
 from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.planned_motion import PlannedMotion
 from fivebar_bringup.odds.robot_errors import has_odds
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
@@ -89,8 +90,9 @@ class PlannerWithOdds:
     def _planned(self, order: PlanningRequest) -> tuple[Planned, bool]:
         """Return the answer to a request, and whether more time would not change it."""
         # here, because the compiled engine takes long to load
-        from fivebar_bringup.odds.alternatives import Alternatives, Candidate
+        from fivebar_bringup.odds.alternatives import Alternatives
         from fivebar_bringup.odds.likely import likely_motion
+        from fivebar_bringup.odds.trials import ROBOTS
 
         conditions = self._without_loads
         first = plan_once(conditions, order)
@@ -98,11 +100,11 @@ class PlannerWithOdds:
             return first, True
         task = task_of(conditions, order)
 
-        def planned(timed: TimedCourse) -> Candidate[Planned] | None:
-            found = plan_timed(conditions, order, timed)
-            return None if found.refused else Candidate(found, self._scenario_of(order, found))
+        def planned(timed: TimedCourse) -> PlannedMotion[Planned] | None:
+            motion = plan_timed(conditions, order, timed)
+            return None if motion.refused else PlannedMotion(motion, self._scenario_of(order, motion))
 
-        candidate = Candidate(first, self._scenario_of(order, first))
+        candidate = PlannedMotion(first, self._scenario_of(order, first))
         until = time.monotonic() + self._odds_time
 
         def elsewhere() -> Iterable[TimedCourse]:
@@ -112,17 +114,17 @@ class PlannerWithOdds:
 
         alternatives = Alternatives(planned, lambda course: course.by_other_laws(task.robot), elsewhere, task.rate_hz)
         try:
-            found = likely_motion(candidate, alternatives, order.duration > 0.0, until)
+            likely = likely_motion(candidate, alternatives, order.duration > 0.0, until)
         except InputError as refusal:
             # a search that the clock has cut short may find more the next time
             return Planned(str(refusal)), time.monotonic() < until
-        odds: dict[str, Any] = {**found.odds.as_dict(), "chosen": found.chosen} if found.odds.robots else {}
-        if found.better is not None:
-            duration, better, how = found.better
-            odds["better"] = {"duration_s": duration, "how": how, **better.as_dict()}
-        if found.decided:
-            return found.motion._replace(odds=odds), True
-        unknown = f"{found.odds.robots} robots could be tried within {self._odds_time:g} s (risk.odds_time)"
+        tried, better = likely.odds or Odds(), likely.better
+        odds: dict[str, Any] = likely.known_odds or {} if tried.robots else {}
+        if better is not None and better.odds is not None:
+            odds["better"] = {"duration_s": better.duration, "how": better.chosen, **better.odds.as_dict()}
+        if tried.robots == ROBOTS:
+            return likely.motion._replace(odds=odds), True
+        unknown = f"{tried.robots} robots could be tried within {self._odds_time:g} s (risk.odds_time)"
         judged = plan_once(self._conditions, order)
         if judged.refused:
             return judged._replace(refused=f"{judged.refused}; the odds are not known: {unknown}"), False

@@ -224,7 +224,7 @@ def _steps_as_json(steps: tuple[PlannedStep, ...]) -> list[dict[str, Any]]:
         {
             "step": step.instruction.number,
             "line": step.instruction.line,
-            "rounds": [list(one) for one in step.instruction.rounds],
+            "rounds": [list(corner) for corner in step.instruction.rounds],
             "does": words_of(step.instruction),
             "duration_s": step.duration,
             "waypoints": [list(point) for point in step.planned.course.waypoints],
@@ -244,7 +244,7 @@ def refuse_payload(loaded: LoadedProgram, nodes: Sequence[NodeSpec]) -> None:
         InputError: it cannot.
     """
     robot = next(node for node in nodes if node.executable in (PLANT, EMULATED_ROBOT))
-    first = next((one for one in loaded.instructions if isinstance(one.action, Carry)), None)
+    first = next((instruction for instruction in loaded.instructions if isinstance(instruction.action, Carry)), None)
     if first is not None and PAYLOAD not in robot.subscribes:
         raise InputError(
             f"{loaded.program.name}: {first.place}: {robot.executable} carries no payload: expected a program"

@@ -21,8 +21,9 @@ from fivebar_control.planning.pacing import Task
 from fivebar_control.planning.postures import mode_name, place_at
 from fivebar_control.planning.timing import Speed
 from fivebar_control.planning.transfer import Transfer, plan_transfer
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.motion_limits import scenario_limits
-from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.scenario.sensors import sensing_if_estimated
 from fivebar_control.trajectory.path_distance import KEPT_TO
 from fivebar_control.trajectory.rounded import RESTS
 from fivebar_description.known_drives import LARGEST_SPEED
@@ -175,7 +176,7 @@ def task_of_request(request: Request, judge_loads: bool = True) -> Task:
     asked = asked_scenario(request)
     # settings are the defaults, those of torques in the robot's size
     if request.changes:
-        follower = asked.tuned()
+        follower = tuned_controller(asked)
     else:
         follower = registry.default_tuning(registry.find_controller(request.controller), read_robot(request.robot))
     limits = scenario_limits(asked, None, follower, request.torque_limit, request.motor_speed)
@@ -185,7 +186,7 @@ def task_of_request(request: Request, judge_loads: bool = True) -> Task:
         request.rate_hz,
         follower,
         limits if judge_loads else limits.without_loads(),
-        sensing_of(asked),
+        sensing_if_estimated(asked),
     )
 
 

@@ -49,7 +49,9 @@ def start_after(directory: Path) -> Start:
             " that ended without one: place it in the program, or go on within it"
         )
     topic = GROUND_TRUTH if recording.count(GROUND_TRUTH) else JOINT_STATES
-    last = [one for field in ("position", "velocity") for one in recording.values(topic, field, JOINTS)[-1].tolist()]
+    last = [
+        value for field in ("position", "velocity") for value in recording.values(topic, field, JOINTS)[-1].tolist()
+    ]
     state = state_from_joints(scenario.five_bar(), *last)
     if not max(abs(state.leg1.dq1), abs(state.leg2.dq1)) <= AT_REST:
         raise InputError(

@@ -8,18 +8,19 @@ from typing import Any
 from rich.console import Group, RenderableType
 from rich.table import Table
 
-from fivebar_bringup.motions.likely import LikelyTransfer
 from fivebar_bringup.motions.request import Request
+from fivebar_bringup.odds.planned_motion import PlannedMotion
 from fivebar_bringup.recorded.summary import planned_crossings
 from fivebar_control.model.singularity import FOLDED
 from fivebar_control.planning.postures import mode_name, sign_name
+from fivebar_control.planning.transfer import Transfer
 from fivebar_control.trajectory.refusal import ELBOWS_UNKNOWN, place
 from fivebar_description.robot_file import UNKNOWN, read_robot
 
 
-def as_json(request: Request, likely: LikelyTransfer, planning_s: float) -> dict[str, Any]:
+def as_json(request: Request, likely: PlannedMotion[Transfer], planning_s: float) -> dict[str, Any]:
     """Return a transfer as plain lists, numbers and texts; m, s, Nm, rad/s."""
-    transfer = likely.transfer
+    transfer = likely.motion
     start, goal = transfer.waypoints[0], transfer.waypoints[-1]
     crossings = planned_crossings(transfer.plan, read_robot(request.robot).elbows_pass)
     return {
@@ -35,15 +36,15 @@ def as_json(request: Request, likely: LikelyTransfer, planning_s: float) -> dict
         "duration_s": sum(transfer.durations),
         "crossings": [
             {
-                "time_s": one.time_s,
-                "x": one.x,
-                "y": one.y,
-                "distal_links": one.distal_links,
-                "elbows_pass": one.elbows_pass,
+                "time_s": planned.time_s,
+                "x": planned.x,
+                "y": planned.y,
+                "distal_links": planned.distal_links,
+                "elbows_pass": planned.elbows_pass,
                 "speed_m_s": transfer.speed_at(crossing),
                 "direction": crossing.authority,
             }
-            for one, crossing in zip(crossings, transfer.crossings, strict=True)
+            for planned, crossing in zip(crossings, transfer.crossings, strict=True)
         ],
         "figures": [
             {
@@ -63,9 +64,9 @@ def as_json(request: Request, likely: LikelyTransfer, planning_s: float) -> dict
     }
 
 
-def as_text(request: Request, likely: LikelyTransfer, planning_s: float) -> RenderableType:
+def as_text(request: Request, likely: PlannedMotion[Transfer], planning_s: float) -> RenderableType:
     """Return a transfer as lines and tables."""
-    transfer = likely.transfer
+    transfer = likely.motion
     start, goal = transfer.waypoints[0], transfer.waypoints[-1]
     parts = transfer.course.between_rests()
     unknown = read_robot(request.robot).elbows_pass == UNKNOWN
@@ -94,8 +95,7 @@ def as_text(request: Request, likely: LikelyTransfer, planning_s: float) -> Rend
     if likely.chosen:
         lines.append(f"chosen for its odds: {likely.chosen}")
     if likely.better is not None:
-        duration, odds, how = likely.better
-        lines.append(f"better: in {duration:.3g} s{how} {odds}")
+        lines.append(f"better: in {likely.better.duration:.3g} s{likely.better.chosen} {likely.better.odds}")
     figures = Table("figure", "value", "limit", "at time", box=None)
     for figure in transfer.feasibility.figures:
         unit = f" {figure.unit}" if figure.unit else ""

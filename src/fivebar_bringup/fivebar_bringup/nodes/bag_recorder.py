@@ -175,7 +175,7 @@ def _free(directory: Path) -> Path:
 
 def _is_of(topic: Topic, some: Sequence[Topic]) -> bool:
     """Return whether a topic is one of some, of this robot or of another one in a cell."""
-    return any(topic == of_robot(one, robot_of_name(topic.name, one.name)) for one in some)
+    return any(topic == of_robot(wanted, robot_of_name(topic.name, wanted.name)) for wanted in some)
 
 
 def _topic(name: str) -> Topic:

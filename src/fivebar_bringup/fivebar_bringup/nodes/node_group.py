@@ -24,10 +24,14 @@ def node_class(module: str) -> type[GraphNode]:
         InputError: there is no such module, or it does not define exactly one node.
     """
     try:
-        found = vars(import_module(module)).values()
+        members = vars(import_module(module)).values()
     except ImportError as error:
         raise InputError(f"node_group: {module!r}: expected the module of a node: {error}") from error
-    nodes = [one for one in found if isinstance(one, type) and issubclass(one, GraphNode) and one.__module__ == module]
+    nodes = [
+        member
+        for member in members
+        if isinstance(member, type) and issubclass(member, GraphNode) and member.__module__ == module
+    ]
     if len(nodes) != 1:
         raise InputError(f"node_group: {module!r}: defines {len(nodes)} nodes, expected one")
     return nodes[0]

@@ -6,45 +6,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple
 
 from fivebar_bringup.odds.choice import Choice, likeliest
+from fivebar_bringup.odds.planned_motion import M, PlannedMotion
 from fivebar_bringup.odds.robot_errors import RobotErrors
-from fivebar_bringup.odds.trials import LAST_ROBOTS
-from fivebar_bringup.scenario import Scenario
+from fivebar_bringup.odds.trials import DECIDING_ROBOTS, LAST_ROBOTS, trials_of
+from fivebar_control.compiling import expect_many_motions
 from fivebar_control.planning.alternative_courses import TimedCourse
 from fivebar_control.planning.course import Course
-from fivebar_control.trajectory.refusal import place
-
-M = TypeVar("M")
-
-
-class Candidate(NamedTuple, Generic[M]):
-    """A planned motion, and the scenario by which it is run."""
-
-    motion: M
-    scenario: Scenario
-
-    @property
-    def duration(self) -> float:
-        """How long it takes (s)."""
-        return sum(self.scenario.durations())
-
-    @property
-    def timed(self) -> TimedCourse:
-        """Where it goes, and how long its legs take."""
-        scenario = self.scenario
-        radius = scenario.blend_radius
-        radii = radius if isinstance(radius, tuple) else (radius,) * (len(scenario.waypoints) - 2)
-        return TimedCourse(Course(scenario.waypoints, radii, scenario.time_law), scenario.durations())
-
-    def how_other_than(self, first: Candidate[M]) -> str:
-        """Return in what else than its duration it differs from another motion, in words; "" for nothing."""
-        ours, theirs = self.timed.course, first.timed.course
-        law = f" by time law {ours.time_law}" if ours.time_law != theirs.time_law else ""
-        if ours.waypoints == theirs.waypoints:
-            return law
-        return f"{law} by way of {' and '.join(place(*point) for point in ours.waypoints[1:-1])}"
+from fivebar_description.stages import stage
 
 
 class Alternatives(NamedTuple, Generic[M]):
@@ -57,29 +28,29 @@ class Alternatives(NamedTuple, Generic[M]):
         rate_hz: of the controllers.
     """
 
-    planned: Callable[[TimedCourse], Candidate[M] | None]
+    planned: Callable[[TimedCourse], PlannedMotion[M] | None]
     other_laws: Callable[[Course], Sequence[Course]]
     elsewhere: Callable[[], Iterable[TimedCourse]]
     rate_hz: int
 
-    def in_duration(self, of: Candidate[M], duration: float) -> Candidate[M] | None:
+    def in_duration(self, of: PlannedMotion[M], duration: float) -> PlannedMotion[M] | None:
         """Return a motion in another duration (s), by its own time law or by the first other one that can be."""
         course, durations = of.timed
-        scaled = tuple(max(1, round(one * duration / of.duration * self.rate_hz)) / self.rate_hz for one in durations)
-        for one in (course, *(other for other in course.by_each_law() if other != course)):
-            found = self.planned(TimedCourse(one, scaled))
-            if found is not None:
-                return found
+        scaled = tuple(max(1, round(leg * duration / of.duration * self.rate_hz)) / self.rate_hz for leg in durations)
+        for by_law in (course, *(other for other in course.by_each_law() if other != course)):
+            motion = self.planned(TimedCourse(by_law, scaled))
+            if motion is not None:
+                return motion
         return None
 
-    def beside(self, motion: Candidate[M], until: float) -> Iterator[Candidate[M]]:
+    def beside(self, motion: PlannedMotion[M], until: float) -> Iterator[PlannedMotion[M]]:
         """Yield a motion by other time laws, and those through other places, as far as feasible and in time."""
-        for one in self._courses_beside(motion.timed):
+        for course in self._courses_beside(motion.timed):
             if time.monotonic() >= until:
                 return
-            found = self.planned(one)
-            if found is not None:
-                yield found
+            alternative = self.planned(course)
+            if alternative is not None:
+                yield alternative
 
     def _courses_beside(self, timed: TimedCourse) -> Iterator[TimedCourse]:
         """Yield a course by other time laws, then others through other places, each when it is asked for."""
@@ -89,13 +60,13 @@ class Alternatives(NamedTuple, Generic[M]):
 
 
 def best_of_all(
-    motions: Sequence[Candidate[M]],
+    motions: Sequence[PlannedMotion[M]],
     alternatives: Alternatives[M],
     errors: RobotErrors,
     seed: int,
     required: float,
     until: float = math.inf,
-) -> Choice[Candidate[M]] | None:
+) -> Choice[M] | None:
     """Return the likeliest of some motions, and where it is not likely enough, of what it might be instead.
 
     None of no motions, or for want of time. Another law or place that is chosen is tried on `LAST_ROBOTS`: those before
@@ -108,12 +79,41 @@ def best_of_all(
         required: share of the robots that has to make it.
         until: when no further motion is planned and no further robot tried (s on the steady clock).
     """
-    choice = likeliest(motions, lambda one: one.scenario, errors, seed, until)
+    choice = likeliest(motions, errors, seed, until)
     if choice is None or choice.odds.share >= required:
         return choice
-    others = list(alternatives.beside(choice.motion, until))
-    if not others:
+    beside = list(alternatives.beside(choice.motion, until))
+    if not beside:
         return choice
-    found = likeliest([choice.motion, *others], lambda one: one.scenario, errors, seed, until, LAST_ROBOTS)
+    last = likeliest([choice.motion, *beside], errors, seed, until, LAST_ROBOTS)
     # the same motion does not get a second chance
-    return choice if found is None or found.motion is choice.motion else found
+    return choice if last is None or last.motion is choice.motion else last
+
+
+def first_or_best(
+    first: PlannedMotion[M],
+    in_other_durations: Iterable[PlannedMotion[M]],
+    alternatives: Alternatives[M],
+    errors: RobotErrors,
+    seed: int,
+    until: float = math.inf,
+    failures: float = math.inf,
+) -> Choice[M]:
+    """Return a motion where it is likely enough, or not known to be unlikely when the time is over, else the best one.
+
+    Where nothing else can be tried it is the first one, too, with what is known of its odds.
+
+    Args:
+        first: on `DECIDING_ROBOTS`.
+        in_other_durations: what is tried first instead, each planned when it is asked for.
+        alternatives, errors, seed, until: as for `best_of_all`.
+        failures: with more of them the first motion is tried no further.
+    """
+    with stage("trying drawn robots"):
+        odds, _, failed = trials_of(first.scenario, errors, seed, DECIDING_ROBOTS, until, failures)
+    choice = Choice(first, odds, DECIDING_ROBOTS, failed)
+    if choice.likely:
+        return choice
+    expect_many_motions()
+    with stage("trying other durations, time laws and ways"):
+        return best_of_all([*in_other_durations], alternatives, errors, seed, first.required, until) or choice

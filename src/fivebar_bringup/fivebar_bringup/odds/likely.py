@@ -6,17 +6,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
+from itertools import chain
 from shlex import quote
-from typing import Generic, NamedTuple
 
-from fivebar_bringup.odds.alternatives import Alternatives, Candidate, M, best_of_all
+from fivebar_bringup.odds.alternatives import Alternatives, first_or_best
 from fivebar_bringup.odds.choice import Choice
-from fivebar_bringup.odds.odds import Odds, failures_in_words
+from fivebar_bringup.odds.odds import failures_in_words
+from fivebar_bringup.odds.planned_motion import M, PlannedMotion
 from fivebar_bringup.odds.relief import most_relieved
 from fivebar_bringup.odds.robot_errors import RobotErrors, declared_errors
-from fivebar_bringup.odds.trials import ROBOTS, SEED, STATED_ROBOTS, failures_allowed, trials_of
-from fivebar_bringup.scenario import Scenario
-from fivebar_control.compiling import expect_many_motions
+from fivebar_bringup.odds.trials import DECIDING_ROBOTS, SEED, STATED_ROBOTS, failures_allowed, trials_of
 from fivebar_description.stages import stage
 from fivebar_description.strict_yaml import InputError
 
@@ -24,47 +23,21 @@ OTHER_DURATIONS = (1.4, 0.7, 0.5, 0.35, 0.25)
 """Relative to the planner's first choice."""
 
 
-class Better(NamedTuple):
-    """A motion with better odds than one whose duration is given.
-
-    Attributes:
-        duration: s.
-        odds: its own.
-        how: in what else it differs, in words; "" for nothing.
-    """
-
-    duration: float
-    odds: Odds
-    how: str = ""
-
-
-class LikelyMotion(NamedTuple, Generic[M]):
-    """The motion that is made, with its odds.
-
-    Attributes:
-        motion, scenario: as in `Candidate`.
-        odds: how many of the drawn robots make it, none of which had a part in accepting it; fewer robots than
-            `ROBOTS` where the time was short.
-        better: what is likelier, where the duration was given.
-        chosen: in what it differs from the planner's first choice, in words; "" for nothing.
-    """
-
-    motion: M
-    scenario: Scenario
-    odds: Odds
-    better: Better | None = None
-    chosen: str = ""
-
-    @property
-    def decided(self) -> bool:
-        """Whether enough robots were tried to tell whether the motion is likely enough."""
-        return self.odds.robots == ROBOTS
+def with_stated_odds(
+    motion: PlannedMotion[M], errors: RobotErrors, seed: int, until: float = math.inf, likely: bool = True
+) -> PlannedMotion[M]:
+    """Return a motion with its odds on robots that had no part in accepting it."""
+    with stage("trying drawn robots"):
+        odds = trials_of(motion.scenario, errors, seed, STATED_ROBOTS, until).odds
+    return motion._replace(odds=odds, likely=likely)
 
 
 def likely_motion(
-    first: Candidate[M], alternatives: Alternatives[M], given: bool, until: float = math.inf
-) -> LikelyMotion[M]:
+    first: PlannedMotion[M], alternatives: Alternatives[M], given: bool, until: float = math.inf
+) -> PlannedMotion[M]:
     """Return a motion with its odds: the first one where it is likely enough, else the one with the best odds.
+
+    The odds are those on fewer robots than `ROBOTS` where the time was short: then they do not tell enough.
 
     Args:
         first: as the planner chooses it, or as it was asked for.
@@ -75,49 +48,37 @@ def likely_motion(
     Raises:
         InputError: none is likely enough.
     """
-    errors, required = declared_errors(first.scenario), first.scenario.risk.success
-
-    def stated(motion: Candidate[M]) -> LikelyMotion[M]:
-        return LikelyMotion(*motion, trials_of(motion.scenario, errors, SEED, STATED_ROBOTS, until).odds)
-
-    with stage("trying drawn robots"):
-        odds = trials_of(first.scenario, errors, SEED, range(ROBOTS), until, failures_allowed(required)).odds
-        # likely enough, or not known to be unlikely when the time was over
-        likely = odds.successes + ROBOTS - odds.robots >= required * ROBOTS
-        if likely:
-            return stated(first)
-    expect_many_motions()
-    with stage("trying other durations, time laws and ways"):
-        motions = [first, *_in_other_durations(first, alternatives, until)]
-        choice = best_of_all(motions, alternatives, errors, SEED, required, until)
+    errors = declared_errors(first.scenario)
+    motions = chain([first], _in_other_durations(first, alternatives, until))
+    choice = first_or_best(first, motions, alternatives, errors, SEED, until, failures_allowed(first.required))
     cut_short = time.monotonic() >= until
+    best = choice.motion
+    how = best.how_other_than(first)
     if given:
-        found = stated(first)
-        better = choice is not None and choice.odds.share > found.odds.share and choice.motion is not first
-        if not (choice and better):
-            return found
-        other = choice.motion
-        return found._replace(better=Better(other.duration, choice.odds, other.how_other_than(first)))
-    if choice is None:
+        kept = with_stated_odds(first, errors, SEED, until, choice.motion is first and choice.likely)
+        if best is first or kept.odds is None or choice.odds.share <= kept.odds.share:
+            return kept
+        return kept._replace(better=best._replace(odds=choice.odds, chosen=how))
+    if choice.likely:
+        chosen = "" if best is first else _in_place_of(first, best)
+        return with_stated_odds(best, errors, SEED, until)._replace(chosen=chosen)
+    refusal = "the motion is not likely enough to succeed:"
+    expected = f"expected at least {first.required:.0%} (risk.success)"
+    if choice.robots == DECIDING_ROBOTS:
         raise InputError(
-            f"the motion is not likely enough to succeed: in {first.duration:.3g} s {odds}; expected at least"
-            f" {required:.0%} (risk.success), and no time was left to try others (risk.odds_time)"
+            f"{refusal} in {first.duration:.3g} s {choice.odds}; {expected}, and no time was left to try others"
+            " (risk.odds_time)"
         )
-    chosen = choice.motion
-    how = chosen.how_other_than(first)
-    if choice.odds.share < required:
-        more = ", and no time was left to try more (risk.odds_time)" if cut_short else ""
-        if until == math.inf:
-            more = f"; {_what_helps(choice, errors)}"
-        causes = failures_in_words(choice.failed.values(), chosen.scenario.error_tolerance)
-        raise InputError(
-            f"the motion is not likely enough to succeed: at best, in {chosen.duration:.3g} s{how}, {choice.odds};"
-            f" expected at least {required:.0%} (risk.success); failed: {causes}{more}"
-        )
-    return stated(chosen)._replace(chosen="" if chosen is first else _in_place_of(first, chosen))
+    more = ", and no time was left to try more (risk.odds_time)" if cut_short else ""
+    if until == math.inf:
+        more = f"; {_what_helps(choice, errors)}"
+    causes = failures_in_words(choice.failed.values(), best.scenario.error_tolerance)
+    raise InputError(
+        f"{refusal} at best, in {best.duration:.3g} s{how}, {choice.odds}; {expected}; failed: {causes}{more}"
+    )
 
 
-def _what_helps(choice: Choice[Candidate[M]], errors: RobotErrors) -> str:
+def _what_helps(choice: Choice[M], errors: RobotErrors) -> str:
     """Return what would make a refused motion likelier, and the command that says more."""
     scenario = choice.motion.scenario
     robots = sorted(choice.robots, key=lambda robot: robot not in choice.failed)
@@ -125,17 +86,19 @@ def _what_helps(choice: Choice[Candidate[M]], errors: RobotErrors) -> str:
     return f"{relief or 'nothing alone raises that'}; more: fivebar assess {quote(scenario.robot)}"
 
 
-def _in_place_of(first: Candidate[M], chosen: Candidate[M]) -> str:
+def _in_place_of(first: PlannedMotion[M], chosen: PlannedMotion[M]) -> str:
     """Return what was chosen in place of the first motion, in words."""
-    before, after = (f"{one.duration:.3g} s" for one in (first, chosen))
+    before, after = (f"{motion.duration:.3g} s" for motion in (first, chosen))
     return f"{after}{chosen.how_other_than(first)}{f', not {before}' if before != after else ''}"
 
 
-def _in_other_durations(first: Candidate[M], alternatives: Alternatives[M], until: float) -> Iterator[Candidate[M]]:
+def _in_other_durations(
+    first: PlannedMotion[M], alternatives: Alternatives[M], until: float
+) -> Iterator[PlannedMotion[M]]:
     """Yield the motion in other durations than the first one, as far as it is feasible and there is time."""
     for factor in OTHER_DURATIONS:
         if time.monotonic() >= until:
             return
-        found = alternatives.in_duration(first, factor * first.duration)
-        if found is not None:
-            yield found
+        motion = alternatives.in_duration(first, factor * first.duration)
+        if motion is not None:
+            yield motion

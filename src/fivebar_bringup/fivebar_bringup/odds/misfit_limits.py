@@ -16,12 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fivebar_bringup.odds.robot_errors import RobotErrors, with_drawn_robot
+from fivebar_bringup.odds.robot_errors import RobotErrors
+from fivebar_bringup.odds.trials import tries_of
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.case import case_of
-from fivebar_bringup.simulation.engine import crossing
 from fivebar_control.estimation.constants import NO_LIMITS, WatchLimits
-from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.safety.stages import NO_FAULT
 
 ALARMS = 10_000
@@ -63,7 +61,7 @@ def fitted_limit(maxima: Sequence[float], alarms: float = len(WatchLimits._field
     if runs < FEWEST:
         raise ValueError(f"{runs} runs: expected at least {FEWEST}")
     values = np.array(maxima, dtype=np.float64)
-    redrawn = [one.quantile(alarms) for one in _redrawn([*values.reshape(-1, 1)])]
+    redrawn = [tail.quantile(alarms) for tail in _redrawn([*values.reshape(-1, 1)])]
     largest, quantile = float(values.max()), tail_of(values).quantile(alarms)
     return FittedLimit(max(float(np.quantile(redrawn, UPPER)), largest), quantile, largest, runs)
 
@@ -117,7 +115,7 @@ def _redrawn(groups: Sequence[NDArray[np.float64]]) -> Iterator[Tail]:
     """Yield the tails of the same runs drawn again, those that are alike together."""
     random = np.random.default_rng(SEED)
     for _ in range(REDRAWS):
-        yield tail_of(np.concatenate([groups[one] for one in random.choice(len(groups), len(groups))]))
+        yield tail_of(np.concatenate([groups[index] for index in random.choice(len(groups), len(groups))]))
 
 
 class AlarmRate(NamedTuple):
@@ -133,10 +131,10 @@ def alarm_rate(uses: Iterable[Sequence[float]]) -> AlarmRate | None:
     Args:
         uses: shares of the runs of each crossing, which are alike: the interval is that of drawing crossings.
     """
-    groups = [np.array(one, dtype=np.float64) for one in uses]
+    groups = [np.array(shares, dtype=np.float64) for shares in uses]
     if sum(map(len, groups)) < FEWEST:
         return None
-    drawn = [one.beyond(max(1.0, one.threshold)) for one in _redrawn(groups)]
+    drawn = [redrawn.beyond(max(1.0, redrawn.threshold)) for redrawn in _redrawn(groups)]
     tail = tail_of(np.concatenate(groups))
     return AlarmRate(tail.beyond(max(1.0, tail.threshold)), float(np.quantile(drawn, UPPER)))
 
@@ -153,27 +151,26 @@ def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Ite
     Raises:
         PlanRefused: the motion cannot be made.
     """
-    plan = scenario.plan()
-    samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
-    times = [one.time for one in plan.crossings] or [0.5 * plan.path.duration]
+    crossings = len(scenario.plan().crossings)
     unlimited = scenario.model_copy(update={"ekf": scenario.ekf._replace(**NO_LIMITS._asdict(), error_limit=0.0)})
-    found = []
-    for number in robots:
-        drawn = with_drawn_robot(unlimited, errors, seed, number, times[number % len(times)])
-        outcome = crossing(case_of(drawn, stop_at_fault=True), samples)
-        if outcome.fault == NO_FAULT and outcome.mode_changes == len(plan.crossings) and outcome.left_sample < 0:
-            found.append(WatchLimits(outcome.misfit, outcome.misfit_offset, outcome.misfit_jump))
-    return found
+    outcomes = (run.outcome for run in tries_of(unlimited, errors, seed, robots))
+    return [
+        WatchLimits(outcome.misfit, outcome.misfit_offset, outcome.misfit_jump)
+        for outcome in outcomes
+        if outcome.fault == NO_FAULT and outcome.mode_changes == crossings and outcome.left_sample < 0
+    ]
 
 
 def fitted_limits(maxima: Sequence[WatchLimits]) -> dict[str, FittedLimit]:
     """Return the limits by their names; raises as `fitted_limit`."""
-    return {name: fitted_limit([one[place] for one in maxima]) for place, name in enumerate(WatchLimits._fields)}
+    return {
+        name: fitted_limit([largest[place] for largest in maxima]) for place, name in enumerate(WatchLimits._fields)
+    }
 
 
 def as_settings(limits: dict[str, FittedLimit]) -> dict[str, float]:
     """Return limits as keys of the section `ekf`, rounded up to two digits."""
-    return {name: rounded_up(one.limit) for name, one in limits.items()}
+    return {name: rounded_up(fitted.limit) for name, fitted in limits.items()}
 
 
 def rounded_up(value: float) -> float:

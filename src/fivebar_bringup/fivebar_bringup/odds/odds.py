@@ -98,8 +98,8 @@ def told_odds(content: Mapping[str, Any], short: bool = False) -> str:
     """Return for a person what `goal/status` tells of odds, in full or in short."""
     if "unknown" in content:
         return "not known" if short else f"not known: {content['unknown']}"
-    made, robots = content["successes"], content["robots"]
-    words = f"{made} of {robots}" if short else odds_words(made, robots, *content["interval_95"])
+    successes, robots = content["successes"], content["robots"]
+    words = f"{successes} of {robots}" if short else odds_words(successes, robots, *content["interval_95"])
     better = content.get("better")
     if better is None:
         return words
@@ -130,8 +130,8 @@ def failures_in_words(missed: Iterable[str], peak_limit: float) -> str:
     """
     ways: dict[str, list[float]] = {}
     for shortcoming in missed:
-        found = _ERROR.fullmatch(shortcoming)
-        ways.setdefault(found["kind"] if found else shortcoming, []).append(float(found["mm"]) if found else 0.0)
+        error = _ERROR.fullmatch(shortcoming)
+        ways.setdefault(error["kind"] if error else shortcoming, []).append(float(error["mm"]) if error else 0.0)
     words = []
     for way, errors in sorted(ways.items(), key=lambda item: -len(item[1])):
         count = len(errors)

@@ -67,11 +67,11 @@ class Relief(NamedTuple):
 
 def reliefs(scenario: Scenario, errors: RobotErrors, seed: int, robots: Sequence[int]) -> list[Relief]:
     """Return the odds with each declared uncertainty taken away, the best first; arguments as for `trials_of`."""
-    found = [
+    by_remedy = [
         Relief(words, trials_of(relieved, exact, seed, robots).odds)
         for words, relieved, exact in _remedied(scenario, errors)
     ]
-    return sorted(found, key=lambda one: -one.odds.successes)
+    return sorted(by_remedy, key=lambda relief: -relief.odds.successes)
 
 
 def most_relieved(
@@ -82,12 +82,12 @@ def most_relieved(
     A remedy is tried on no more robots than decide whether it is the best, which are fewest where the robots that have
     failed come first.
     """
-    best, found = odds.successes + LEAST_GAIN - 1, ""
+    best, relief = odds.successes + LEAST_GAIN - 1, ""
     for words, relieved, exact in _remedied(scenario, errors):
         tried = trials_of(relieved, exact, seed, robots, failures=len(robots) - best - 1).odds
         if tried.robots == len(robots) and tried.successes > best:
-            best, found = tried.successes, f"with {words} {tried.successes} of {tried.robots} would succeed"
-    return found
+            best, relief = tried.successes, f"with {words} {tried.successes} of {tried.robots} would succeed"
+    return relief
 
 
 def _remedied(scenario: Scenario, errors: RobotErrors) -> Iterator[tuple[str, Scenario, RobotErrors]]:

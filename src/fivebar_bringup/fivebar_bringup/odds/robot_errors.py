@@ -122,7 +122,7 @@ class RobotErrors(NamedTuple):
             return [*even]
         quantile = NormalDist(0.0, NORMAL_DEVIATION).inv_cdf
         # a number at the very end would be infinite
-        shares = (min(max(0.5 * (1.0 + one), 1e-12), 1.0 - 1e-12) for one in even)
+        shares = (min(max(0.5 * (1.0 + number), 1e-12), 1.0 - 1e-12) for number in even)
         return [min(max(quantile(share), -NORMAL_REACH), NORMAL_REACH) for share in shares]
 
 
@@ -175,7 +175,7 @@ def drawn_effects(errors: RobotErrors, seed: int, number: int, crossing: float) 
         bounds |= {"base_1": base, "base_2": base}
         effects["links"] = {name: bound * share for (name, bound), share in zip(bounds.items(), lengths, strict=True)}
     if errors.zero > 0.0:
-        effects["encoders"] = dict(zip(("zero_1", "zero_2"), (errors.zero * one for one in zeros), strict=True))
+        effects["encoders"] = dict(zip(("zero_1", "zero_2"), (errors.zero * share for share in zeros), strict=True))
     if errors.torque_constant > 0.0:
         drawn = [_relative(errors, errors.torque_constant * constant) for constant in constants]
         effects["motors"] = dict(zip(("constant_1", "constant_2"), drawn, strict=True))

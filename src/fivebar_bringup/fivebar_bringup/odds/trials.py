@@ -25,6 +25,9 @@ from fivebar_control.trajectory.path_distance import judged_distance
 ROBOTS = 24
 """Robots on which a motion is tried for the odds that are stated."""
 
+DECIDING_ROBOTS = range(ROBOTS)
+"""Robots by which a motion is accepted, or others are tried."""
+
 OTHER_ROBOTS = range(ROBOTS, 2 * ROBOTS)
 """Robots that have no part in a choice by the first ones."""
 
@@ -90,12 +93,12 @@ def trials_of(
     tried, promise = 0, 0.0
     failed: dict[int, str] = {}
     crossings = len(scenario.plan().crossings)
-    for one in tries_of(scenario, errors, seed, robots, until):
+    for run in tries_of(scenario, errors, seed, robots, until):
         tried += 1
-        if one.missed:
-            failed[one.robot] = one.missed[0]
-        if one.outcome.fault == NO_FAULT and one.outcome.mode_changes == crossings:
-            distance = judged_distance(scenario.judge, one.outcome.error_peak, one.outcome.path_error)
+        if run.missed:
+            failed[run.robot] = run.missed[0]
+        if run.outcome.fault == NO_FAULT and run.outcome.mode_changes == crossings:
+            distance = judged_distance(scenario.judge, run.outcome.error_peak, run.outcome.path_error)
             beyond = distance / scenario.error_tolerance - 1.0
             # the exponent is bounded, as the exponential function overflows
             promise += 1.0 / (1.0 + math.exp(min(beyond / SOFTNESS, 100.0)))
@@ -125,7 +128,7 @@ def tries_of(
     plan = scenario.plan()
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
     planned = plan.path.samples(scenario.rate_hz) + 1
-    times = [one.time for one in plan.crossings] or [0.5 * plan.path.duration]
+    times = [passage.time for passage in plan.crossings] or [0.5 * plan.path.duration]
 
     def tried(number: int) -> Try | None:
         if time.monotonic() >= until:
@@ -138,10 +141,10 @@ def tries_of(
 
     # as many side by side as there are processors, one in a worker among others
     alone = parent_process() is not None or not scenario.scheme().compiles
-    for one in _side_by_side(tried, robots, 1 if alone else len(os.sched_getaffinity(0))):
-        if one is None:
+    for run in _side_by_side(tried, robots, 1 if alone else len(os.sched_getaffinity(0))):
+        if run is None:
             return
-        yield one
+        yield run
 
 
 def _side_by_side(run: Callable[[int], Try | None], robots: Iterable[int], threads: int) -> Iterator[Try | None]:
@@ -170,7 +173,7 @@ def declared_odds(scenario: Scenario, robots: int = ROBOTS, distribution: str = 
 
 def deciding_trials(scenario: Scenario) -> Trials:
     """Return the trials by which a scenario's motion is accepted; raises as `declared_odds`."""
-    return trials_of(scenario, declared_errors(scenario), SEED, range(ROBOTS))
+    return trials_of(scenario, declared_errors(scenario), SEED, DECIDING_ROBOTS)
 
 
 def stated(robots: int = ROBOTS) -> range:

@@ -71,5 +71,5 @@ def table(
     folded: bool = False,
 ) -> Table:
     """Return a table of entries."""
-    cells = (tuple(one if isinstance(one, Cell) else Cell(str(one), one) for one in row) for row in rows)
+    cells = (tuple(cell if isinstance(cell, Cell) else Cell(str(cell), cell) for cell in row) for row in rows)
     return Table(name, title, note, tuple(columns), tuple(cells), folded)

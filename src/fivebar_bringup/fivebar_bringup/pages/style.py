@@ -18,7 +18,7 @@ from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullLocator
 
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.recorded.series import RunSeries
-from fivebar_bringup.recorded.summary import peak
+from fivebar_bringup.simulation.column_metrics import peak
 
 INK, GREY, PALE = "#1f2430", "#6b7280", "#d5d9e0"
 BLUE, VERMILION, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#9b4f96"

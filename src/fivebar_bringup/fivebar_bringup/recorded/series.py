@@ -142,12 +142,12 @@ class RunSeries:
 
         Columns of which no value is known are left out; `UNITS` has the units.
         """
-        found: dict[str, FloatArray] = {}
-        for field, one in DERIVED.items():
+        by_name: dict[str, FloatArray] = {}
+        for field, derived in DERIVED.items():
             values: FloatArray = np.asarray(getattr(self, field), dtype=np.float64).reshape(self.time.size, -1)
             if field in ALWAYS or not np.all(np.isnan(values)):
-                found |= zip(one.columns, values.T, strict=True)
-        return found | {name: values for name, values in self.table.columns().items() if name not in found}
+                by_name |= zip(derived.columns, values.T, strict=True)
+        return by_name | {name: values for name, values in self.table.columns().items() if name not in by_name}
 
     @property
     def in_zone(self) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -214,7 +214,7 @@ UNITS = {
     name: unit
     for columns, units in chain(
         ((quantity.columns, quantity.units) for quantity in QUANTITIES),
-        ((one.columns, one.units) for one in DERIVED.values()),
+        ((quantity.columns, quantity.units) for quantity in DERIVED.values()),
     )
     for name, unit in zip(columns, units, strict=True)
     if name

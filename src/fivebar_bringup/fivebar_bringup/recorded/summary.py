@@ -18,14 +18,15 @@ from fivebar_bringup.recorded.run_odds import requested_odds
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.column_metrics import sign_changes
+from fivebar_bringup.simulation.column_metrics import peak, rms, saturated, sign_changes
 from fivebar_control.model.singularity import FOLDED, DistalLinks
-from fivebar_control.scenario.stopping import stop_cycles
+from fivebar_control.scenario.guard_settings import motor_torque_limit
+from fivebar_control.scenario.stopping import stop_cycles, stops_by_its_law
 from fivebar_control.trajectory.path_distance import KEPT_TO, judged_distance, path_distances
 from fivebar_control.trajectory.planner import Plan
 from fivebar_control.trajectory.type1 import working_mode_changes
 from fivebar_description.interface import FAULTS, JOINT_STATES, MOTOR_STATES
-from fivebar_description.robot_file import UNKNOWN, ElbowsPass
+from fivebar_description.robot_file import UNKNOWN, ElbowsPass, read_robot
 from fivebar_description.rounding import in_millimetres
 
 ERROR_LIMIT = 0.050
@@ -207,6 +208,7 @@ def summarize(
     plan = scenario.plan() if planned is None else planned
     planned_samples = plan.path.samples(scenario.rate_hz) + 1
     planned_changes = len(plan.crossings)
+    elbows_pass = read_robot(scenario.robot).elbows_pass if plan.crossings else UNKNOWN
     recorded = list(dict.fromkeys(recording.texts(FAULTS))) if recording.count(FAULTS) else []
     details = [*recorded, *(fault for fault in timing.faults if fault not in recorded)]
     distance = np.hypot(series.tracking_error[:, 0], series.tracking_error[:, 1])
@@ -228,7 +230,6 @@ def summarize(
     ]
     reasons = [*details, *unrecorded, *deviations]
     vhc_error_joint = np.max(np.abs(series.vhc_error_joint), axis=1)
-    limit = scenario.torque_limit
     dropped = recording.custom_data.get("dropped", "")
     return Summary(
         outcome=outcome_of(series.sample.size, not unrecorded, within and not deviations, recorded, timing.faults),
@@ -242,7 +243,7 @@ def summarize(
         vhc_error_max_m=peak(series.vhc_error[series.in_zone]),
         vhc_error_joint_max_rad=peak(vhc_error_joint[series.in_zone]),
         sigma_max=peak(series.sigma) if scenario.scheme().blended else None,
-        torque_saturated_samples=None if limit is None else _saturated(series.torque_requested, limit),
+        torque_saturated_samples=_saturated(series.torque_requested, motor_torque_limit(scenario)),
         estimate_error_max_m=peak(series.estimate_error),
         imu_acceleration_error_rms=rms(series.acceleration_error),
         vision_error_rms_m=rms(np.hypot(*series.vision.error.T)),
@@ -270,7 +271,7 @@ def summarize(
         within_tolerance=within,
         stray_messages=recording.strays,
         not_judged=_not_judged(recording, scenario, bridged),
-        planned_crossings=planned_crossings(plan, scenario.elbows_pass() if plan.crossings else UNKNOWN),
+        planned_crossings=planned_crossings(plan, elbows_pass),
         odds=odds,
         path_error_peak_m=peak(from_path),
         judge=scenario.judge,
@@ -298,22 +299,6 @@ def planned_crossings(plan: Plan, elbows_pass: ElbowsPass) -> list[PlannedCrossi
     ]
 
 
-def peak(values: FloatArray) -> float | None:
-    """Return the largest magnitude in an array, NaN left out; None where there is none or it is infinite."""
-    known = np.abs(values[~np.isnan(values)])
-    return _finite(float(np.max(known))) if known.size else None
-
-
-def rms(values: FloatArray) -> float | None:
-    """Return the root mean square of an array, NaN left out; None where there is none or it is infinite."""
-    known = values[~np.isnan(values)]
-    largest = peak(known)
-    if not largest:
-        return largest
-    # scaled, so that the squares of a diverged run's errors do not overflow
-    return _finite(largest * math.sqrt(float(np.mean((known / largest) ** 2))))
-
-
 def cycle_time(series: RunSeries) -> CycleTime | None:
     """Return the times between the recording of consecutive samples; None where the log times equal the stamps."""
     periods = sample_periods(series)
@@ -330,20 +315,13 @@ def sample_periods(series: RunSeries) -> FloatArray:
     return periods
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _pair(columns: FloatArray, metric: Any) -> MotorPair:
     return metric(columns[:, 0]), metric(columns[:, 1])
 
 
-def _saturated(requested: FloatArray, limit: float) -> int | None:
-    """Return at how many samples a requested torque exceeds the limit; None where no torque is known."""
-    if np.all(np.isnan(requested)):
-        return None
-    # a law that respects the limit itself requests it to within a rounding error
-    return int(np.count_nonzero(np.any(np.abs(requested) > limit * (1.0 + 1e-9), axis=1)))
+def _saturated(requested: FloatArray, limit: float | None) -> int | None:
+    """Return at how many samples a requested torque exceeds the limit; None without one, or where none is known."""
+    return None if limit is None or np.all(np.isnan(requested)) else saturated(requested, limit)
 
 
 def _missing(series: RunSeries) -> int:
@@ -374,7 +352,7 @@ def _bridged_samples(scenario: Scenario, timing: RunTiming) -> int | None:
     """Return how many samples in a row may lack their reference in real time; None where the law would have to say."""
     if timing.stop_cycles is not None:
         return timing.stop_cycles
-    return None if scenario.law_unopened and scenario.stops_by_its_law else stop_cycles(scenario)
+    return None if scenario.law_unopened and stops_by_its_law(scenario) else stop_cycles(scenario)
 
 
 def _not_judged(recording: Recording, scenario: Scenario, bridged: int | None) -> list[str]:

@@ -67,14 +67,14 @@ class RunTable:
         Raises:
             BagError: its topic lacks one of its names, or holds another number of values.
         """
-        (one,) = (one for one in self.quantities if one.name == quantity.name)
-        if one.name not in self._known:
-            self._known[one.name] = self._joined(one)
-        return self._known[one.name]
+        (own,) = (own for own in self.quantities if own.name == quantity.name)
+        if own.name not in self._known:
+            self._known[own.name] = self._joined(own)
+        return self._known[own.name]
 
     def columns(self) -> dict[str, FloatArray]:
         """Return every column of which at least one value is known, [n] each, by its name."""
-        found: dict[str, FloatArray] = {}
+        by_name: dict[str, FloatArray] = {}
         for quantity in self.quantities:
             values = self.values(quantity)
             known = [
@@ -82,20 +82,20 @@ class RunTable:
                 for name in quantity.columns
                 if name and not np.all(np.isnan(values[:, quantity.columns.index(name)]))
             ]
-            found |= {name: values[:, quantity.columns.index(name)] for name in known}
-        return found
+            by_name |= {name: values[:, quantity.columns.index(name)] for name in known}
+        return by_name
 
-    def _joined(self, one: Quantity) -> FloatArray:
-        recording, width = self.recording, len(one.columns)
-        if recording.count(one.topic) == 0:
+    def _joined(self, quantity: Quantity) -> FloatArray:
+        recording, width = self.recording, len(quantity.columns)
+        if recording.count(quantity.topic) == 0:
             return self._unknown(width)
-        values = recording.field(one.topic, one.field)
+        values = recording.field(quantity.topic, quantity.field)
         if values.shape[1] == 0:
             return self._unknown(width)
-        names = (self._passive,) if one.name == PASSIVE_ANGLE.name and self._passive else one.names
+        names = (self._passive,) if quantity.name == PASSIVE_ANGLE.name and self._passive else quantity.names
         if names:
-            values = recording.values(one.topic, one.field, names)
-        numbers, first = np.unique(recording.samples(one.topic, self.rate_hz), return_index=True)
+            values = recording.values(quantity.topic, quantity.field, names)
+        numbers, first = np.unique(recording.samples(quantity.topic, self.rate_hz), return_index=True)
         joined = self._unknown(width)
         _, here, there = np.intersect1d(self.sample, numbers, assume_unique=True, return_indices=True)
         joined[here] = values[first[there], :width]

@@ -40,13 +40,13 @@ def schemas() -> dict[str, str]:
 def _plain(schema: Any) -> Any:
     """Return a schema without the titles that pydantic makes of the keys, and with defaults as a file has them."""
     if isinstance(schema, list):
-        return [_plain(one) for one in schema]
+        return [_plain(part) for part in schema]
     if isinstance(schema, float) and schema.is_integer():
         # a bound of 0 or of 0.0, as whichever of two equal declarations was met first
         return int(schema)
     if not isinstance(schema, dict):
         return schema
-    plain = {key: _plain(one) for key, one in schema.items() if key != "title" or isinstance(one, dict)}
+    plain = {key: _plain(part) for key, part in schema.items() if key != "title" or isinstance(part, dict)}
     if plain.get("default") == math.inf:
         plain["default"] = None
     if plain.get("type") == "object" and not isinstance(plain.get("default", {}), dict):

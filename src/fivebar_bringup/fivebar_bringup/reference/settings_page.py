@@ -37,10 +37,10 @@ def settings_page() -> str:
     """Return the page as Markdown."""
     hints = get_type_hints(Scenario, include_extras=True)
     top = (declared_as(name, hints[name], _default(name)) for name in KEYS)
-    parts = [INTRODUCTION, "## Top level\n", _table([one for one in top if one is not None])]
+    parts = [INTRODUCTION, "## Top level\n", _table([row for row in top if row is not None])]
     for name in KEYS:
         field = Scenario.model_fields[name]
-        keys = next((one for one in field.metadata if isinstance(one, Keys)), None)
+        keys = next((entry for entry in field.metadata if isinstance(entry, Keys)), None)
         if keys is None or field.annotation is None:
             continue
         kind: Any = field.annotation
@@ -54,7 +54,7 @@ def settings_page() -> str:
 
 def _section(name: str, kind: Any, without: Collection[str] = (), level: str = "##") -> list[str]:
     """Return a section and those within it; `name` is its path in the file, with dots."""
-    rows = [one for one in declared(kind) if one.name not in without]
+    rows = [key for key in declared(kind) if key.name not in without]
     parts = [f"{level} `{name}`\n", f"{inspect.getdoc(kind)}\n", _table(rows)]
     for inner, settings in sections(kind).items():
         parts += _section(f"{name}.{inner}", settings, level=f"{level}#")
@@ -71,14 +71,14 @@ def _table(settings: list[Declared]) -> str:
     return "".join(f"| {' | '.join(row)} |\n" for row in rows)
 
 
-def _row(one: Declared) -> tuple[str, ...]:
-    cells = (_kind(one), one.setting.unit, one.setting.range_text(), _value(one.default), one.setting.description)
-    return (f"`{one.name}`", *(cell.replace("|", r"\|") for cell in cells))
+def _row(key: Declared) -> tuple[str, ...]:
+    cells = (_kind(key), key.setting.unit, key.setting.range_text(), _value(key.default), key.setting.description)
+    return (f"`{key.name}`", *(cell.replace("|", r"\|") for cell in cells))
 
 
-def _kind(one: Declared) -> str:
-    words = ", ".join(f"`{choice}`" for choice in one.setting.choices) if one.setting.choices else _type(one.kind)
-    return f"{words}, or `null` for none" if one.optional or one.setting.unlimited else words
+def _kind(key: Declared) -> str:
+    words = ", ".join(f"`{choice}`" for choice in key.setting.choices) if key.setting.choices else _type(key.kind)
+    return f"{words}, or `null` for none" if key.optional or key.setting.unlimited else words
 
 
 def _type(kind: Any) -> str:
@@ -86,7 +86,7 @@ def _type(kind: Any) -> str:
     if get_origin(kind) is Annotated:
         return _type(get_args(kind)[0])
     if get_origin(kind) in (Union, UnionType):
-        return " or ".join(_type(one) for one in get_args(kind))
+        return " or ".join(_type(member) for member in get_args(kind))
     if get_origin(kind) is Literal:
         return WORDS[type(get_args(kind)[0])]
     if hasattr(kind, "_fields"):

@@ -42,7 +42,7 @@ Each value as its message had it, in the row of the sample that the stamp names.
 
 def table_page() -> str:
     """Return the page as Markdown."""
-    derived = [_row(one.columns, one.units, one.meaning) for one in DERIVED.values()]
+    derived = [_row(quantity.columns, quantity.units, quantity.meaning) for quantity in DERIVED.values()]
     recorded = [
         _row(quantity.columns, quantity.units, quantity.meaning, _source(quantity))
         for quantity in quantities(TORQUE_OF_NOMINAL.topic)
@@ -64,10 +64,10 @@ def _row(columns: tuple[str, ...], units: tuple[str, ...], *words: str) -> str:
     return f"| {names} | {shown} | {' | '.join(words)} |"
 
 
-def _source(one: Quantity) -> str:
-    if one.name == TORQUE_OF_NOMINAL.name:
-        return f"that of the law, such as `{one.topic.name}`, {one.field}"
-    return f"`{one.topic.name}`, {one.field}"
+def _source(quantity: Quantity) -> str:
+    if quantity.name == TORQUE_OF_NOMINAL.name:
+        return f"that of the law, such as `{quantity.topic.name}`, {quantity.field}"
+    return f"`{quantity.topic.name}`, {quantity.field}"
 
 
 if __name__ == "__main__":

@@ -27,9 +27,9 @@ from fivebar_bringup.pages.style import (
     torque_axis,
 )
 from fivebar_bringup.recorded.series import RunSeries
-from fivebar_bringup.recorded.summary import peak
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.thesis import counterpart
+from fivebar_bringup.simulation.column_metrics import peak
 from fivebar_bringup.units import error_of, plain, suitable_unit
 
 if TYPE_CHECKING:

@@ -42,8 +42,8 @@ def outcome_sentence(summary: Summary) -> tuple[str, str]:
 
 def outcome_rows(summary: Summary) -> list[tuple[str, str]]:
     """Return the rows that a person looks for first in a run, with units: names and texts."""
-    made = f"{summary.samples} of {summary.planned_samples} samples, {_changes(summary)}"
-    rows = [("motion", made if summary.simulated_s is None else f"{summary.simulated_s:.2f} s, {made}")]
+    extent = f"{summary.samples} of {summary.planned_samples} samples, {_changes(summary)}"
+    rows = [("motion", extent if summary.simulated_s is None else f"{summary.simulated_s:.2f} s, {extent}")]
     peak, limit = _judged_peak(summary), f"tolerance {summary.error_tolerance_m * 1e3:g} mm"
     x, y = summary.tracking_error_rms_m
     timed = summary.judge == TIMED
@@ -88,12 +88,14 @@ def requested_odds_of(summary: Summary) -> str | None:
         return None
     from fivebar_bringup.odds.odds import told_odds
 
-    told = [f"to {place(*one['goal'])} {told_odds(one['odds'], short=True)}" for one in summary.requested_odds]
+    told = [
+        f"to {place(*request['goal'])} {told_odds(request['odds'], short=True)}" for request in summary.requested_odds
+    ]
     return "; ".join(dict.fromkeys(told))
 
 
 def _of_both(pair: tuple[float | None, float | None]) -> str:
-    return " and ".join("–" if one is None else f"{one:.2f}" for one in pair)
+    return " and ".join("–" if figure is None else f"{figure:.2f}" for figure in pair)
 
 
 def _warnings(summary: Summary) -> list[str]:

@@ -24,12 +24,12 @@ from fivebar_bringup.pages.style import (
     time_axis,
     torque_axis,
 )
-from fivebar_bringup.recorded.summary import peak
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.outcome_words import mode_changes
 from fivebar_bringup.report.scene import corners_of, lowest, waypoint_name
 from fivebar_bringup.report.thesis import counterpart
 from fivebar_bringup.report.workspace import NEGATIVE, POSITIVE, Map, draw_base, draw_map, draw_robot, frame, survey
+from fivebar_bringup.simulation.column_metrics import peak
 from fivebar_bringup.units import plain
 from fivebar_control.trajectory.path import AnySegment
 

@@ -90,7 +90,7 @@ def shared_scene(scenes: Sequence[dict[str, Any]]) -> dict[str, Any]:
     Under `second` are `locus`, `path` and `waypoints` of the second run, empty where they are those of the first.
     """
     first, *others = scenes
-    lefts, lows, rights, tops = zip(*(one["bounds"] for one in scenes), strict=True)
+    lefts, lows, rights, tops = zip(*(scene["bounds"] for scene in scenes), strict=True)
     whole = first | {"bounds": [min(lefts), min(lows), max(rights), max(tops)]}
     if others:
         keys = ("locus", "path", "waypoints")

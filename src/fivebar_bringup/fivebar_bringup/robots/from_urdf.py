@@ -143,7 +143,7 @@ def _joints_of(text: str, source: str) -> dict[str, ElementTree.Element]:
 
 
 def _names(joints: dict[str, ElementTree.Element], given: dict[str, Pair], source: str) -> LoopNames:
-    known = next((one for one in KNOWN if set(one.motors) <= set(joints)), None)
+    known = next((names for names in KNOWN if set(names.motors) <= set(joints)), None)
     fields = {} if known is None else known._asdict()
     fields |= given
     for field in LoopNames._fields:
@@ -178,7 +178,7 @@ def _legs_of(model: Any, names: LoopNames, bearing: str, source: str) -> tuple[t
     for (motor, passive), pair in zip(ids, zip(names.motors, names.passive, strict=True), strict=True):
         if model.parents[passive] != motor:
             raise InputError(f"{source}: joint {pair[1]}: expected on the link that {pair[0]} moves")
-    axes = [[_axis(model, data, one) for one in leg] for leg in ids]
+    axes = [[_axis(model, data, joint) for joint in leg] for leg in ids]
     z = _upwards(model, data, bearing, axes[0][0])
     for number, leg in enumerate(axes):
         for joint, axis in zip((names.motors[number], names.passive[number]), leg, strict=True):
@@ -290,8 +290,8 @@ def _text_of(loop: LoopInUrdf, joints: dict[str, ElementTree.Element], name: str
         if len(values) == 2:
             drives[key] = min(values)
     lines += [f"drives: {_section(drives)}"] if drives else []
-    ranges = [_forbidden(one, leg, own) for one, leg, own in zip(elements, legs, ACTIVE_JOINTS, strict=True)]
-    lines += ["forbidden:", *(one for one in ranges if one)] if any(ranges) else []
+    ranges = [_forbidden(element, leg, own) for element, leg, own in zip(elements, legs, ACTIVE_JOINTS, strict=True)]
+    lines += ["forbidden:", *(text for text in ranges if text)] if any(ranges) else []
     return "\n".join(lines) + "\n", tuple(untold)
 
 
@@ -318,9 +318,9 @@ def _section(values: dict[str, float]) -> str:
 
 def _number(joint: ElementTree.Element, element: str, attribute: str) -> float | None:
     """Return an attribute of an element in a joint; None where it has none, or no number."""
-    found = joint.find(element)
+    child = joint.find(element)
     try:
-        value = float("nan" if found is None else found.get(attribute, "nan"))
+        value = float("nan" if child is None else child.get(attribute, "nan"))
     except ValueError:
         return None
     return value if math.isfinite(value) else None

@@ -179,7 +179,7 @@ def home_of(robot: FiveBar) -> tuple[float, float]:
     inside = [place for place in places if min(place.kappa, place.serial) > 0.0]
     if not inside:
         raise InputError("these lengths: with elbows outwards there is no place above the motors that both legs reach")
-    best = max(inside, key=lambda one: (round(min(one.kappa, one.serial), 3), -abs(one.x)))
+    best = max(inside, key=lambda place: (round(min(place.kappa, place.serial), 3), -abs(place.x)))
     return best.x, best.y
 
 

@@ -111,7 +111,7 @@ def _differences(loop: LoopInUrdf, robot: FiveBar, name: str, file: MotorsFile, 
 
 def _unit_differs(text: str, link: JointsLink, configuration: str) -> list[str]:
     """Return what is wrong with the unit of efforts, where the hardware's plugin is that of a simulator."""
-    plugins = [one.text or "" for one in ElementTree.fromstring(text).iterfind("ros2_control/hardware/plugin")]
+    plugins = [plugin.text or "" for plugin in ElementTree.fromstring(text).iterfind("ros2_control/hardware/plugin")]
     simulator = next((plugin for plugin in plugins if any(word in plugin.lower() for word in SIMULATED)), None)
     if simulator is None or link.unit == "Nm":
         return []

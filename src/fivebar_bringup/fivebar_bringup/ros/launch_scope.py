@@ -30,14 +30,14 @@ def parameters_for_all(context: LaunchContext) -> dict[str, Any]:
     Raises:
         RuntimeError: a parameter file cannot be read.
     """
-    found: dict[str, Any] = {}
-    for one in context.launch_configurations.get("global_params", ()):
-        if isinstance(one, tuple):
-            name, value = one
-            found[name] = value if isinstance(value, str | int | float) else list(value)
+    parameters: dict[str, Any] = {}
+    for parameter in context.launch_configurations.get("global_params", ()):
+        if isinstance(parameter, tuple):
+            name, value = parameter
+            parameters[name] = value if isinstance(value, str | int | float) else list(value)
         else:
-            found |= _in_file(Path(one))
-    return found
+            parameters |= _in_file(Path(parameter))
+    return parameters
 
 
 def refuse_what_is_set(context: LaunchContext, file: str) -> None:
@@ -71,7 +71,7 @@ def _in_file(path: Path) -> dict[str, Any]:
 
 def _flat(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return nested parameters by their names with dots."""
-    found: dict[str, Any] = {}
+    parameters: dict[str, Any] = {}
     for name, value in values.items():
-        found |= _flat(value, f"{prefix}{name}.") if isinstance(value, Mapping) else {f"{prefix}{name}": value}
-    return found
+        parameters |= _flat(value, f"{prefix}{name}.") if isinstance(value, Mapping) else {f"{prefix}{name}": value}
+    return parameters

@@ -59,7 +59,7 @@ def private_domain() -> Iterator[int]:
 def held_domains() -> list[int]:
     """Return the domains that runs of this user have reserved."""
     domain_of = {_first_port(domain) + RESERVED_PORT: domain for domain in PRIVATE_DOMAINS}
-    own = {one.port for one in bound_ports() if one.uid == os.geteuid()}
+    own = {bound.port for bound in bound_ports() if bound.uid == os.geteuid()}
     return sorted(domain_of[port] for port in own & domain_of.keys())
 
 
@@ -95,4 +95,4 @@ def _has_participants(domain: int) -> bool:
     """Return whether a process takes part in a domain, such as a node started by hand or one that is still ending."""
     first = _first_port(domain)
     ports = set(range(first, first + PORTS_OF_A_DOMAIN)) - {first + RESERVED_PORT}
-    return any(one.port in ports for one in bound_ports())
+    return any(bound.port in ports for bound in bound_ports())

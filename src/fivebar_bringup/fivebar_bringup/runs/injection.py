@@ -66,7 +66,7 @@ def kills(injections: Sequence[Injection], processes: Sequence[ProcessSpec], rat
         InputError: no process runs a node of that name.
     """
     hosts = {node.executable: process.name for process in processes for node in process.nodes}
-    found = []
+    injected = []
     for injection in sorted(injections):
         if injection.victim is None:
             continue
@@ -74,5 +74,5 @@ def kills(injections: Sequence[Injection], processes: Sequence[ProcessSpec], rat
             raise InputError(
                 f"--inject {str(injection)!r}: node {injection.victim}: {expected_one_of(injection.victim, hosts)}"
             )
-        found.append(Kill(round(injection.seconds * rate_hz), hosts[injection.victim]))
-    return found
+        injected.append(Kill(round(injection.seconds * rate_hz), hosts[injection.victim]))
+    return injected

@@ -8,7 +8,7 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -41,6 +41,10 @@ ABORT_TIMEOUT = 2.0
 FAULT_TIMEOUT = 8.0
 """Longest time (s) that a run goes on after the death of a node, until a fault has been published; longer than the
 plant waits for a torque."""
+
+BRIDGE_TIMEOUT = 15.0
+"""Longest time (s) without a word of the bridge once a fault has stopped the robot; it says every fifth of a second how
+far the run is, except while it opens its drives anew."""
 
 LAST_FAULT_TIMEOUT = 1.0
 """Time (s) in which the fault is heard of a plant that has ended by one."""
@@ -184,15 +188,14 @@ def _watch(
     """Follow the run until plant or motion has ended, or until a node has died and a fault has been published."""
     died: set[str] = set()
     last_moment = math.inf
-    # on real drives the bridge publishes the progress of the run
-    pace = next(name for name in (EMULATED_ROBOT, PLANT, *BRIDGES) if name in processes)
+    pace = _pace_of(processes)
     told: set[str] = set()
     while processes[pace].status is None:
         monitor.take_one(POLL_PERIOD)
         sample = monitor.status.get("sample", 0)
         if pace in BRIDGES and sample == 0:
             # there may be no end to waiting for a sensor, or for the operator, who wants to know
-            new = [one for one in _lacking(processes) if one not in told]
+            new = [reason for reason in _lacking(processes) if reason not in told]
             told.update(new)
             for text in new:
                 print(f"fivebar: {text}", file=sys.stderr)
@@ -228,11 +231,16 @@ def _watch(
 
 def _lacking(processes: Mapping[str, NodeProcess]) -> list[str]:
     """Return what the nodes of a run lack before they are ready, as faults."""
-    return [f"{MISSING}: {one}" for process in processes.values() for one in process.not_ready()]
+    return [f"{MISSING}: {reason}" for process in processes.values() for reason in process.not_ready()]
+
+
+def _pace_of(processes: Collection[str]) -> str:
+    """Return the node whose end is that of the run; on real drives the bridge, which publishes the run's progress."""
+    return next(name for name in (EMULATED_ROBOT, PLANT, *BRIDGES) if name in processes)
 
 
 class _Silence:
-    """Notices that the nodes of a run look for each other and cannot be heard."""
+    """Notices that nodes of a run cannot be heard: any at its beginning, and a bridge once there is a fault."""
 
     def __init__(self, processes: Mapping[str, NodeProcess], monitor: RunMonitor, domain: int) -> None:
         self._processes = processes
@@ -240,13 +248,19 @@ class _Silence:
         self._domain = domain
         self._heard = False
         self._since: float | None = None
+        self._pace = _pace_of(processes)
+        self._status, self._told = monitor.status, time.monotonic()
 
     def fault(self) -> str | None:
-        """Return the fault once all nodes have begun and none has been heard for some time."""
+        """Return the fault once what has begun has not been heard for some time."""
+        now = time.monotonic()
+        if self._monitor.status is not self._status:
+            self._status, self._told = self._monitor.status, now
+        if self._pace in BRIDGES and self._status and self._monitor.faults and now - self._told > BRIDGE_TIMEOUT:
+            return f"node_stuck: {self._pace} has not been heard for {BRIDGE_TIMEOUT:g} s"
         self._heard = self._heard or bool(self._monitor.status) or self._monitor.sees_nodes()
         if self._heard or not all(process.has_begun for process in self._processes.values()):
             return None
-        now = time.monotonic()
         self._since = self._since if self._since is not None else now
         if now - self._since < SILENCE:
             return None

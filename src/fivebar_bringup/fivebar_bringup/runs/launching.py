@@ -155,7 +155,7 @@ def described_processes(request: ControlRequest) -> list[LaunchedProcess]:
         RuntimeError: there is no such scenario, or what is asked for does not go together, as the command says.
     """
     listed = json.loads(_printed("nodes", request.scenario, "--json", "--launch", json.dumps(request._asdict())))
-    return [LaunchedProcess(**{**one, "arguments": tuple(one["arguments"])}) for one in listed]
+    return [LaunchedProcess(**{**process, "arguments": tuple(process["arguments"])}) for process in listed]
 
 
 def _printed(*words: str) -> str:

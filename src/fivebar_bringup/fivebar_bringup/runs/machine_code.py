@@ -6,6 +6,8 @@ from __future__ import annotations
 from fivebar_bringup.graph.node_spec import Mode
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.ros.node_settings import runs_compiled
+from fivebar_control.scenario.guard_settings import guard_settings
+from fivebar_control.scenario.law_settings import tuned_controller
 
 
 def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> None:
@@ -24,10 +26,10 @@ def compile_for(scenario: Scenario, mode: Mode, finds_odds: bool = False) -> Non
     from fivebar_control.loop.part_choice import estimator_part, guard_part, law_part, supervisor_part
 
     robot, plan, lead = scenario.five_bar(), scenario.plan(), scenario.lead_samples
-    tuned = scenario.tuned()
+    tuned = tuned_controller(scenario)
     for law in tuned.laws:
         law_part(law, True, robot, plan, scenario.rate_hz, lead)
-    guard_part(True)(robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
+    guard_part(True)(robot, scenario.working_mode, scenario.rate_hz, guard_settings(scenario))
     supervisor_part(True)(robot, plan, scenario.rate_hz, lead, scenario.scheme().weighting)
     if scenario.estimated:
         from fivebar_control.controller.estimator import estimator_of

@@ -60,7 +60,7 @@ class NodeProcess:
 
     def how_it_ended(self) -> str:
         """Return the exit status, and what the node printed last, in words."""
-        return ": ".join(one for one in (f"ended with status {self.status}", self.last_line()) if one)
+        return ": ".join(part for part in (f"ended with status {self.status}", self.last_line()) if part)
 
     def last_line(self) -> str:
         """Return the last line that the node printed, except those of its regular course; "" where its log is gone."""

@@ -12,8 +12,9 @@ from fivebar_control.planning.advice import advice, concerns_tolerances, judge_o
 from fivebar_control.planning.feasibility import displaced
 from fivebar_control.planning.figures import Feasibility
 from fivebar_control.planning.pacing import Borne, longest_within
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.motion_limits import scenario_limits
-from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.scenario.sensors import sensing_if_estimated
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_control.trajectory.time_laws import OPTIMAL
 
@@ -23,8 +24,8 @@ HIGHER_RATES = (200, 500)
 
 def advice_for(scenario: Scenario, plan: Plan, verdict: Feasibility, only_loads: bool) -> str:
     """Return what would make a motion feasible: another time law, or what the tolerances or the loads ask for."""
-    found = _quicker(scenario) if only_loads else _within_tolerances(scenario, plan, verdict)
-    return ", or ".join(words for words in (found, _by_least_torque(scenario), _at_higher_rate(scenario)) if words)
+    nearest = _quicker(scenario) if only_loads else _within_tolerances(scenario, plan, verdict)
+    return ", or ".join(words for words in (nearest, _by_least_torque(scenario), _at_higher_rate(scenario)) if words)
 
 
 def _at_higher_rate(scenario: Scenario) -> str:
@@ -52,8 +53,8 @@ def _is_feasible(scenario: Scenario) -> bool:
 
 def _within_tolerances(scenario: Scenario, plan: Plan, verdict: Feasibility) -> str:
     """Return what would make a motion feasible that nothing but the tolerances of the robot forbids."""
-    given = sensing_of(scenario)
-    if given is None or not concerns_tolerances(verdict):
+    sensing = sensing_if_estimated(scenario)
+    if sensing is None or not concerns_tolerances(verdict):
         return ""
 
     def possible(factor: float) -> bool:
@@ -61,9 +62,9 @@ def _within_tolerances(scenario: Scenario, plan: Plan, verdict: Feasibility) -> 
         return _is_feasible(scenario.model_copy(update={"segment_duration": durations}))
 
     limits = scenario_limits(scenario, plan)
-    judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits)
-    found = advice(verdict, plan.path, given, judge, possible)
-    return f"with {found}" if found else ""
+    judge = judge_of(scenario.five_bar(), plan, scenario.rate_hz, tuned_controller(scenario), limits)
+    words = advice(verdict, plan.path, sensing, judge, possible)
+    return f"with {words}" if words else ""
 
 
 def _quicker(scenario: Scenario) -> str:
@@ -73,10 +74,10 @@ def _quicker(scenario: Scenario) -> str:
     durations, words = [], []
     for number, (ends, duration) in enumerate(zip(pairwise(scenario.waypoints), scenario.durations(), strict=True)):
         segment = scenario.model_copy(update={"waypoints": ends, "segment_duration": duration})
-        found = _longest_bearing(segment)
-        if not found.enough:
+        bearable = _longest_bearing(segment)
+        if not bearable.enough:
             return ""
-        borne = duration if found.duration == duration else math.floor(1e3 * found.duration) / 1e3
+        borne = duration if bearable.duration == duration else math.floor(1e3 * bearable.duration) / 1e3
         durations.append(borne)
         if borne < duration:
             plan = segment.model_copy(update={"segment_duration": borne}).plan()
@@ -103,8 +104,8 @@ def _longest_bearing(segment: Scenario) -> Borne:
         plan = segment.model_copy(update={"segment_duration": duration}).plan()
         if not plan.crossings:
             return 0.0
-        limits = scenario_limits(segment, plan)
-        moved = displaced(segment.five_bar(), plan, segment.rate_hz, segment.tuned(), limits, limits.certain_loads)
+        limits, tuned = scenario_limits(segment, plan), tuned_controller(segment)
+        moved = displaced(segment.five_bar(), plan, segment.rate_hz, tuned, limits, limits.certain_loads)
         return moved.value - moved.limit
 
     return longest_within(excess, segment.durations()[0])

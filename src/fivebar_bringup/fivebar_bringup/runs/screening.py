@@ -6,8 +6,9 @@ from __future__ import annotations
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.feasibility import screen_run
 from fivebar_control.planning.figures import Feasibility
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.motion_limits import scenario_limits
-from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.scenario.sensors import sensing_if_estimated
 from fivebar_control.trajectory.planner import Plan
 
 
@@ -16,4 +17,6 @@ def screened(scenario: Scenario, plan: Plan, judge_loads: bool = True) -> Feasib
     limits = scenario_limits(scenario, plan)
     if not judge_loads:
         limits = limits.without_loads()
-    return screen_run(scenario.five_bar(), plan, scenario.rate_hz, scenario.tuned(), limits, sensing_of(scenario))
+    return screen_run(
+        scenario.five_bar(), plan, scenario.rate_hz, tuned_controller(scenario), limits, sensing_if_estimated(scenario)
+    )

@@ -13,6 +13,7 @@ from fivebar_bringup.scenarios.without_effect import is_written_out, refuse_with
 from fivebar_control.estimation.homing import check_declared
 from fivebar_control.scenario.parameters import parameters_in
 from fivebar_control.scenario.sensors import check_sensors, homing_of
+from fivebar_control.scenario.start import initial_joints
 from fivebar_description.scenario_file import read_content, scenario_path
 from fivebar_description.settings import with_keys
 from fivebar_description.strict_yaml import InputError, validate
@@ -84,7 +85,7 @@ def load_scenario(
         if scenario.estimated:
             check_declared(scenario.five_bar(), homing_of(scenario))
         check_sensors(scenario)
-        check_plant(scenario.five_bar(), scenario.plant, scenario.rate_hz, scenario.initial_joints())
+        check_plant(scenario.five_bar(), scenario.plant, scenario.rate_hz, initial_joints(scenario))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return scenario

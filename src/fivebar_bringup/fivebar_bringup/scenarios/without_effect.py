@@ -9,7 +9,7 @@ from typing import Any
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.registry import Controller
-from fivebar_control.scenario.scenario import SECTIONS, keys_as_written, keys_of_laws
+from fivebar_control.scenario.law_settings import SECTIONS, keys_as_written, keys_of_laws
 from fivebar_control.trajectory.zones import BALLISTIC, FIXED
 from fivebar_description.errors import InputError
 
@@ -86,9 +86,9 @@ def _problem(key: str, scenario: Scenario, any_law: bool) -> str | None:
 
 def is_of_another_law(key: str, controller: Controller) -> bool:
     """Return whether a key of a scenario sets a law, but none of a controller's."""
-    of_laws = ("law", *(one for keys in SECTIONS.values() for one in keys))
+    of_laws = ("law", *(of_law for keys in SECTIONS.values() for of_law in keys))
     return any(_belongs(key, law) for law in of_laws) and not any(
-        _belongs(key, one) for one in keys_of_laws(controller)
+        _belongs(key, of_law) for of_law in keys_of_laws(controller)
     )
 
 

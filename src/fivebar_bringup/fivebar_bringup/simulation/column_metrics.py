@@ -1,20 +1,49 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Metrics of a column of a run's table, compiled, offline or recorded."""
+"""Metrics of the columns of a run's table, compiled, offline or recorded; what is not known is NaN, and left out."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+ROUNDING = 1e-9
+"""Share of a limit that is no excess: a law that respects the limit requests it to within a rounding error."""
+
 
 def largest(values: FloatArray) -> float:
-    """Return the largest magnitude, NaN left out, 0 where there is none."""
-    return float(np.fmax.reduce(np.abs(values), initial=0.0))
+    """Return the largest magnitude in an array, 0 where there is none."""
+    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
+
+
+def peak(values: FloatArray) -> float | None:
+    """Return the largest magnitude in an array; None where there is none or it is infinite."""
+    return None if np.all(np.isnan(values)) else _finite(largest(values))
+
+
+def rms(values: FloatArray) -> float | None:
+    """Return the root mean square of an array; None where there is none or it is infinite."""
+    known = values[~np.isnan(values)]
+    most = peak(known)
+    if not most:
+        return most
+    # scaled, so that the squares of a diverged run's errors do not overflow
+    return _finite(most * math.sqrt(float(np.mean((known / most) ** 2))))
 
 
 def sign_changes(values: FloatArray) -> int:
-    """Return how often a series changes its sign; zeros and NaN count for neither sign."""
+    """Return how often a series changes its sign; zeros count for neither sign."""
     signs = np.sign(values[~np.isnan(values) & (values != 0.0)])
     return int(np.count_nonzero(np.diff(signs)))
+
+
+def saturated(requested: FloatArray, limit: float) -> int:
+    """Return at how many of n samples a requested torque (Nm), [n, motors], exceeds the limit."""
+    return int(np.count_nonzero(np.any(np.abs(requested) > limit * (1.0 + ROUNDING), axis=1)))
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -105,11 +105,11 @@ def _arrivals(scenario: Scenario, samples: int) -> Iterator[tuple[float, ...]]:
         faults = scenario.plant.gyroscope
         stamps = ImuClock(scenario.imu, faults, rate_hz, seed).moments(samples)
         missing = missing_samples(faults, rate_hz)
-        made = made_readings(scenario.imu, rate_hz, seed, samples, IMU_LOSSES, missing)
-        yield from _of_schedule(GYROSCOPE, made, scenario.imu.schedule(rate_hz).latency, stamps)
+        with_reading = made_readings(scenario.imu, rate_hz, seed, samples, IMU_LOSSES, missing)
+        yield from _of_schedule(GYROSCOPE, with_reading, scenario.imu.schedule(rate_hz).latency, stamps)
     if scenario.passive.leg:
-        made = made_readings(scenario.passive, rate_hz, seed, samples, PASSIVE_LOSSES)
-        yield from _of_schedule(PASSIVE, made, scenario.passive.schedule(rate_hz).latency, moments)
+        with_reading = made_readings(scenario.passive, rate_hz, seed, samples, PASSIVE_LOSSES)
+        yield from _of_schedule(PASSIVE, with_reading, scenario.passive.schedule(rate_hz).latency, moments)
     if scenario.sees and scenario.ekf.camera:
         frame_of, spread = optional_part(CAMERA_FRAMES, CAMERA_ON), scenario.camera.deviation
         for sample in range(samples):
@@ -119,12 +119,14 @@ def _arrivals(scenario: Scenario, samples: int) -> Iterator[tuple[float, ...]]:
                 yield frame.arrival, CAMERA, frame.sample, frame.sample, *errors, spread
     extra = scenario.extra()
     if extra is not None:
-        made = made_readings(extra, rate_hz, seed, samples, EXTRA_LOSSES)
-        yield from _of_schedule(EXTRA, made, extra.schedule(rate_hz).latency, moments)
+        with_reading = made_readings(extra, rate_hz, seed, samples, EXTRA_LOSSES)
+        yield from _of_schedule(EXTRA, with_reading, extra.schedule(rate_hz).latency, moments)
 
 
-def _of_schedule(sensor: int, made: NDArray[np.bool_], latency: int, stamps: FloatArray) -> Iterator[tuple[float, ...]]:
-    for sample in np.flatnonzero(made).tolist():
+def _of_schedule(
+    sensor: int, with_reading: NDArray[np.bool_], latency: int, stamps: FloatArray
+) -> Iterator[tuple[float, ...]]:
+    for sample in np.flatnonzero(with_reading).tolist():
         yield sample + latency, sensor, sample, stamps[sample], 0.0, 0.0, 0.0
 
 

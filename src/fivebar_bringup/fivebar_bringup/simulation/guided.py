@@ -16,6 +16,7 @@ from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.state import Platform, State
+from fivebar_control.scenario.start import initial_joints
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     GROUND_TRUTH,
@@ -70,7 +71,7 @@ def guide(scenario: Scenario) -> list[GuidedSample]:
         InputError: the robot moves faster than it can be simulated.
     """
     plan, rate_hz, actual = scenario.plan(), scenario.rate_hz, scenario.actual_robot()
-    motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, scenario.initial_joints())
+    motion = motion_of(scenario.five_bar(), scenario.plant, rate_hz, initial_joints(scenario))
     seed, faults = scenario.plant.seed, scenario.plant.gyroscope
     imu = Imu(scenario.imu, rate_hz, seed, tilt_angle(actual, scenario.plant.tilt), faults)
     queue: ReadingQueue[ImuReading] = imu_queue(scenario.imu, faults, rate_hz, seed)
@@ -104,7 +105,9 @@ def write_guided_bag(samples: list[GuidedSample], scenario: Scenario, directory:
             bag.write(MOTOR_STATES, stamp, message)
             exact = serialize.joint_state(stamp, JOINTS, sample.position, sample.velocity, (0.0,) * 4)
             bag.write(GROUND_TRUTH, stamp, exact)
-            for made, reading in sample.imu:
-                message = serialize.imu(clock.stamp_ns(made), IMU_FRAME, reading.angular_velocity, reading.acceleration)
+            for moment, reading in sample.imu:
+                message = serialize.imu(
+                    clock.stamp_ns(moment), IMU_FRAME, reading.angular_velocity, reading.acceleration
+                )
                 bag.write(IMU_DATA, stamp, message)
         bag.close({})

@@ -17,6 +17,7 @@ from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.closed_loop import PLANT_DIVERGED
 from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.state import Platform
+from fivebar_control.scenario.start import initial_joints
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -156,7 +157,7 @@ class Sample(NamedTuple):
     def values(self) -> dict[str, Sequence[float]]:
         """Return what the sample adds to the table of the run: values by the name of their quantity."""
         x, y, vx, vy, ax, ay = self.reference
-        found: dict[str, Sequence[float] | None] = {
+        values: dict[str, Sequence[float] | None] = {
             FEEDBACK_POSITION.name: self.measured.position,
             FEEDBACK_VELOCITY.name: self.measured.velocity,
             FEEDBACK_EFFORT.name: self.measured.effort,
@@ -170,19 +171,19 @@ class Sample(NamedTuple):
         }
         if self.estimated is not None:
             (angles, torques), deviations, disturbance = self.estimated
-            found |= {
+            values |= {
                 MOTOR_ANGLE.name: angles,
                 MOTOR_EFFORT.name: torques,
                 ESTIMATE_DEVIATION.name: deviations,
                 DISTURBANCE.name: disturbance,
             }
         if self.truth is not None:
-            found |= {
+            values |= {
                 TRUE_POSITION.name: self.truth.position,
                 TRUE_VELOCITY.name: self.truth.velocity,
                 TRUE_EFFORT.name: self.truth.effort,
             }
-        return {name: values for name, values in found.items() if values is not None}
+        return {name: numbers for name, numbers in values.items() if numbers is not None}
 
 
 class OfflineRun(NamedTuple):
@@ -235,7 +236,7 @@ def plant_parts(scenario: Scenario, robot: SampledRobot | None = None) -> PlantP
     """Return the parts of a scenario's simulated robot with its sensors, or of another robot with these."""
 
     def made() -> SampledRobot:
-        return Plant(scenario.five_bar(), scenario.initial_joints(), scenario.rate_hz, scenario.plant, scenario.imu)
+        return Plant(scenario.five_bar(), initial_joints(scenario), scenario.rate_hz, scenario.plant, scenario.imu)
 
     def camera() -> Any:
         return optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario) if scenario.camera.on else None
@@ -259,11 +260,11 @@ class _Recorder:
         if known.deviations is not None:
             motors = readings.motor_angles, readings.motor_torques
             estimated = Estimated(motors, known.deviations, known.disturbance)
-        vision = tuple(self._seen(one) for one in readings.camera)
+        vision = tuple(self._seen(position) for position in readings.camera)
         return Sample(
             output.sample,
             Measurement(known.position, known.velocity, known.effort),
-            [self._imu(one) for one in readings.imu],
+            [self._imu(turn) for turn in readings.imu],
             self._scalars(readings),
             output.reference,
             SupervisorState(output.sigma, output.kappa),
@@ -280,32 +281,32 @@ class _Recorder:
     def _scalars(self, readings: SensorReadings) -> list[ScalarReading]:
         joint = self._scenario.passive.joint
         angles = [(joint, PASSIVE_STATES, self._made(angle.time), angle.angle) for angle in readings.passive_angles]
-        values = [(EXTRA_NAME, EXTRA_READINGS, self._made(one.time), one.value) for one in readings.extra]
-        return [ScalarReading(*one) for one in (*angles, *values)]
+        values = [(EXTRA_NAME, EXTRA_READINGS, self._made(reading.time), reading.value) for reading in readings.extra]
+        return [ScalarReading(*reading) for reading in (*angles, *values)]
 
     def _made(self, time: float) -> int:
         """Return the sample at which a reading was made that is stamped by the clock of the run."""
         return round(time * self._rate_hz)
 
-    def _seen(self, one: TimedPosition) -> StampedPosition:
+    def _seen(self, position: TimedPosition) -> StampedPosition:
         # here, because most runs have no camera
         from fivebar_control.estimation.platform_reading import PlatformReading, StampedPosition
 
-        stamp = stamp_of_time(one.time)
-        return StampedPosition(stamp, moment_of_stamp(stamp, self._rate_hz), PlatformReading(*one[1:]))
+        stamp = stamp_of_time(position.time)
+        return StampedPosition(stamp, moment_of_stamp(stamp, self._rate_hz), PlatformReading(*position[1:]))
 
-    def _imu(self, one: TimedTurn) -> ImuSample:
-        assert one.acceleration is not None
-        stamp, reading = stamp_of_time(one.time), ImuReading(one.acceleration, one.angular_velocity)
+    def _imu(self, turn: TimedTurn) -> ImuSample:
+        assert turn.acceleration is not None
+        stamp, reading = stamp_of_time(turn.time), ImuReading(turn.acceleration, turn.angular_velocity)
         return ImuSample(stamp, moment_of_stamp(stamp, self._rate_hz), reading, self._imu_error(stamp, reading))
 
     def _imu_error(self, stamp: int, reading: ImuReading) -> float | None:
         """Return measured minus desired magnitude of the acceleration (m/s^2), None where there is none to compare."""
-        made = sample_of_stamp(stamp, self._rate_hz)
+        sample = sample_of_stamp(stamp, self._rate_hz)
         # the reference of the first `lead` moments is never published
-        if made is None or not self._lead <= made <= self._last:
+        if sample is None or not self._lead <= sample <= self._last:
             return None
-        return self._check.error(reading.acceleration, self._plan.path.at(made / self._rate_hz))
+        return self._check.error(reading.acceleration, self._plan.path.at(sample / self._rate_hz))
 
     def _compared(self, number: int, vision: tuple[StampedPosition, ...], x: float, y: float) -> VisionErrors:
         """Return the stamps (ns) of exposures that can be compared with a sample's state, and the differences (m)."""
@@ -360,14 +361,14 @@ def _messages(sample: Sample, stamp: int, nominal: Topic, scenario: Scenario) ->
     messages = [
         (topic, serialize.joint_state(stamp, carried[0].names, **fields))
         for topic, carried in sampled_topics(nominal).items()
-        if (fields := {one.field: values[one.name] for one in carried if one.name in values})
+        if (fields := {quantity.field: values[quantity.name] for quantity in carried if quantity.name in values})
     ]
     messages.append((SUPERVISOR_SIGMA, serialize.float64(sample.supervisor.sigma)))
     messages += [
-        (IMU_DATA, serialize.imu(one.stamp, IMU_FRAME, one.reading.angular_velocity, one.reading.acceleration))
-        for one in sample.imu
+        (IMU_DATA, serialize.imu(turn.stamp, IMU_FRAME, turn.reading.angular_velocity, turn.reading.acceleration))
+        for turn in sample.imu
     ]
-    messages += [(IMU_ERROR, serialize.float64(one.error)) for one in sample.imu if one.error is not None]
+    messages += [(IMU_ERROR, serialize.float64(turn.error)) for turn in sample.imu if turn.error is not None]
     messages += [
         (
             scalar.topic,
@@ -376,11 +377,11 @@ def _messages(sample: Sample, stamp: int, nominal: Topic, scenario: Scenario) ->
         for scalar in sample.scalars
     ]
     messages += [
-        (VISION_PLATFORM, serialize.joint_state(one.stamp, VISION_NAMES, one.reading)) for one in sample.vision
+        (VISION_PLATFORM, serialize.joint_state(seen.stamp, VISION_NAMES, seen.reading)) for seen in sample.vision
     ]
     messages += [
-        (VISION_ERROR, serialize.joint_state(made, PLATFORM_NAMES, difference))
-        for made, difference in sample.vision_errors
+        (VISION_ERROR, serialize.joint_state(exposed, PLATFORM_NAMES, difference))
+        for exposed, difference in sample.vision_errors
     ]
     return messages
 

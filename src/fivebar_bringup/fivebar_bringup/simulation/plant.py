@@ -126,16 +126,16 @@ def moved(chain: LegState, d1: float, d2: float, dq1: float, dq2: float) -> LegS
 
 def closed(robot: FiveBar, state: PlantState) -> Closed:
     """Put a state back onto the closed loop: one Gauss-Newton step for the angles, a projection for the rates."""
-    one, two = state
+    leg1, leg2 = state
     l_11, l_12, l_21, l_22 = robot.leg1.proximal, robot.leg1.distal, robot.leg2.proximal, robot.leg2.distal
     # the columns of the gap's Jacobian are (-y, x) of the lever from each joint to its tip
-    p1_x, p1_y = l_12 * one.distal.x, l_12 * one.distal.y
-    m1_x, m1_y = l_11 * one.proximal.x + p1_x, l_11 * one.proximal.y + p1_y
-    p2_x, p2_y = l_22 * two.distal.x, l_22 * two.distal.y
-    m2_x, m2_y = l_21 * two.proximal.x + p2_x, l_21 * two.proximal.y + p2_y
+    p1_x, p1_y = l_12 * leg1.distal.x, l_12 * leg1.distal.y
+    m1_x, m1_y = l_11 * leg1.proximal.x + p1_x, l_11 * leg1.proximal.y + p1_y
+    p2_x, p2_y = l_22 * leg2.distal.x, l_22 * leg2.distal.y
+    m2_x, m2_y = l_21 * leg2.proximal.x + p2_x, l_21 * leg2.proximal.y + p2_y
     gap_x, gap_y = robot.leg1.base_x + m1_x - robot.leg2.base_x - m2_x, m1_y - m2_y
-    open_x = -m1_y * one.dq1 - p1_y * one.dq2 + m2_y * two.dq1 + p2_y * two.dq2
-    open_y = m1_x * one.dq1 + p1_x * one.dq2 - m2_x * two.dq1 - p2_x * two.dq2
+    open_x = -m1_y * leg1.dq1 - p1_y * leg1.dq2 + m2_y * leg2.dq1 + p2_y * leg2.dq2
+    open_y = m1_x * leg1.dq1 + p1_x * leg1.dq2 - m2_x * leg2.dq1 - p2_x * leg2.dq2
     n_xx = m1_y * m1_y + p1_y * p1_y + m2_y * m2_y + p2_y * p2_y
     n_yy = m1_x * m1_x + p1_x * p1_x + m2_x * m2_x + p2_x * p2_x
     n_xy = -(m1_x * m1_y + p1_x * p1_y + m2_x * m2_y + p2_x * p2_y)
@@ -145,18 +145,18 @@ def closed(robot: FiveBar, state: PlantState) -> Closed:
     return Closed(
         PlantState(
             moved(
-                one,
+                leg1,
                 m1_y * a_x - m1_x * a_y,
                 p1_y * a_x - p1_x * a_y,
-                one.dq1 + m1_y * v_x - m1_x * v_y,
-                one.dq2 + p1_y * v_x - p1_x * v_y,
+                leg1.dq1 + m1_y * v_x - m1_x * v_y,
+                leg1.dq2 + p1_y * v_x - p1_x * v_y,
             ),
             moved(
-                two,
+                leg2,
                 m2_x * a_y - m2_y * a_x,
                 p2_x * a_y - p2_y * a_x,
-                two.dq1 + m2_x * v_y - m2_y * v_x,
-                two.dq2 + p2_x * v_y - p2_y * v_x,
+                leg2.dq1 + m2_x * v_y - m2_y * v_x,
+                leg2.dq2 + p2_x * v_y - p2_y * v_x,
             ),
         ),
         math.sqrt(gap_x * gap_x + gap_y * gap_y),
@@ -165,30 +165,30 @@ def closed(robot: FiveBar, state: PlantState) -> Closed:
 
 def stepped(robot: FiveBar, state: PlantState, h: float, tau1: float, tau2: float) -> Closed:
     """Return the state one Runge-Kutta step of h (s) later under motor torques (Nm), on the closed loop."""
-    one, two = state
+    leg1, leg2 = state
     half = 0.5 * h
-    v11, v12, v21, v22 = one.dq1, one.dq2, two.dq1, two.dq2
+    v11, v12, v21, v22 = leg1.dq1, leg1.dq2, leg2.dq1, leg2.dq2
     a = joint_accelerations(robot, state, tau1, tau2)
     u11, u12, u21, u22 = v11 + half * a.ddq11, v12 + half * a.ddq12, v21 + half * a.ddq21, v22 + half * a.ddq22
-    stage = PlantState(moved(one, half * v11, half * v12, u11, u12), moved(two, half * v21, half * v22, u21, u22))
+    stage = PlantState(moved(leg1, half * v11, half * v12, u11, u12), moved(leg2, half * v21, half * v22, u21, u22))
     b = joint_accelerations(robot, stage, tau1, tau2)
     w11, w12, w21, w22 = v11 + half * b.ddq11, v12 + half * b.ddq12, v21 + half * b.ddq21, v22 + half * b.ddq22
-    stage = PlantState(moved(one, half * u11, half * u12, w11, w12), moved(two, half * u21, half * u22, w21, w22))
+    stage = PlantState(moved(leg1, half * u11, half * u12, w11, w12), moved(leg2, half * u21, half * u22, w21, w22))
     c = joint_accelerations(robot, stage, tau1, tau2)
     z11, z12, z21, z22 = v11 + h * c.ddq11, v12 + h * c.ddq12, v21 + h * c.ddq21, v22 + h * c.ddq22
-    stage = PlantState(moved(one, h * w11, h * w12, z11, z12), moved(two, h * w21, h * w22, z21, z22))
+    stage = PlantState(moved(leg1, h * w11, h * w12, z11, z12), moved(leg2, h * w21, h * w22, z21, z22))
     d = joint_accelerations(robot, stage, tau1, tau2)
     sixth = h / 6.0
     after = PlantState(
         moved(
-            one,
+            leg1,
             sixth * (v11 + 2.0 * (u11 + w11) + z11),
             sixth * (v12 + 2.0 * (u12 + w12) + z12),
             v11 + sixth * (a.ddq11 + 2.0 * (b.ddq11 + c.ddq11) + d.ddq11),
             v12 + sixth * (a.ddq12 + 2.0 * (b.ddq12 + c.ddq12) + d.ddq12),
         ),
         moved(
-            two,
+            leg2,
             sixth * (v21 + 2.0 * (u21 + w21) + z21),
             sixth * (v22 + 2.0 * (u22 + w22) + z22),
             v21 + sixth * (a.ddq21 + 2.0 * (b.ddq21 + c.ddq21) + d.ddq21),
@@ -205,9 +205,9 @@ def advanced_plant(robot: FiveBar, state: PlantState, steps: int, h: float, tau1
     the shortest steps exceed it: the motion is too fast to be simulated.
     """
     widest = 0.0
-    one, two = state
+    leg1, leg2 = state
     # recompute the incrementally rotated directions from the angles, so that rounding does not accumulate
-    state = PlantState(chain_at(one.q1, one.q2, one.dq1, one.dq2), chain_at(two.q1, two.q2, two.dq1, two.dq2))
+    state = PlantState(chain_at(leg1.q1, leg1.q2, leg1.dq1, leg1.dq2), chain_at(leg2.q1, leg2.q2, leg2.dq1, leg2.dq2))
     for _ in range(steps):
         done, part = 0, WHOLE_STEP
         while done < WHOLE_STEP:

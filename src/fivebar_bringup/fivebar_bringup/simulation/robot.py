@@ -45,8 +45,8 @@ def ideal_later(
 
 def ideal_sensed(mechanism: None, plant: PlantState) -> Sensed:
     """Return the joints."""
-    one, two = plant.leg1, plant.leg2
-    exact = Joints(one.q1, one.q2, two.q1, two.q2, one.dq1, one.dq2, two.dq1, two.dq2)
+    leg1, leg2 = plant.leg1, plant.leg2
+    exact = Joints(leg1.q1, leg1.q2, leg2.q1, leg2.q2, leg1.dq1, leg1.dq2, leg2.dq1, leg2.dq2)
     return Sensed(exact, exact)
 
 

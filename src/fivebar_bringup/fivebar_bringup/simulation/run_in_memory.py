@@ -32,19 +32,20 @@ class RunInMemory(Recording):
         samples = run.samples
         stamps = [sample_stamp_ns(sample.number, scenario.rate_hz) for sample in samples]
         self._stamps = np.array(stamps, dtype=np.int64)
-        seen = [one for sample in samples for one in sample.vision]
-        self._exposures = np.array([one.stamp for one in seen], dtype=np.int64)
+        seen = [position for sample in samples for position in sample.vision]
+        self._exposures = np.array([position.stamp for position in seen], dtype=np.int64)
         self._names: dict[str, tuple[str, ...]] = {VISION_PLATFORM.name: VISION_NAMES}
-        self._fields = {(one.topic.name, one.field): values for one, values in _readings(samples).items()}
+        self._fields = {(late.topic.name, late.field): values for late, values in _readings(samples).items()}
         rows = [sample.values() for sample in samples]
-        for one in quantities(scenario.scheme().nominal.topic):
-            if any(one.name in row for row in rows):
-                nothing = (math.nan,) * len(one.names)
-                self._names[one.topic.name] = one.names
-                self._fields[one.topic.name, one.field] = np.array([row.get(one.name, nothing) for row in rows])
+        for quantity in quantities(scenario.scheme().nominal.topic):
+            name, topic = quantity.name, quantity.topic.name
+            if any(name in row for row in rows):
+                nothing = (math.nan,) * len(quantity.names)
+                self._names[topic] = quantity.names
+                self._fields[topic, quantity.field] = np.array([row.get(name, nothing) for row in rows])
         self._names[PASSIVE_STATES.name] = (scenario.passive.joint,)
         if seen:
-            self._fields[VISION_PLATFORM.name, "position"] = np.array([one.reading for one in seen])
+            self._fields[VISION_PLATFORM.name, "position"] = np.array([position.reading for position in seen])
 
     def count(self, topic: Topic) -> int:
         """Return the number of messages of a topic."""
@@ -77,15 +78,15 @@ class RunInMemory(Recording):
 
 def _readings(samples: list[Sample]) -> dict[Quantity, FloatArray]:
     """Return the readings of the late sensors, [n, values], in the rows of the samples at which they were made."""
-    made: dict[Quantity, dict[float, tuple[float, ...]]] = {TURN_RATE: {}, ACCELERATION: {}, PASSIVE_ANGLE: {}}
+    readings: dict[Quantity, dict[float, tuple[float, ...]]] = {TURN_RATE: {}, ACCELERATION: {}, PASSIVE_ANGLE: {}}
     for sample in samples:
         for reading in sample.imu:
-            made[TURN_RATE].setdefault(reading.made, reading.reading.angular_velocity)
-            made[ACCELERATION].setdefault(reading.made, reading.reading.acceleration)
+            readings[TURN_RATE].setdefault(reading.made, reading.reading.angular_velocity)
+            readings[ACCELERATION].setdefault(reading.made, reading.reading.acceleration)
         passive = (scalar for scalar in sample.scalars if scalar.topic == PASSIVE_STATES)
-        made[PASSIVE_ANGLE] |= {one.made: (one.value,) for one in passive}
+        readings[PASSIVE_ANGLE] |= {angle.made: (angle.value,) for angle in passive}
     return {
-        one: np.array([values.get(sample.number, (math.nan,) * len(one.columns)) for sample in samples])
-        for one, values in made.items()
+        quantity: np.array([values.get(sample.number, (math.nan,) * len(quantity.columns)) for sample in samples])
+        for quantity, values in readings.items()
         if values
     }

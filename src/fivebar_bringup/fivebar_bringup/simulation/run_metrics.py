@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fivebar_bringup.simulation.case import Case, FloatArray
-from fivebar_bringup.simulation.column_metrics import largest, sign_changes
+from fivebar_bringup.simulation.column_metrics import largest, saturated, sign_changes
 from fivebar_bringup.simulation.outcome import LEFT, Outcome, RunEnd, columns_of
 from fivebar_control.laws.vhc_cartesian import line_constraint
 from fivebar_control.loop.sampled_plan import DIRECTION_X, DIRECTION_Y, Sampled, X, Y
@@ -44,7 +44,7 @@ def summarized(case: Case, plan: Sampled, table: FloatArray, ended: RunEnd) -> O
         requested2=largest(row.requested2),
         applied1=max(largest(row.applied1), abs(ended.applied1)),
         applied2=max(largest(row.applied2), abs(ended.applied2)),
-        saturated=int(np.count_nonzero((np.abs(row.requested1) > limit) | (np.abs(row.requested2) > limit))),
+        saturated=saturated(np.column_stack((row.requested1, row.requested2)), limit),
         # one after the other: a sum by pairs rounds otherwise
         work=float(np.cumsum(work)[-1]) if work.size else 0.0,
         sigma_max=largest(row.sigma),

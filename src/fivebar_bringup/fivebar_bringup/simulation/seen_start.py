@@ -7,6 +7,7 @@ import math
 
 from fivebar_bringup.scenario import DECLARED, Scenario
 from fivebar_control.estimation.homing import Homing, HomingContradicted, seen_posture
+from fivebar_control.scenario.start import initial_joints
 from fivebar_description.optional import CAMERA_ON, CAMERA_SIMULATION, optional_part
 from fivebar_sim.plant import Plant
 
@@ -18,10 +19,10 @@ def looked(scenario: Scenario) -> Homing:
         HomingContradicted: the camera does not see the platform, or not which assembly mode it is in.
         InputError: the robot cannot stand there.
     """
-    plant = Plant(scenario.five_bar(), scenario.initial_joints(), scenario.rate_hz, scenario.plant, scenario.imu)
+    plant = Plant(scenario.five_bar(), initial_joints(scenario), scenario.rate_hz, scenario.plant, scenario.imu)
     (q11, q21), _ = plant.measure().of_motors()
-    (found,) = optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario).arrived(0, plant.truth())
-    x, y = found.reading[:2]
+    (seen,) = optional_part(CAMERA_SIMULATION, CAMERA_ON)(scenario).arrived(0, plant.truth())
+    x, y = seen.reading[:2]
     if not math.isfinite(x + y):
         raise HomingContradicted("homing_contradicted: the camera does not see the platform at the start")
     return seen_posture(scenario.five_bar(), q11, q21, x, y)

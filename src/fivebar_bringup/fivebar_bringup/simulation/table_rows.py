@@ -174,13 +174,13 @@ def concluded(run: EngineRun, end: TableEnd, robot: Robot, fault: int, fault_sam
     return RunEnd(end.samples, fault, fault_sample, robot.applied1, robot.applied2)
 
 
-def same_lengths(one: FiveBar, other: FiveBar) -> bool:
+def same_lengths(first: FiveBar, second: FiveBar) -> bool:
     """Return whether two robots have the same geometry, so that equal joints mean equal platform positions."""
     return (
-        one.leg1.base_x == other.leg1.base_x
-        and one.leg1.proximal == other.leg1.proximal
-        and one.leg1.distal == other.leg1.distal
-        and one.leg2.base_x == other.leg2.base_x
-        and one.leg2.proximal == other.leg2.proximal
-        and one.leg2.distal == other.leg2.distal
+        first.leg1.base_x == second.leg1.base_x
+        and first.leg1.proximal == second.leg1.proximal
+        and first.leg1.distal == second.leg1.distal
+        and first.leg2.base_x == second.leg2.base_x
+        and first.leg2.proximal == second.leg2.proximal
+        and first.leg2.distal == second.leg2.distal
     )

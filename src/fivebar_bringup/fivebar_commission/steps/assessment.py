@@ -29,17 +29,19 @@ SHOWN_ERRORS = 3
 def run(session: Session) -> Findings:
     """Try crossings there and back in several durations, and keep those that are likely enough, from slow to fast."""
     enough, unlikely = likely_crossings(session, ROBOTS)
-    figures = {_name(one): str(one.odds) for one in (*enough, *unlikely)}
+    figures = {_name(crossing): str(crossing.odds) for crossing in (*enough, *unlikely)}
     if not enough:
         raise GateClosed("unlikely", _advice(unlikely, session), figures)
     # the slowest, the fastest, and the one between them
     chosen = [enough[0], enough[len(enough) // 2], enough[-1]][:USED]
-    different = [one for number, one in enumerate(chosen) if one not in chosen[:number]]
-    for number, one in enumerate(different, start=1):
-        write_file(session.folder / f"crossing_{number}.yaml", one.scenario.to_yaml())
+    different = [crossing for number, crossing in enumerate(chosen) if crossing not in chosen[:number]]
+    for number, crossing in enumerate(different, start=1):
+        write_file(session.folder / f"crossing_{number}.yaml", crossing.scenario.to_yaml())
     for left in range(len(different) + 1, USED + 1):
         (session.folder / f"crossing_{left}.yaml").unlink(missing_ok=True)
-    words = ", ".join(f"{_name(one)}: {one.odds.successes} of {one.odds.robots}" for one in different)
+    words = ", ".join(
+        f"{_name(crossing)}: {crossing.odds.successes} of {crossing.odds.robots}" for crossing in different
+    )
     # from here on the file stands for the robot in every command
     session.learn_robot(declared(session))
     able, more, pages = _assessed(session)
@@ -48,13 +50,13 @@ def run(session: Session) -> Findings:
 
 def declared(session: Session) -> RobotFile:
     """Return the robot's file with its transmissions and its gyroscope as they were found."""
-    found: dict[str, Any] = {}
+    measured: dict[str, Any] = {}
     if session.state.transmissions:
-        found["transmission"] = session.state.transmissions
+        measured["transmission"] = session.state.transmissions
     if session.state.imu is not None:
-        found["imu"] = session.state.imu
+        measured["imu"] = session.state.imu
     known = session.robot.model_dump(mode="json", exclude_none=True)
-    return validate(known | found, RobotFile, str(session.robot_path))
+    return validate(known | measured, RobotFile, str(session.robot_path))
 
 
 def _assessed(session: Session) -> tuple[str, dict[str, object], tuple[str, ...]]:
@@ -71,17 +73,17 @@ def _assessed(session: Session) -> tuple[str, dict[str, object], tuple[str, ...]
     given = {"robot": str(session.robot_path), **QUICK}
     try:
         with session.shown("  other crossings") as progress, LocalProcesses(os.cpu_count() or 1) as processes:
-            made = run_study(STUDY, given, study_folder(session, STUDY, given), processes, progress)
+            finished = run_study(STUDY, given, study_folder(session, STUDY, given), processes, progress)
     except InputError as error:
         return f"its other crossings cannot be assessed: {error}", {}, ()
     law = AssessSettings().controllers[0]
-    pages = (str(Path(made.page).relative_to(session.folder)),)
-    base = next(iter(changes(made.rows, law, (DECLARED,))), None)
+    pages = (str(Path(finished.page).relative_to(session.folder)),)
+    base = next(iter(changes(finished.rows, law, (DECLARED,))), None)
     if base is None:
         return "no random crossing is within reach", {}, pages
     figures: dict[str, object] = {"random crossings": str(base.success)}
-    for one in removed_errors(made.rows, law)[:SHOWN_ERRORS]:
-        figures[f"random crossings, {one.words}"] = str(one.success)
+    for change in removed_errors(finished.rows, law)[:SHOWN_ERRORS]:
+        figures[f"random crossings, {change.words}"] = str(change.success)
     return f"of random crossings {base.success} succeed", figures, pages
 
 
@@ -99,8 +101,8 @@ def study_folder(session: Session, study: Study[Any, Any], given: Mapping[str, A
     return session.new_folder(study.name)
 
 
-def _name(one: TriedCrossing) -> str:
-    return f"there and back in {sum(one.scenario.durations()):.2f} s"
+def _name(crossing: TriedCrossing) -> str:
+    return f"there and back in {sum(crossing.scenario.durations()):.2f} s"
 
 
 def _advice(unlikely: list[TriedCrossing], session: Session) -> str:
@@ -111,7 +113,7 @@ def _advice(unlikely: list[TriedCrossing], session: Session) -> str:
 
     if not unlikely:
         return "no duration is feasible"
-    best = max(unlikely, key=lambda one: one.odds.successes)
+    best = max(unlikely, key=lambda crossing: crossing.odds.successes)
     scenario = as_found(session, best.scenario)
     relief = most_relieved(scenario, declared_errors(scenario), SEED, best.odds)
     needed = f"expected are at least {best.scenario.risk.success:.0%}"

@@ -191,10 +191,10 @@ def _practice_in(folder: Path, robot: str, practice: str, torque: float, realtim
             content = by_the_clock(content)
         validate(content, PracticeFile, practice)
         write_file(path, yaml_text(content))
-    found = read_practice(path)
+    file = read_practice(path)
     if not (folder / DRIVES_FILE).exists():
-        write_file(folder / DRIVES_FILE, yaml_text(assumed_drives(found, torque)))
-    return found
+        write_file(folder / DRIVES_FILE, yaml_text(assumed_drives(file, torque)))
+    return file
 
 
 def _answers_in(source: str) -> dict[str, Answer]:
@@ -205,6 +205,8 @@ def _answers_in(source: str) -> dict[str, Answer]:
     """
     content = parse_yaml(sys.stdin.read(), "standard input") if source == "-" else load_yaml(Path(source))
     content = {} if content is None else content
-    if not isinstance(content, dict) or not all(isinstance(one, str | int | float | bool) for one in content.values()):
+    if not isinstance(content, dict) or not all(
+        isinstance(value, str | int | float | bool) for value in content.values()
+    ):
         raise InputError(f"{source}: expected answers by the keys of questions, such as 'parts.emergency_stop: yes'")
     return {str(key): answer for key, answer in content.items()}

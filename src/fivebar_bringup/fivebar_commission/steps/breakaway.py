@@ -34,7 +34,7 @@ TRUSTED = 0.3
 def run(session: Session) -> Findings:
     """Raise each motor's torque, either way, until it moves."""
     largest = SHARE * session.allowed.torque
-    found: dict[str, list[float]] = {joint: [] for joint in ACTIVE_JOINTS}
+    torques: dict[str, list[float]] = {joint: [] for joint in ACTIVE_JOINTS}
     # known before the drives have power: reading files takes longer than their watchdogs wait
     file = session.drives
     rate_hz, counts = file.rate_hz, [file.facts(joint).counts for joint in ACTIVE_JOINTS]
@@ -43,11 +43,11 @@ def run(session: Session) -> Findings:
         for motor, joint in enumerate(ACTIVE_JOINTS):
             needed = max(MOVED, COUNTS * math.tau / counts[motor])
             for direction in (1.0, -1.0):
-                found[joint].append(_breakaway(session, drives, motor, direction * largest, needed, rate_hz))
+                torques[joint].append(_breakaway(session, drives, motor, direction * largest, needed, rate_hz))
         drives.disable()
         torque, speed = drives.largest_torque, drives.largest_speed
-    coulomb = {joint: 0.5 * (up - down) for joint, (up, down) in found.items()}
-    offset = {joint: 0.5 * (up + down) for joint, (up, down) in found.items()}
+    coulomb = {joint: 0.5 * (up - down) for joint, (up, down) in torques.items()}
+    offset = {joint: 0.5 * (up + down) for joint, (up, down) in torques.items()}
     robot = session.robot
     friction = robot.friction.model_copy(
         update={
@@ -59,7 +59,7 @@ def run(session: Session) -> Findings:
     )
     session.learn_robot(robot.model_copy(update={"friction": friction}))
     figures: dict[str, object] = {
-        f"{joint}: moves at, Nm": [round(value, 4) for value in both] for joint, both in found.items()
+        f"{joint}: moves at, Nm": [round(value, 4) for value in both] for joint, both in torques.items()
     }
     figures |= {"largest torque, Nm": round(torque, 4), "largest speed, rad/s": round(speed, 3)}
     words = " and ".join(f"{joint} at {coulomb[joint]:.3g} Nm" for joint in ACTIVE_JOINTS)

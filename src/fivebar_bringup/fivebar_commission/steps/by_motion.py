@@ -37,9 +37,9 @@ def run(session: Session) -> Findings:
     tolerances = start.tolerances._replace(**TOLERATED)
     content = start.model_copy(update={"tolerances": tolerances}).model_dump(mode="json", exclude_none=True)
     write_file(wide, yaml_text(content))
-    found = calibrate_bag(folder.path, str(wide))
-    figures = figures_of(found)
-    gap = float(abs(found.found.gaps_before()).max())
+    result = calibrate_bag(folder.path, str(wide))
+    figures = figures_of(result)
+    gap = float(abs(result.calibration.gaps_before()).max())
     figures["elbow gap after the calibration by hand, mm"] = round(1e3 * gap, 4)
     pages = (str(folder.path.relative_to(session.folder)),)
     if gap > LARGEST_GAP:
@@ -51,7 +51,7 @@ def run(session: Session) -> Findings:
         )
     if gap <= CONFIRMED:
         return Findings(f"the elbow gap is confirmed to {1e3 * gap:.3f} mm", figures, pages)
-    take(session, found, folder.path)
+    take(session, result, folder.path)
     return Findings(f"the elbow gap was {1e3 * gap:.3f} mm off, and is corrected", figures, pages)
 
 

@@ -27,43 +27,43 @@ def run(session: Session) -> Findings:
     assert led is not None and led.pages, "the step before has recorded it"
     folder = session.folder / led.pages[0]
     # by the files as they were then, so that a repetition finds the same
-    found = calibrate_bag(folder, str(folder / ROBOT_FILE), encoders_only=session.imu is None)
-    figures = figures_of(found)
-    _refuse_implausible(found, figures)
-    take(session, found, folder)
-    gap = 1e3 * float(abs(found.found.gaps_before()).max())
-    left = 1e3 * float(found.found.gap_half_widths().max())
+    result = calibrate_bag(folder, str(folder / ROBOT_FILE), encoders_only=session.imu is None)
+    figures = figures_of(result)
+    _refuse_implausible(result, figures)
+    take(session, result, folder)
+    gap = 1e3 * float(abs(result.calibration.gaps_before()).max())
+    left = 1e3 * float(result.calibration.gap_half_widths().max())
     return Findings(f"the elbow gap was up to {gap:.3f} mm and is known to {left:.3f} mm", figures)
 
 
-def figures_of(found: CalibrationResult) -> dict[str, Any]:
+def figures_of(result: CalibrationResult) -> dict[str, Any]:
     """Return what a calibration has found, for the report."""
     figures: dict[str, Any] = {
-        f"{parameter.name}, {parameter.unit}": parameter.text() for parameter in found.parameters()
+        f"{parameter.name}, {parameter.unit}": parameter.text() for parameter in result.parameters()
     }
-    return figures | dict(found.mounting_rows())
+    return figures | dict(result.mounting_rows())
 
 
-def take(session: Session, found: CalibrationResult, folder: Path) -> None:
+def take(session: Session, result: CalibrationResult, folder: Path) -> None:
     """Write what a calibration from a folder has found into the files of robot and drives; keep mounting and play."""
-    session.learn_robot(found.robot_file())
+    session.learn_robot(result.robot_file())
     file = DrivesFile(folder / DRIVES_FILE)
-    for joint, zero in zip(ACTIVE_JOINTS, found.zeros(), strict=True):
+    for joint, zero in zip(ACTIVE_JOINTS, result.zeros(), strict=True):
         file.change(joint, zero=round(file.facts(joint).zero - zero, 9))
     file.write(session.drives_path)
-    mounting, imu = found.mounting, session.imu
+    mounting, imu = result.mounting, session.imu
     if mounting is not None and imu is not None:
         update = {name: getattr(mounting, name)[0] for name in ("roll", "pitch", "yaw", "mount_x", "mount_y")}
         session.learn(imu=imu_keys(imu._replace(**update)))
-    values = {parameter.name: parameter for parameter in found.parameters()}
+    values = {parameter.name: parameter for parameter in result.parameters()}
     plays = [values[name] for name in ("play_1", "play_2") if name in values]
     if plays and session.state.transmissions:
-        play = max(0.0, *(2e-3 * one.value for one in plays))
+        play = max(0.0, *(2e-3 * play_of_gear.value for play_of_gear in plays))
         session.learn(transmissions=session.state.transmissions | {"backlash": min(play, 0.1)})
 
 
-def _refuse_implausible(found: CalibrationResult, figures: dict[str, Any]) -> None:
-    for parameter in found.parameters():
+def _refuse_implausible(result: CalibrationResult, figures: dict[str, Any]) -> None:
+    for parameter in result.parameters():
         shift = abs(parameter.value - parameter.before)
         if parameter.name.startswith(("l_", "base_", "zero_")) and shift > LARGEST_SHIFT * max(
             parameter.half_width_before, 1e-9
@@ -74,7 +74,7 @@ def _refuse_implausible(found: CalibrationResult, figures: dict[str, Any]) -> No
                 " measure it, or declare wider tolerances in the robot file",
                 figures,
             )
-    widest = float(found.found.gap_half_widths().max())
+    widest = float(result.calibration.gap_half_widths().max())
     if widest > WIDEST_GAP:
         raise GateClosed(
             "elbow_gap_unknown",

@@ -37,7 +37,7 @@ def run(session: Session) -> Findings:
     ]
     figures = {
         "zeros, rad": [file.facts(joint).zero for joint in ACTIVE_JOINTS],
-        "error at the second mark, degrees": [round(math.degrees(one), 2) for one in misfit],
+        "error at the second mark, degrees": [round(math.degrees(error), 2) for error in misfit],
     }
     if max(map(abs, misfit)) > LARGEST_MISFIT:
         joint = ACTIVE_JOINTS[max(range(2), key=lambda motor: abs(misfit[motor]))]

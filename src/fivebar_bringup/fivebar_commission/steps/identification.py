@@ -15,6 +15,7 @@ from fivebar_commission.session import Session
 from fivebar_commission.step import Findings, GateClosed, GatedStep, fault_or_outcome
 from fivebar_control.model.geometry import wrap
 from fivebar_control.planning.reference_scan import ReferenceScan
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_description.interface import ACTIVE_JOINTS
 
 TORQUE_SHARE, SPEED_SHARE = 0.5, 0.6
@@ -44,12 +45,12 @@ def run(session: Session) -> Findings:
     run_directory, summary = session.run(scenario, "excitation")
     finished(summary, run_directory)
     robot = str(session.robot_path)
-    found = identify_bag(run_directory.path, robot)
+    result = identify_bag(run_directory.path, robot)
     changes = {
-        parameter.name: parameter.value / parameter.before for parameter in found.parameters()[:3] if parameter.before
+        parameter.name: parameter.value / parameter.before for parameter in result.parameters()[:3] if parameter.before
     }
     figures: dict[str, Any] = {
-        f"{parameter.name}, {parameter.unit}": parameter.text() for parameter in found.parameters()
+        f"{parameter.name}, {parameter.unit}": parameter.text() for parameter in result.parameters()
     }
     figures |= {"largest torques, Nm": list(summary.torque_peak_nm)}
     wrong = [name for name, ratio in changes.items() if not 1.0 / LARGEST_CHANGE < ratio < LARGEST_CHANGE]
@@ -63,13 +64,13 @@ def run(session: Session) -> Findings:
     if session.robot.proximal_links is not None:
         # with weighed links the torque constants can be told from the inertias
         figures |= {
-            f"{joint}: actual over commanded torque": f"{one.gain.value:.4f} ± {one.gain.half_width:.4f}"
-            for joint, one in zip(ACTIVE_JOINTS, map_bag(run_directory.path, robot, ()), strict=True)
+            f"{joint}: actual over commanded torque": f"{motor.gain.value:.4f} ± {motor.gain.half_width:.4f}"
+            for joint, motor in zip(ACTIVE_JOINTS, map_bag(run_directory.path, robot, ()), strict=True)
         }
-    session.learn_robot(found.robot_file())
+    session.learn_robot(result.robot_file())
     words = ", ".join(
         f"{parameter.name} {parameter.value:.4g} {parameter.unit} ({parameter.change()})"
-        for parameter in found.parameters()[:3]
+        for parameter in result.parameters()[:3]
     )
     return Findings(words, figures, (str(run_directory.path.relative_to(session.folder)),))
 
@@ -97,7 +98,7 @@ def exciting(session: Session) -> Scenario:
             tracking_error_limit=OFF_BY,
             error_tolerance=OFF_BY,
         )
-        scan = ReferenceScan(session.five_bar, scenario.plan(), scenario.rate_hz, scenario.tuned())
+        scan = ReferenceScan(session.five_bar, scenario.plan(), scenario.rate_hz, tuned_controller(scenario))
         torque = scan.worst("torque", "torque", TORQUE_SHARE * session.allowed.torque, True)
         speed_needed = scan.worst("speed", "speed", SPEED_SHARE * session.allowed.speed, True)
         if torque.kept and speed_needed.kept:

@@ -22,7 +22,7 @@ def run(session: Session) -> Findings:
         raise GateClosed("no_emergency_stop", "wire the drives' STO to an emergency stop and try it first")
     file = session.drives
     facts = [file.facts(joint) for joint in ACTIVE_JOINTS]
-    coarse = [joint for joint, one in zip(ACTIVE_JOINTS, facts, strict=True) if one.counts < LEAST_COUNTS]
+    coarse = [joint for joint, fact in zip(ACTIVE_JOINTS, facts, strict=True) if fact.counts < LEAST_COUNTS]
     if coarse:
         raise GateClosed(
             "coarse_encoder", f"{coarse[0]}: expected at least {LEAST_COUNTS} counts in a turn of the joint"

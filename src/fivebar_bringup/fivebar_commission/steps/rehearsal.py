@@ -14,6 +14,7 @@ from fivebar_bringup.simulation.mechanism_code import compiled_motion
 from fivebar_commission.crossings import USED, as_found
 from fivebar_commission.session import Session
 from fivebar_commission.step import Findings, GateClosed, GatedStep, fault_or_outcome
+from fivebar_control.scenario.start import initial_joints
 from fivebar_sim.plant import Plant
 from fivebar_studies.engine.running import Progress
 
@@ -55,10 +56,10 @@ def run(session: Session) -> Findings:
 
 def _rehearsed(session: Session, scenario: Scenario, name: str, progress: Progress) -> tuple[str, GateClosed | None]:
     """Return what became of a crossing on the model, in words, and why it is not to be made, if so."""
-    found = as_found(session, scenario)
-    plant = Plant(found.five_bar(), found.initial_joints(), found.rate_hz, found.plant, found.imu)
+    simulated = as_found(session, scenario)
+    plant = Plant(simulated.five_bar(), initial_joints(simulated), simulated.rate_hz, simulated.plant, simulated.imu)
     plant.use_machine_code(compiled_motion())
-    folder, summary = run_offline(found, session.new_folder("rehearsal"), progress, False, plant=plant)
+    folder, summary = run_offline(simulated, session.new_folder("rehearsal"), progress, False, plant=plant)
     peak = max((torque or 0.0) for torque in summary.torque_peak_nm)
     became = f"{summary.outcome}{outcome_details(summary)}"
     words = f"{became}, {peak:.3g} Nm"

@@ -94,7 +94,7 @@ def run(session: Session) -> Findings:
     learnt = scenario.model_copy(update={"imu": mounted, "robot": run_directory.robot.name})
     write_results(run_directory.path, {run_directory.scenario.name: learnt.to_yaml()})
     figures = {
-        "axis of the link in the IMU's frame": [round(one, 3) for one in (x, y, z)],
+        "axis of the link in the IMU's frame": [round(component, 3) for component in (x, y, z)],
         "correlation with the encoders": round(abs(likeness), 4),
         "rate over that by the encoders": round(abs(gain), 4),
         "stamps late by about, ms": round(1e3 * clock, 1),
@@ -116,7 +116,7 @@ def link_rate(robot: FiveBar, record: CalibrationRecord) -> LinkRate:
     """Return the rate of the distal link of leg 2 by the encoders, until the robot first comes near the locus."""
     times, angles = record.times, list[float]()
     q11, q21 = record.motors[0].tolist()
-    mode = max((1, -1), key=lambda one: direct_geometry(robot, one, q11, q21)[1])
+    mode = max((1, -1), key=lambda sign: direct_geometry(robot, sign, q11, q21)[1])
     for q11, q21 in record.motors.tolist():
         state = state_from_motors(robot, mode, q11, q21, 0.0, 0.0)
         if not inverse_condition(state) > 0.5 * LEAST_KAPPA or assembly_mode(state) != mode:

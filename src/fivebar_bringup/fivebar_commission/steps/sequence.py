@@ -95,17 +95,17 @@ def _record_of(session: Session, step: GatedStep[Session]) -> StepRecord:
     began, on_robot, asked = time.monotonic(), session.bench.time, session.person.asked
     outcome: Outcome = PASSED
     try:
-        found = _tried(session, step)
+        findings = _tried(session, step)
     except GateClosed as closed:
-        outcome, found = CLOSED, Findings(str(closed), closed.figures)
+        outcome, findings = CLOSED, Findings(str(closed), closed.figures)
     except InputError as error:
-        outcome, found = CLOSED, Findings(f"refused: {error}")
+        outcome, findings = CLOSED, Findings(f"refused: {error}")
     return StepRecord(
         step=step.name,
         outcome=outcome,
-        words=found.words,
-        figures=dict(found.figures),
-        pages=found.pages,
+        words=findings.words,
+        figures=dict(findings.figures),
+        pages=findings.pages,
         questions=session.person.asked - asked,
         robot_s=round(session.bench.time - on_robot, 3),
         wall_s=round(time.monotonic() - began, 3),
@@ -121,7 +121,7 @@ def _tried(session: Session, step: GatedStep[Session]) -> Findings:
     ended = list[str]()
     while True:
         try:
-            found = step.run(session)
+            findings = step.run(session)
         except GateClosed as closed:
             if not is_late(closed) or len(ended) == ATTEMPTS - 1:
                 raise
@@ -131,7 +131,7 @@ def _tried(session: Session, step: GatedStep[Session]) -> Findings:
                 raise
             ended.append(str(closed))
         else:
-            return found._replace(figures={**found.figures, "begun again after": ended}) if ended else found
+            return findings._replace(figures={**findings.figures, "begun again after": ended}) if ended else findings
 
 
 def is_late(closed: GateClosed) -> bool:

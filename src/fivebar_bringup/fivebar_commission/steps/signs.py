@@ -38,7 +38,7 @@ def run(session: Session) -> Findings:
         file = session.drives
         file.exchange_motors()
         file.write()
-        turned = [(one[1], one[0]) for one in turned]
+        turned = [(pair[1], pair[0]) for pair in turned]
     corrected = [_corrected(session, motor, turned[motor][motor]) for motor in range(2)]
     figures: dict[str, object] = {
         f"{joint}: read for {math.degrees(ANGLE):.0f} degrees by hand": round(math.degrees(turned[motor][motor]), 1)
@@ -107,7 +107,7 @@ def _corrected(session: Session, motor: int, change: float) -> str:
 def _factor_of(ratio: float) -> float | None:
     """Return the usual factor, or one over it, that a ratio stands for; None where it stands for none."""
     factors = [*(float(factor) for factor in FACTORS), *(1.0 / factor for factor in FACTORS)]
-    best = min(factors, key=lambda one: abs(math.log(ratio / one)))
+    best = min(factors, key=lambda factor: abs(math.log(ratio / factor)))
     return best if abs(math.log(ratio / best)) < 0.5 * BY_HAND else None
 
 

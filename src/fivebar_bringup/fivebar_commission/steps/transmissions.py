@@ -66,7 +66,7 @@ def run(session: Session) -> Findings:
     finished(summary, folder)
     figures: dict[str, object] = {"amplitude, Nm": round(amplitude, 3)}
     try:
-        found = resonance_of_bag(folder.path, str(session.robot_path))
+        result = resonance_of_bag(folder.path, str(session.robot_path))
     except InputError as error:
         if isinstance(error.__cause__, OnlyBounded):
             return _bounded(session, error.__cause__, figures)
@@ -74,38 +74,38 @@ def run(session: Session) -> Findings:
             raise
         session.learn(transmissions={"frequency": ASSUMED_HZ, "rotor_share": 0.7})
         return Findings(f"{error.__cause__}: the default gains bear such transmissions", figures)
-    legs = found.found.legs
+    legs = result.resonance.legs
     share = sum(leg.rotor_share.value for leg in legs) / 2.0
     session.learn(
         transmissions={
-            "frequency": found.found.lowest,
+            "frequency": result.resonance.lowest,
             "damping": sum(leg.damping.value for leg in legs) / 2.0,
             "rotor_share": min(0.95, max(0.05, share)),
         }
     )
-    session.learn_robot(found.robot_file())
+    session.learn_robot(result.robot_file())
     for number, leg in enumerate(legs, start=1):
         figures[f"leg {number}: frequency, Hz"] = f"{leg.frequency.value:.4g} ± {leg.frequency.half_width:.2g}"
         figures[f"leg {number}: rotor's share"] = f"{leg.rotor_share.value:.3g} ± {leg.rotor_share.half_width:.2g}"
-    figures["bandwidth at most, rad/s"] = round(found.allowed, 1)
-    usual = "" if found.lowered else ", which is more than the usual one"
+    figures["bandwidth at most, rad/s"] = round(result.allowed, 1)
+    usual = "" if result.lowered else ", which is more than the usual one"
     return Findings(
         f"the transmissions swing at {legs[0].frequency.value:.3g} and {legs[1].frequency.value:.3g} Hz: a bandwidth of"
-        f" {math.floor(found.allowed)} rad/s at most{usual}",
+        f" {math.floor(result.allowed)} rad/s at most{usual}",
         figures,
     )
 
 
-def _bounded(session: Session, found: OnlyBounded, figures: dict[str, object]) -> Findings:
+def _bounded(session: Session, bounded: OnlyBounded, figures: dict[str, object]) -> Findings:
     """Have gains for the lowest frequency that the transmissions may have, and simulate them with the likeliest one."""
-    likely = min(ASSUMED_HZ, found.likely)
+    likely = min(ASSUMED_HZ, bounded.likely)
     session.learn(transmissions={"frequency": likely, "rotor_share": 0.7})
-    session.learn_robot(session.robot.model_copy(update={"tuning": tuning_for(session.robot, found.at_least)}))
-    figures["frequency at least, Hz"] = round(found.at_least, 1)
+    session.learn_robot(session.robot.model_copy(update={"tuning": tuning_for(session.robot, bounded.at_least)}))
+    figures["frequency at least, Hz"] = round(bounded.at_least, 1)
     figures["frequency, simulated, Hz"] = round(likely, 1)
-    allowed = bandwidth_of(found.at_least)
+    allowed = bandwidth_of(bounded.at_least)
     figures["bandwidth at most, rad/s"] = round(allowed, 1)
-    return Findings(f"{found}: a bandwidth of {math.floor(allowed)} rad/s at most", figures)
+    return Findings(f"{bounded}: a bandwidth of {math.floor(allowed)} rad/s at most", figures)
 
 
 TRANSMISSIONS = GatedStep(

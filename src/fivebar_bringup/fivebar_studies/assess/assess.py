@@ -62,7 +62,7 @@ def assess_report(settings: AssessSettings, rows: Sequence[AssessRow]) -> StudyR
     from fivebar_studies.assess.figures import change_chart, crossing_map
 
     file, first = read_robot(settings.robot), settings.controllers[0]
-    reach, found = reach_of(file), expected(rows, settings.controllers)
+    reach, expectations = reach_of(file), expected(rows, settings.controllers)
     removed, sensors, tunings = (changed(rows, first) for changed in (removed_errors, sensor_changes, tuning_changes))
     typical, assumed = typical_results(rows, first), assumptions(file)
     tuning = best_tuning(rows, first)
@@ -78,10 +78,10 @@ def assess_report(settings: AssessSettings, rows: Sequence[AssessRow]) -> StudyR
         pictures += [
             change_chart(name, title, base, shown, words)
             for name, title, shown, words in charts
-            if any(one.variant != DECLARED for one in shown)
+            if any(change.variant != DECLARED for change in shown)
         ]
     tables = [
-        expected_table(found),
+        expected_table(expectations),
         changes_table(
             "removed",
             "What to calibrate or mend first",
@@ -107,21 +107,23 @@ def assess_report(settings: AssessSettings, rows: Sequence[AssessRow]) -> StudyR
         "robot": file.name,
         "command": command,
         "summary": lines,
-        "assumed": [one._asdict() for one in assumed],
+        "assumed": [assumption._asdict() for assumption in assumed],
         "reach": reach.as_json(),
         "drawn": dict(status_counts(rows)),
-        "expected": [{**one._asdict(), "success": one.success._asdict()} for one in found],
-        "removed": [_as_json(one) for one in removed],
+        "expected": [
+            {**expectation._asdict(), "success": expectation.success._asdict()} for expectation in expectations
+        ],
+        "removed": [_as_json(change) for change in removed],
         "sensors": [_as_json(sensor) for sensor in sensors],
-        "bandwidths": [_as_json(one) for one in tunings],
+        "bandwidths": [_as_json(tuning) for tuning in tunings],
         "typical": {
             name: {
                 variant or "declared": {
-                    "success": None if one is None else one._asdict(),
+                    "success": None if success is None else success._asdict(),
                     "duration_s": duration,
                     "reason": reason,
                 }
-                for variant, (one, duration, reason) in results.items()
+                for variant, (success, duration, reason) in results.items()
             }
             for name, results in typical.items()
         },
@@ -161,11 +163,11 @@ def _tuning_section(file: RobotFile, variant: str) -> str:
     return yaml_text({"tuning": {"bandwidth": float(f"{bandwidth:.3g}")}})
 
 
-def _tuning_words(file: RobotFile, variant: str, found: Sequence[Change]) -> str:
+def _tuning_words(file: RobotFile, variant: str, changes: Sequence[Change]) -> str:
     present = derived_tuning(with_assumptions(file))["bandwidth"]
     if variant == DECLARED:
         return f"None is needed: no other bandwidth than the present {present:g} rad/s is sure to bring more success."
-    best = next(one for one in found if one.variant == variant)
+    best = next(change for change in changes if change.variant == variant)
     return (
         f"With {VARIANTS[variant].words} of the present {present:g} rad/s success rises by"
         f" {100.0 * best.gain:.1f} ± {100.0 * best.spread:.1f} points; in the robot's file:"
@@ -186,10 +188,10 @@ def _summary(settings: AssessSettings, rows: Sequence[AssessRow], file: RobotFil
         f"random crossings: {drawn} drawn, {counts[REFUSED]} refused by geometry, {counts[OUT_OF_REACH]} beyond drives"
         f" and limits, {within} within reach; of these {counts[ACCEPTED]} are likely enough to be accepted",
     ]
-    for one in expected(rows, settings.controllers):
+    for expectation in expected(rows, settings.controllers):
         lines.append(
-            f"{one.controller}, where accepted: {one.success} succeed; largest error {in_millimetres(one.median)}"
-            f" median, {in_millimetres(one.most)} in 95 %"
+            f"{expectation.controller}, where accepted: {expectation.success} succeed; largest error"
+            f" {in_millimetres(expectation.median)} median, {in_millimetres(expectation.most)} in 95 %"
         )
     if within:
         steps = (
@@ -208,14 +210,14 @@ def _summary(settings: AssessSettings, rows: Sequence[AssessRow], file: RobotFil
     return lines
 
 
-def _typical_lines(robot: str, file: RobotFile, found: Mapping[str, Mapping[str, TypicalResult]]) -> Iterator[str]:
+def _typical_lines(robot: str, file: RobotFile, by_motion: Mapping[str, Mapping[str, TypicalResult]]) -> Iterator[str]:
     """Yield for each typical motion on which robots how many succeed, and the command that makes it."""
     commands = {motion.name: motion.command(robot) for motion in typical_motions(robot)}
-    for name, results in found.items():
+    for name, results in by_motion.items():
         told = (
             f"{variant_words(variant, file.declares_errors)}"
-            f" {'refused' if one.success is None else f'{one.success.share:.0%}'}"
-            for variant, one in results.items()
+            f" {'refused' if result.success is None else f'{result.success.share:.0%}'}"
+            for variant, result in results.items()
         )
         yield f"{name}: {'; '.join(told)} ({commands[name]})"
 

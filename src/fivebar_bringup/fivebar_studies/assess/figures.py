@@ -77,18 +77,18 @@ def crossing_map(robot: str, rows: Sequence[AssessRow], controller: str) -> Pict
         return Picture("crossings", caption, png(figure))
 
 
-def change_chart(name: str, title: str, base: Change, found: Sequence[Change], caption: str) -> Picture:
+def change_chart(name: str, title: str, base: Change, changes: Sequence[Change], caption: str) -> Picture:
     """Draw the success with each change as bars, beside that of the robot as declared."""
     with house_style():
-        figure = new_figure(title, "success over all random crossings within reach, %", 1.6 + 0.34 * len(found))
+        figure = new_figure(title, "success over all random crossings within reach, %", 1.6 + 0.34 * len(changes))
         axes = figure.subplots()
-        shown = list(reversed(found))
-        shares = [100.0 * one.success.share for one in shown]
-        colours = [GREEN if one.sure else (VERMILION if -one.gain > one.spread else BLUE) for one in shown]
-        spreads = [100.0 * one.spread for one in shown]
+        shown = list(reversed(changes))
+        shares = [100.0 * change.success.share for change in shown]
+        colours = [GREEN if change.sure else (VERMILION if -change.gain > change.spread else BLUE) for change in shown]
+        spreads = [100.0 * change.spread for change in shown]
         axes.barh(range(len(shown)), shares, color=colours, xerr=spreads, ecolor=GREY, height=0.62)
         axes.axvline(100.0 * base.success.share, color=INK, linewidth=1.4, linestyle="--")
-        axes.set_yticks(range(len(shown)), [one.words for one in shown])
+        axes.set_yticks(range(len(shown)), [change.words for change in shown])
         least = min(share - spread for share, spread in zip(shares, spreads, strict=True))
         axes.set_xlim(max(0.0, 10.0 * math.floor(0.1 * least)), 100.0)
         axes.grid(False, axis="y")

@@ -64,7 +64,7 @@ def reach_of(file: RobotFile) -> RobotReach:
     robot, limits = file.five_bar(), MotionLimits()
     loci = singular_loci(robot)
     measures = measure(loci, evaluate(robot, loci, CELLS, lambda done, total: None))
-    found = []
+    shares = []
     for modes in measures.modes:
         ways = roadmap(robot, modes.working_mode, limits.serial_margin, REST, file.elbows_pass)
         middles = np.array([np.mean(gate, axis=0) for gate in ways.gates]).reshape(-1, 2)
@@ -79,6 +79,6 @@ def reach_of(file: RobotFile) -> RobotReach:
             room += float(np.sum(lengths))
             near += float(np.sum(lengths[distance <= GATE_DISTANCE]))
         length = modes.length_stretched + modes.length_folded
-        found.append(LocusShare(modes.working_mode, length, modes.length_stretched, near / room if room else 0.0))
-    assert [one.working_mode for one in found] == list(WORKING_MODES)
-    return RobotReach(measures, found)
+        shares.append(LocusShare(modes.working_mode, length, modes.length_stretched, near / room if room else 0.0))
+    assert [share.working_mode for share in shares] == list(WORKING_MODES)
+    return RobotReach(measures, shares)

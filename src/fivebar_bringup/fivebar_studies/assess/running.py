@@ -24,7 +24,7 @@ from fivebar_studies.rigs.declared import DECLARED, REACHABLE, REMOVED, SENSORS,
 from fivebar_studies.rigs.named import find_rig
 from fivebar_studies.rigs.rig import Rig
 from fivebar_studies.sweep.drawing import PLANNED_FOR, Draw, draw, on_robot
-from fivebar_studies.sweep.planning import TimedCase, odds_seed, planned, screened, timed, timed_for_loads
+from fivebar_studies.sweep.planning import odds_seed, planned, screened, timed, timed_for_loads
 from fivebar_studies.sweep.running import verdict_on
 
 TYPICAL_ROBOTS = 24
@@ -64,7 +64,7 @@ def variants_of(robot: str) -> list[str]:
     different = {DECLARED: _plain(find_rig(rig_of(robot)))}
     # a robot without a camera can be assessed where the camera's packages were left out
     left_out = {"camera"} if first_missing(CAMERA_PARTS) else set()
-    for name in (one for one in (*REMOVED, *SENSORS, *TUNINGS) if one not in left_out):
+    for name in (variant for variant in (*REMOVED, *SENSORS, *TUNINGS) if variant not in left_out):
         rig = _plain(find_rig(rig_of(robot, name)))
         if rig not in different.values():
             different[name] = rig
@@ -87,22 +87,22 @@ def _plain(rig: Rig) -> Rig:
 def _random(settings: AssessSettings, number: int) -> list[AssessRow]:
     case = draw(settings.seed, number, rig_of(settings.robot))
     try:
-        found = timed(case)
-        _, reasons = verdict_on(found, PLANNED_FOR)
+        timed_case = timed(case)
+        _, reasons = verdict_on(timed_case, PLANNED_FOR)
     except InputError as refusal:
         return [AssessRow(number, RANDOM, REFUSED, str(refusal), mode1=case.mode1, mode2=case.mode2)]
-    status = UNLIKELY if reasons else ACCEPTED
-    if reasons and not (found.odds is not None and found.odds.robots):
+    crossing, status = timed_case.motion, UNLIKELY if reasons else ACCEPTED
+    if reasons and not (timed_case.odds is not None and timed_case.odds.robots):
         # not even tried: as it is timed for a robot that is known better
-        better = _within_reach(found.case)
-        if better is None:
+        within_reach = _within_reach(crossing)
+        if within_reach is None:
             return [AssessRow(number, RANDOM, OUT_OF_REACH, "; ".join(reasons), mode1=case.mode1, mode2=case.mode2)]
-        found = TimedCase(better)
-    common = _common(number, RANDOM, status, "; ".join(reasons), planned(found.case))
+        crossing = within_reach
+    common = _common(number, RANDOM, status, "; ".join(reasons), planned(crossing))
     rows: list[AssessRow] = []
     for variant in (DECLARED, *variants_of(settings.robot)):
         rig = rig_of(settings.robot, variant)
-        on = on_robot(found.case, rig)
+        on = on_robot(crossing, rig)
         for controller in settings.controllers if variant == DECLARED else settings.controllers[:1]:
             start = common._replace(variant=variant, controller=controller)
             rows += _runs(start, on.scenario(controller), find_rig(rig).errors, odds_seed(case), settings.robots)
@@ -113,13 +113,13 @@ def _within_reach(case: Draw) -> Draw | None:
     """Return a case as it is timed for the robot exactly known and with a gyroscope, None where that is infeasible."""
     better = on_robot(case, rig_of(case.robot_name, REACHABLE))
     try:
-        found = timed_for_loads(better)
-        planned(found)
+        timed_draw = timed_for_loads(better)
+        planned(timed_draw)
     except InputError:
         return None
-    if not screened(found, PLANNED_FOR, judge_loads=False).feasible:
+    if not screened(timed_draw, PLANNED_FOR, judge_loads=False).feasible:
         return None
-    return on_robot(found, case.rig)
+    return on_robot(timed_draw, case.rig)
 
 
 def _typical(settings: AssessSettings, number: int, motion: Typical) -> list[AssessRow]:
@@ -171,12 +171,12 @@ def _common(number: int, motion: str, status: str, reason: str, plan: Plan) -> A
 
 def _runs(common: AssessRow, scenario: Scenario, errors: RobotErrors, seed: int, robots: int) -> Iterator[AssessRow]:
     """Yield the rows of a motion's runs on drawn robots."""
-    for one in tries_of(scenario, errors, seed, range(FRESH_ROBOTS, FRESH_ROBOTS + robots)):
-        outcome = one.outcome
+    for run in tries_of(scenario, errors, seed, range(FRESH_ROBOTS, FRESH_ROBOTS + robots)):
+        outcome = run.outcome
         yield common._replace(
-            robot=one.robot,
-            success=not one.missed,
-            why_not="; ".join(one.missed),
+            robot=run.robot,
+            success=not run.missed,
+            why_not="; ".join(run.missed),
             fault=FAULT_NAMES[outcome.fault],
             error_peak=outcome.error_peak,
             error_final=outcome.error_final,

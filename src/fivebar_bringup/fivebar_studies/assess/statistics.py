@@ -105,10 +105,10 @@ def status_counts(rows: Iterable[AssessRow]) -> Counter[str]:
 
 def by_case(rows: Iterable[AssessRow]) -> dict[int, float]:
     """Return the share of successful runs of each motion."""
-    found: dict[int, list[bool]] = {}
+    successes: dict[int, list[bool]] = {}
     for row in rows:
-        found.setdefault(row.case, []).append(bool(row.success))
-    return {case: sum(made) / len(made) for case, made in found.items()}
+        successes.setdefault(row.case, []).append(bool(row.success))
+    return {case: sum(succeeded) / len(succeeded) for case, succeeded in successes.items()}
 
 
 def success_of(rows: Sequence[AssessRow]) -> Success:
@@ -135,14 +135,14 @@ def peaks(rows: Iterable[AssessRow]) -> list[float]:
 
 def expected(rows: Sequence[AssessRow], controllers: Sequence[str]) -> list[Expected]:
     """Return what to expect of each controller in the motions that are accepted."""
-    found = []
+    expectations = []
     for controller in controllers:
         runs = random_runs(rows, controller, statuses=(ACCEPTED,))
         if runs:
             estimates = [row.estimate_error or 0.0 for row in runs]
             median, most = np.quantile(peaks(runs), (0.5, 0.95)).tolist()
-            found.append(Expected(controller, success_of(runs), median, most, float(np.median(estimates))))
-    return found
+            expectations.append(Expected(controller, success_of(runs), median, most, float(np.median(estimates))))
+    return expectations
 
 
 def changes(rows: Sequence[AssessRow], controller: str, variants: Iterable[str]) -> list[Change]:
@@ -150,16 +150,16 @@ def changes(rows: Sequence[AssessRow], controller: str, variants: Iterable[str])
     base = random_runs(rows, controller)
     before, error = by_case(base), float(np.median(peaks(base))) if base else math.nan
     runs_of = {variant: base if variant == DECLARED else random_runs(rows, controller, variant) for variant in variants}
-    made = {variant: runs for variant, runs in runs_of.items() if runs}
-    compared = max(1, len(made.keys() - {DECLARED}))
-    found = []
-    for variant, runs in made.items():
+    with_runs = {variant: runs for variant, runs in runs_of.items() if runs}
+    compared = max(1, len(with_runs.keys() - {DECLARED}))
+    listed = []
+    for variant, runs in with_runs.items():
         after = by_case(runs)
         gains = [after[case] - before[case] for case in before]
         median = float(np.median(peaks(runs)))
         gain = sum(gains) / len(gains)
-        found.append(Change(variant, success_of(runs), gain, half_width(gains, compared), median, median / error))
-    return sorted(found, key=lambda one: (-round(one.gain, 3), one.ratio))
+        listed.append(Change(variant, success_of(runs), gain, half_width(gains, compared), median, median / error))
+    return sorted(listed, key=lambda change: (-round(change.gain, 3), change.ratio))
 
 
 def half_width(gains: Sequence[float], compared: int) -> float:
@@ -183,13 +183,13 @@ def removed_errors(rows: Sequence[AssessRow], controller: str) -> list[Change]:
 
 def sensor_changes(rows: Sequence[AssessRow], controller: str) -> list[Change]:
     """Return what comes of each set of sensors that makes a difference, ranked; the declared set is among them."""
-    found = changes(rows, controller, (DECLARED, *SENSORS))
-    return [one for one in found if one.variant == DECLARED or one.decided]
+    of_sensors = changes(rows, controller, (DECLARED, *SENSORS))
+    return [change for change in of_sensors if change.variant == DECLARED or change.decided]
 
 
 def upgrades(rows: Sequence[AssessRow], controller: str) -> list[Change]:
     """Return the robot as declared, and with each of `UPGRADES` that it does not have."""
-    return sorted(changes(rows, controller, (DECLARED, *UPGRADES)), key=lambda one: one.gain)
+    return sorted(changes(rows, controller, (DECLARED, *UPGRADES)), key=lambda change: change.gain)
 
 
 def tuning_changes(rows: Sequence[AssessRow], controller: str) -> list[Change]:
@@ -199,8 +199,8 @@ def tuning_changes(rows: Sequence[AssessRow], controller: str) -> list[Change]:
 
 def best_tuning(rows: Sequence[AssessRow], controller: str) -> str:
     """Return the variant with the bandwidth to recommend: another one than declared only where it is surely better."""
-    found = tuning_changes(rows, controller)
-    return found[0].variant if found and found[0].sure else DECLARED
+    of_tuning = tuning_changes(rows, controller)
+    return of_tuning[0].variant if of_tuning and of_tuning[0].sure else DECLARED
 
 
 class TypicalResult(NamedTuple):
@@ -213,14 +213,16 @@ class TypicalResult(NamedTuple):
 
 def typical_results(rows: Sequence[AssessRow], controller: str) -> dict[str, dict[str, TypicalResult]]:
     """Return the results of each typical motion, by its name and by variant in the order in which they were tried."""
-    found: dict[str, dict[str, TypicalResult]] = {}
+    by_motion: dict[str, dict[str, TypicalResult]] = {}
     for name in dict.fromkeys(row.motion for row in rows if row.motion != RANDOM):
         of_motion = [row for row in rows if row.motion == name]
         for variant in dict.fromkeys(row.variant for row in of_motion):
             of_variant = [row for row in of_motion if row.variant == variant]
             runs = [row for row in of_variant if row.robot is not None and row.controller == controller]
-            made = sum(bool(row.success) for row in runs)
-            success = Success(made / len(runs), len(runs), *clopper_pearson(made, len(runs))) if runs else None
+            successes = sum(bool(row.success) for row in runs)
+            success = (
+                Success(successes / len(runs), len(runs), *clopper_pearson(successes, len(runs))) if runs else None
+            )
             duration, reason = of_variant[0].duration, of_variant[0].reason
-            found.setdefault(name, {})[variant] = TypicalResult(success, duration, reason)
-    return found
+            by_motion.setdefault(name, {})[variant] = TypicalResult(success, duration, reason)
+    return by_motion

@@ -47,11 +47,15 @@ def reach_table(reach: RobotReach) -> Table:
     )
 
 
-def expected_table(found: Sequence[Expected]) -> Table:
+def expected_table(expectations: Sequence[Expected]) -> Table:
     """Return what to expect of each controller."""
     rows: Iterator[Line] = (
-        (one.controller, Cell(str(one.success), one.success.share), *map(_error, (one.median, one.most, one.estimate)))
-        for one in found
+        (
+            expectation.controller,
+            Cell(str(expectation.success), expectation.success.share),
+            *map(_error, (expectation.median, expectation.most, expectation.estimate)),
+        )
+        for expectation in expectations
     )
     return table(
         "expected",
@@ -63,22 +67,24 @@ def expected_table(found: Sequence[Expected]) -> Table:
     )
 
 
-def changes_table(name: str, title: str, note: str, found: Sequence[Change]) -> Table:
+def changes_table(name: str, title: str, note: str, changes: Sequence[Change]) -> Table:
     """Return what each change brings, ranked."""
     rows = (
         (
-            Cell(one.words, one.variant),
-            one.remedy,
-            _percent(one.success.share),
-            Cell(f"{100.0 * one.gain:+.1f} ± {100.0 * one.spread:.1f}", one.gain, True if one.sure else None),
-            _error(one.error),
-            Cell(f"{one.ratio:.2f}", one.ratio),
+            Cell(change.words, change.variant),
+            change.remedy,
+            _percent(change.success.share),
+            Cell(
+                f"{100.0 * change.gain:+.1f} ± {100.0 * change.spread:.1f}", change.gain, True if change.sure else None
+            ),
+            _error(change.error),
+            Cell(f"{change.ratio:.2f}", change.ratio),
         )
-        for one in found
+        for change in changes
     )
     columns = ("robot", "by", "success", "points", "error, median", "of declared")
     return table(
-        name, title, note if found else f"{note} None makes a difference that is more than chance.", columns, rows
+        name, title, note if changes else f"{note} None makes a difference that is more than chance.", columns, rows
     )
 
 
@@ -91,17 +97,17 @@ def variant_words(variant: str, declares_errors: bool) -> str:
     return VARIANTS[variant].words
 
 
-def typical_table(robot: str, found: Mapping[str, Mapping[str, TypicalResult]]) -> Table:
+def typical_table(robot: str, by_motion: Mapping[str, Mapping[str, TypicalResult]]) -> Table:
     """Return how likely typical motions of a robot are to succeed, and the commands that make them."""
     declares = read_robot(robot).declares_errors
     commands = {motion.name: motion.command(robot) for motion in typical_motions(robot)}
     rows: list[Line] = []
-    for name, results in found.items():
+    for name, results in by_motion.items():
         for variant, (success, duration, reason) in results.items():
-            made = Cell("refused", None, False) if success is None else Cell(str(success), success.share, True)
+            succeeded = Cell("refused", None, False) if success is None else Cell(str(success), success.share, True)
             took = Cell("", None) if duration is None else Cell(f"{duration:.2f} s", duration)
             by_goto = commands[name] if variant == (DECLARED if declares else AS_IN_FILE) else ""
-            rows.append((name, variant_words(variant, declares), made, took, by_goto, reason))
+            rows.append((name, variant_words(variant, declares), succeeded, took, by_goto, reason))
     return table(
         "typical",
         "Typical motions from where it rests",
@@ -113,12 +119,12 @@ def typical_table(robot: str, found: Mapping[str, Mapping[str, TypicalResult]]) 
     )
 
 
-def assumptions_table(found: Sequence[Assumption]) -> Table:
+def assumptions_table(assumptions: Sequence[Assumption]) -> Table:
     """Return what was assumed."""
     return table(
         "assumed",
         "What was assumed",
         "What the robot's file does not declare. Declare it, and the figures are those of your robot.",
         ("key of the file", "assumed"),
-        ((one.key, one.words) for one in found),
+        ((assumption.key, assumption.words) for assumption in assumptions),
     )

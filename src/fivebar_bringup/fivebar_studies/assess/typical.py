@@ -61,8 +61,8 @@ def variant_scenario(robot: str, controller: str, variant: str = DECLARED) -> Sc
         "waypoints": (home, home),
         "plant": {"torque_limit": within_drives(robot, None, None)[0]},
     }
-    given = validate(common, Scenario, robot)
-    return validate(rig.content(given, controller), Scenario, robot)
+    scenario = validate(common, Scenario, robot)
+    return validate(rig.content(scenario, controller), Scenario, robot)
 
 
 def request_for(motion: Typical, robot: str, controller: str, variant: str | None = DECLARED) -> Request:
@@ -93,20 +93,20 @@ def typical_motions(robot: str) -> tuple[Typical, ...]:
     across, along = (np.linspace(*ends, PLACES).round(PLACES_OF_GOAL) for ends in ((left, right), (bottom, top)))
     grid = [(float(x), float(y)) for x in across for y in along]
     places = [place_at(five_bar, HOME_MODE, *point) for point in grid]
-    calm = [one for one in places if one.kappa >= CALM and one.serial >= FREE]
-    other = [one for one in calm if one.assembly == -here.assembly]
-    beside = [one for one in calm if one.assembly == here.assembly]
+    calm = [place for place in places if place.kappa >= CALM and place.serial >= FREE]
+    other = [place for place in calm if place.assembly == -here.assembly]
+    beside = [place for place in calm if place.assembly == here.assembly]
 
     def distance(place: Place) -> float:
         return float(np.hypot(place.x - home[0], place.y - home[1]))
 
-    found = []
+    goals = []
     if other:
-        found += [
+        goals += [
             ("to the nearest place across the locus", min(other, key=distance)),
             ("to the farthest place across the locus", max(other, key=distance)),
             ("to the best conditioned place across the locus", max(other, key=lambda place: place.kappa)),
         ]
     if beside:
-        found.append(("to the farthest place without crossing", max(beside, key=distance)))
-    return tuple(Typical(name, (one.x, one.y), "+" if one.assembly > 0 else "-") for name, one in found)
+        goals.append(("to the farthest place without crossing", max(beside, key=distance)))
+    return tuple(Typical(name, (goal.x, goal.y), "+" if goal.assembly > 0 else "-") for name, goal in goals)

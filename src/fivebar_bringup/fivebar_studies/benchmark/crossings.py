@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.feasibility import screen
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_description.files import share_file
 from fivebar_description.strict_yaml import InputError
 from fivebar_studies.engine.table import RowTable
@@ -83,12 +84,12 @@ def drawn_crossing(seed: int, robot: str, number: int) -> BenchmarkCrossing:
         InputError: the drives are too weak for any.
     """
     attempts = (draw(seed, number * ATTEMPTS + attempt, VARIED, robot) for attempt in range(ATTEMPTS))
-    found = next(filter(None, (_accepted(case, number, robot) for case in attempts)), None)
-    if found is None:
+    crossing = next(filter(None, (_accepted(case, number, robot) for case in attempts)), None)
+    if crossing is None:
         raise InputError(
             f"--robot: {robot}: none of {ATTEMPTS} random crossings can be made: expected drives that are strong enough"
         )
-    return found
+    return crossing
 
 
 def shipped() -> Path:
@@ -123,15 +124,15 @@ def drawn_crossings() -> Iterator[BenchmarkCrossing]:
     """
     accepted = 0
     for number in count():
-        found = _accepted(draw(SEED, number, "ideal"), accepted)
-        if found is not None:
+        crossing = _accepted(draw(SEED, number, "ideal"), accepted)
+        if crossing is not None:
             accepted += 1
-            yield found
+            yield crossing
 
 
 def _accepted(drawn: Draw, number: int, robot: str = "") -> BenchmarkCrossing | None:
     """Return what is drawn as a crossing of a number, None where it cannot be made."""
-    found = BenchmarkCrossing(
+    crossing = BenchmarkCrossing(
         number,
         drawn.mode1,
         drawn.mode2,
@@ -143,15 +144,16 @@ def _accepted(drawn: Draw, number: int, robot: str = "") -> BenchmarkCrossing | 
         round(drawn.duration * RATE_HZ) / RATE_HZ,
         0,
     )
-    case = found.on("ideal", robot)
+    case = crossing.on("ideal", robot)
     try:
         # as a scenario that plans for its own controller
         plan = Scenario.model_validate(case.with_effects(WITH_ZONES, {}).model_dump()).plan()
     except InputError:
         return None
     scenario = case.scenario(PLANNED_FOR)
-    feasible = screen(scenario.five_bar(), plan, RATE_HZ, scenario.tuned(), limits_for(case, scenario)).feasible
-    return found._replace(mode_changes=len(plan.crossings)) if feasible else None
+    tuned, limits = tuned_controller(scenario), limits_for(case, scenario)
+    feasible = screen(scenario.five_bar(), plan, RATE_HZ, tuned, limits).feasible
+    return crossing._replace(mode_changes=len(plan.crossings)) if feasible else None
 
 
 if __name__ == "__main__":

@@ -127,8 +127,8 @@ def scores(
         if result.crossing < len(crossings):
             groups.setdefault((result.rig, result.controller), {})[result.crossing] = result
     return [
-        _score(rig, controller, list(found.values()), crossings, limits)
-        for (rig, controller), found in sorted(groups.items(), key=lambda group: group[0])
+        _score(rig, controller, list(by_crossing.values()), crossings, limits)
+        for (rig, controller), by_crossing in sorted(groups.items(), key=lambda group: group[0])
     ]
 
 
@@ -164,12 +164,12 @@ def read_results(text: str, source: str) -> list[Result]:
         results = RESULTS.read(text.partition("\n")[2])
     except ValueError as error:
         raise InputError(f"{source}: {error}") from error
-    found: dict[tuple[int, str, str], Result] = {}
+    first_results: dict[tuple[int, str, str], Result] = {}
     for number, result in enumerate(results, start=2):
-        if result[:3] in found:
+        if result[:3] in first_results:
             raise InputError(
                 f"{source}: line {number}: crossing: {result.crossing}: is given twice for {result.rig!r} and"
                 f" {result.controller!r}: expected once"
             )
-        found[result[:3]] = result
+        first_results[result[:3]] = result
     return results

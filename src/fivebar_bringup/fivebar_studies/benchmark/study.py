@@ -17,20 +17,23 @@ from fivebar_studies.engine.study import Study, StudyReport
 from fivebar_studies.sweep.sweep import DECIDING
 
 
-def scores_table(found: Sequence[Score], rules: str) -> Table:
+def scores_table(scored: Sequence[Score], rules: str) -> Table:
     """Return the scores by rules, those of a rig and a controller a row."""
     rows: list[Line] = []
-    for one in found:
-        low, high = 100.0 * one.interval.low, 100.0 * one.interval.high
+    for score in scored:
+        low, high = 100.0 * score.interval.low, 100.0 * score.interval.high
         rows.append(
             (
-                one.rig,
-                one.controller,
-                Cell(f"{one.successes}/{one.crossings}", one.successes),
-                Cell(f"{low:.1f}-{high:.1f}", [one.interval.low, one.interval.high]),
-                *(Cell(in_millimetres(error).removesuffix(" mm"), error) for error in (one.error_median, one.error_95)),
-                Cell(f"{one.torque_median:.2f}", one.torque_median),
-                one.stopped,
+                score.rig,
+                score.controller,
+                Cell(f"{score.successes}/{score.crossings}", score.successes),
+                Cell(f"{low:.1f}-{high:.1f}", [score.interval.low, score.interval.high]),
+                *(
+                    Cell(in_millimetres(error).removesuffix(" mm"), error)
+                    for error in (score.error_median, score.error_95)
+                ),
+                Cell(f"{score.torque_median:.2f}", score.torque_median),
+                score.stopped,
             )
         )
     columns = ("rig", "controller", "success", "95 %", "error, mm", "error of 95 %, mm", "Nm", "stopped")
@@ -41,9 +44,9 @@ def benchmark_report(settings: BenchmarkSettings, results: Sequence[Result]) -> 
     """Return the scores of results, and their page."""
     crossings = [crossing_of(settings.make, number) for number in range(settings.cases)]
     limits = settings.limits
-    found = scores(results, crossings, limits)
-    shown = scores_table(found, limits.rules)
-    lines = [one._asdict() | {"interval": one.interval._asdict()} for one in found]
+    scored = scores(results, crossings, limits)
+    shown = scores_table(scored, limits.rules)
+    lines = [score._asdict() | {"interval": score.interval._asdict()} for score in scored]
     page = study_page(
         title="Benchmark",
         setting=f"{settings.cases} crossings, {len(results)} runs, all simulated",

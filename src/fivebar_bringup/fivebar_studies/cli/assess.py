@@ -80,16 +80,16 @@ def assess(
         name = robot_name(asked or DEFAULT_ROBOT)
         read_mappable_robot(name)
         find_rig(f"{OF_ROBOT}{name}")
-        given: dict[str, Any] = {
+        settings: dict[str, Any] = {
             "robot": name if asked else None,
             "cases": cases,
             "seed": seed,
             "controllers": chosen_controllers(controllers),
             **(QUICK if quick else {}),
         }
-        made = run_command(ASSESSMENT.place, given, out, Machines(jobs, scheduler, scheduler_file), as_json)
+        finished = run_command(ASSESSMENT.place, settings, out, Machines(jobs, scheduler, scheduler_file), as_json)
     if as_json:
-        print(json.dumps(made.content, indent=2, allow_nan=False))
+        print(json.dumps(finished.content, indent=2, allow_nan=False))
         return
     printer = Printer(soft_wrap=True)
-    printer.print("\n".join((*made.shown, f"look at {made.page}")), highlight=False)
+    printer.print("\n".join((*finished.shown, f"look at {finished.page}")), highlight=False)

@@ -89,7 +89,7 @@ def benchmark(
     from fivebar_studies.rigs.named import named_rigs
 
     with input_errors(), keyboard_interrupts():
-        given = {
+        settings = {
             "rigs": None if rig is None else named_rigs("--rig", rig),
             "controllers": chosen_controllers(controllers),
             "cases": cases,
@@ -99,16 +99,16 @@ def benchmark(
         }
         if score is not None:
             results = read_results(read_text(score, LARGEST_TABLE), str(score))
-            report = BENCHMARK.report(BENCHMARK.settings_with(given), results)
+            report = BENCHMARK.report(BENCHMARK.settings_with(settings), results)
             content, shown, page = report.content, report.shown, None
         else:
             if out is not None and out.suffix == ".csv":
                 out = out.with_suffix("")
                 complain(f"--out FILE.csv is deprecated: the results are in {out / 'benchmark.csv'}")
-            check_policy_of(BENCHMARK.settings_with(given))
+            check_policy_of(BENCHMARK.settings_with(settings))
             machines = Machines(jobs, scheduler, scheduler_file)
-            made = run_command(BENCHMARK.place, given, out, machines, as_json)
-            content, shown, page = made.content, made.shown, made.page
+            finished = run_command(BENCHMARK.place, settings, out, machines, as_json)
+            content, shown, page = finished.content, finished.shown, finished.page
     if as_json:
         from fivebar_bringup.recorded.results import finite
 

@@ -90,7 +90,7 @@ def compare(
         names = scenarios or (["middle"] if quick or robot else None)
         wanted = _durations(durations) if durations is not None else (1.0,) if quick else None
         own = "" if robot is None else robot_name(robot)
-        given = {
+        settings = {
             "scenarios": None if names is None else tuple(names),
             "controllers": chosen_controllers(controllers),
             "durations": wanted,
@@ -102,18 +102,18 @@ def compare(
         if changes:
             decided = {**OF_STUDY, "segment_duration": "--durations"}
             refuse_decided(read_changes(changes), decided)
-            cases = cases_of(COMPARISON.settings_with(given)).asked
+            cases = cases_of(COMPARISON.settings_with(settings)).asked
             refuse_changes_without_effect(read_changes(changes), (case.scenario() for case in cases))
-        made = run_command(COMPARISON.place, given, out, Machines(jobs, scheduler, scheduler_file), as_json)
-    verdicts, overview = made.shown
+        finished = run_command(COMPARISON.place, settings, out, Machines(jobs, scheduler, scheduler_file), as_json)
+    verdicts, overview = finished.shown
     lines = [
         Text.assemble((WORDS[verdict.met], COLOURS[verdict.met]), f": {verdict.title}: {verdict.measured}")
         for verdict in verdicts
     ]
-    stuck = [row for row in made.rows if row.outcome == RunOutcome.COULD_NOT_RUN]
+    stuck = [row for row in finished.rows if row.outcome == RunOutcome.COULD_NOT_RUN]
     reasons = {(row.controller, row.why_not): f"could not run: {row.controller}: {row.why_not}" for row in stuck}
     columns = ("rig", "controller", "succeeded", "refused", "could not run", "error", "applied", "saturated")
-    show_study(made, as_json, overview, columns, [*reasons.values(), *lines])
+    show_study(finished, as_json, overview, columns, [*reasons.values(), *lines])
     if stuck:
         raise typer.Exit(BAD_INPUT)
 

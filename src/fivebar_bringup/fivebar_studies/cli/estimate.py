@@ -65,9 +65,9 @@ def estimate(
         with progress_bar("estimation", as_json):
             estimation = compared(ESTIMATION.settings_with(given))
             directory = out or new_directory(None, f"estimate-{estimation.recorded.name}")
-            made = run_study(ESTIMATION, given, directory)
+            finished = run_study(ESTIMATION, given, directory)
     if as_json:
-        print(json.dumps(made.content, indent=2, allow_nan=False))
+        print(json.dumps(finished.content, indent=2, allow_nan=False))
         return
     printer = Printer()
     for name, was, now in estimation.changes():
@@ -76,4 +76,4 @@ def estimate(
     for row in estimation.rows():
         table.add_row(*row)
     printer.print(table)
-    printer.print(f"look at {made.page}", soft_wrap=True)
+    printer.print(f"look at {finished.page}", soft_wrap=True)

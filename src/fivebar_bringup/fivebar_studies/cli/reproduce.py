@@ -49,12 +49,12 @@ def reproduce(
                 f"--robot: {robot!r}: expected {THESIS_ROBOT}, with which the thesis' figures were made: fivebar"
                 " assess, compare, sweep, benchmark and robustness take any robot"
             )
-        made = run_command(place, {"quick": quick or None}, out, Machines(jobs, scheduler, scheduler_file), as_json)
+        finished = run_command(place, {"quick": quick or None}, out, Machines(jobs, scheduler, scheduler_file), as_json)
     if as_json:
-        print(json.dumps(made.content, indent=2, allow_nan=False))
+        print(json.dumps(finished.content, indent=2, allow_nan=False))
         return
     table = Table("thesis", "about", "verdict", box=None)
-    for row in made.shown:
+    for row in finished.shown:
         table.add_row(row.place, row.title, str(row.judgement.verdict))
     Printer().print(table)
-    Printer().print(f"look at {made.page}", soft_wrap=True)
+    Printer().print(f"look at {finished.page}", soft_wrap=True)

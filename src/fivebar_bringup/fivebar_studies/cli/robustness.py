@@ -89,9 +89,9 @@ def robustness(
             "seed": seed,
             **(QUICK if quick else {}),
         }
-        made = run_command(ROBUSTNESS.place, settings, out, Machines(jobs, scheduler, scheduler_file), as_json)
-    columns = made.shown.columns
-    show_study(made, as_json, made.shown, columns[:5] if rig else columns[:1] + columns[2:5])
+        finished = run_command(ROBUSTNESS.place, settings, out, Machines(jobs, scheduler, scheduler_file), as_json)
+    columns = finished.shown.columns
+    show_study(finished, as_json, finished.shown, columns[:5] if rig else columns[:1] + columns[2:5])
 
 
 def _refuse(study: str, others: Mapping[str, object]) -> None:

@@ -138,17 +138,17 @@ def _listed(text: str) -> list[str]:
 
 
 def show_study(
-    made: FinishedStudy, as_json: bool, table: PageTable, columns: Sequence[str], lines: Sequence[str | Text] = ()
+    finished: FinishedStudy, as_json: bool, table: PageTable, columns: Sequence[str], lines: Sequence[str | Text] = ()
 ) -> None:
     """Print a finished study: all of it as JSON, or some columns of a table, lines, and where its page is."""
     if as_json:
-        print(json.dumps(made.content, indent=2, allow_nan=False))
+        print(json.dumps(finished.content, indent=2, allow_nan=False))
         return
     printer = Printer()
     print_table(printer, table, columns)
     for line in lines:
         printer.print(line)
-    printer.print(f"look at {made.page}", soft_wrap=True)
+    printer.print(f"look at {finished.page}", soft_wrap=True)
 
 
 def print_table(printer: Printer, shown: PageTable, columns: Sequence[str]) -> None:

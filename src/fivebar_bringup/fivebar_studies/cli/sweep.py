@@ -117,7 +117,7 @@ def sweep(
             raise InputError("--quick: has its own number of cases: expected either --quick or --cases")
         if rig is not None and robot is not None:
             raise InputError("--robot: a rig has a robot of its own: expected either --rig or --robot")
-        given = {
+        settings = {
             "seed": seed,
             "cases": QUICK_CASES if quick else cases,
             "rig": None if rig is None else named_rig("--rig", rig),
@@ -125,15 +125,15 @@ def sweep(
             **({} if robot is None else robots_drawn(robot)),
         }
         if changes:
-            given["rig"] = _rig_with(changes, given)
+            settings["rig"] = _rig_with(changes, settings)
         if case is not None:
-            _one_case(case, given, out, as_json)
+            _one_case(case, settings, out, as_json)
             return
         machines = Machines(jobs, scheduler, scheduler_file)
-        made = run_command("fivebar_studies.sweep.sweep:SWEEP", given, out, machines, as_json)
-    verdict = ("met", "green") if made.content["met"] else ("not met", "red")
+        finished = run_command("fivebar_studies.sweep.sweep:SWEEP", settings, out, machines, as_json)
+    verdict = ("met", "green") if finished.content["met"] else ("not met", "red")
     columns = ("controller", "called feasible", "of them made", "share")
-    show_study(made, as_json, made.shown, columns, [Text.assemble(verdict, f": {made.content['verdict']}")])
+    show_study(finished, as_json, finished.shown, columns, [Text.assemble(verdict, f": {finished.content['verdict']}")])
 
 
 def _rig_with(changes: list[str], given: Mapping[str, Any]) -> str:

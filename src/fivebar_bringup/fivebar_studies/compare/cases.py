@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +13,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.changes import changes_for, with_changes
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.robot_sizes import size_ratio, torque_ratio
+from fivebar_control.scenario.guard_settings import guard_settings
 from fivebar_control.scenario.keys import parameters_of
 from fivebar_description.robot_file import load_robot, read_robot
 from fivebar_description.strict_yaml import InputError, validate
@@ -96,7 +99,8 @@ class ComparisonCase(NamedTuple):
         return validate({**content, "segment_duration": quickest_durations(scenario)}, Scenario, self.motion)
 
 
-class ComparisonExtent(NamedTuple):
+@dataclass(frozen=True)
+class ComparisonExtent:
     """Extent of a comparison: scenarios, controllers, segment durations (s), rigs (None: the default ones), changes."""
 
     given: tuple[Scenario, ...]
@@ -111,8 +115,9 @@ class ComparisonExtent(NamedTuple):
             return default_rigs(given)
         return tuple(name for name in self.rigs if can_be_on(given, name))
 
-    def cases(self) -> list[ComparisonCase]:
-        """Return the runs that are compared."""
+    @cached_property
+    def asked(self) -> list[ComparisonCase]:
+        """The runs that are compared."""
         return [
             ComparisonCase(given, controller, duration, rig, changes=self.changes)
             for given in self.given
@@ -121,8 +126,9 @@ class ComparisonExtent(NamedTuple):
             for duration in self.durations
         ]
 
-    def tight_cases(self) -> list[ComparisonCase]:
-        """Return the runs under the tight limit: as asked on the first rig, and the quickest allowed on all rigs.
+    @cached_property
+    def tight(self) -> list[ComparisonCase]:
+        """The runs under the tight limit, whose numbers follow: as asked on the first rig, the quickest on all rigs.
 
         None of a scenario whose quickest pace cannot be found, nor of one whose drives have no more than that limit.
         """
@@ -132,7 +138,7 @@ class ComparisonExtent(NamedTuple):
             for number, rig in enumerate(self.rigs_of(given))
             for controller in self.controllers
             for duration in ((*self.durations, None) if number == 0 else (None,))
-            if has_quickest(given) and (given.torque_limit is None or given.torque_limit > tight_limit(given))
+            if has_quickest(given) and guard_settings(given).torque_limit > tight_limit(given)
         ]
 
 
@@ -168,7 +174,7 @@ def given_on(name: str, robot: str) -> Scenario:
 
 
 def _scaled(length: float | tuple[float, ...], size: float) -> float | tuple[float, ...]:
-    return tuple(size * one for one in length) if isinstance(length, tuple) else size * length
+    return tuple(size * radius for radius in length) if isinstance(length, tuple) else size * length
 
 
 def on_rig(scenario: Scenario, name: str, controller: str) -> dict[str, Any]:

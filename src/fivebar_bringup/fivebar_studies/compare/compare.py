@@ -6,12 +6,11 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
 
 from fivebar_bringup.pages.content import Picture, Table
 from fivebar_bringup.pages.rendering import render
 from fivebar_control.laws.registry import timed_controllers
-from fivebar_studies.compare.cases import AS_GIVEN, ComparisonCase, ComparisonExtent, given_on
+from fivebar_studies.compare.cases import AS_GIVEN, ComparisonExtent, given_on
 from fivebar_studies.compare.results import ComparedRun, ComparisonRow, run_case
 from fivebar_studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
 from fivebar_studies.compare.verdicts import Requirement, findings
@@ -44,26 +43,17 @@ class ComparisonSettings(StudySettings):
     changes: tuple[str, ...] = ()
 
 
-class ComparedCases(NamedTuple):
-    """The runs of a comparison, and those under the tight torque limit, whose numbers follow."""
-
-    extent: ComparisonExtent
-    asked: list[ComparisonCase]
-    tight: list[ComparisonCase]
-
-
 @lru_cache(maxsize=4)
-def cases_of(settings: ComparisonSettings) -> ComparedCases:
+def cases_of(settings: ComparisonSettings) -> ComparisonExtent:
     """Return the runs of a comparison."""
     given = tuple(given_on(name, settings.robot) for name in settings.scenarios)
-    extent = ComparisonExtent(given, settings.controllers, settings.durations, settings.rigs, settings.changes)
-    return ComparedCases(extent, extent.cases(), extent.tight_cases())
+    return ComparisonExtent(given, settings.controllers, settings.durations, settings.rigs, settings.changes)
 
 
 def run_numbered(settings: ComparisonSettings, number: int) -> list[ComparisonRow]:
     """Return the row of a run."""
-    _, asked, tight = cases_of(settings)
-    return [run_case(number, [*asked, *tight][number])]
+    extent = cases_of(settings)
+    return [run_case(number, [*extent.asked, *extent.tight][number])]
 
 
 def comparison_report(settings: ComparisonSettings, rows: Sequence[ComparisonRow]) -> StudyReport:
@@ -71,9 +61,9 @@ def comparison_report(settings: ComparisonSettings, rows: Sequence[ComparisonRow
     # here, because workers need no matplotlib
     from fivebar_studies.compare.figures import compare_figures
 
-    extent, asked, tight_cases = cases_of(settings)
-    everything = [ComparedRun(case, row) for case, row in zip([*asked, *tight_cases], rows, strict=True)]
-    results, tight = everything[: len(asked)], everything[len(asked) :]
+    extent = cases_of(settings)
+    everything = [ComparedRun(case, row) for case, row in zip([*extent.asked, *extent.tight], rows, strict=True)]
+    results, tight = everything[: len(extent.asked)], everything[len(extent.asked) :]
     verdicts, overview = findings(results, tight), overview_table(results)
     tables = [overview, tight_table(tight), rigs_table(extent), *run_tables(results)]
     command = command_of(settings)
@@ -116,9 +106,11 @@ def command_of(settings: ComparisonSettings) -> str:
 
 
 def _program(settings: ComparisonSettings) -> str:
-    extent, asked, _ = cases_of(settings)
-    rigs = {case.rig for case in asked} - {AS_GIVEN}
-    return program_digest(DECIDING, {one.robot for one in extent.given}, rigs, settings.controllers, extent.given)
+    extent = cases_of(settings)
+    rigs = {case.rig for case in extent.asked} - {AS_GIVEN}
+    return program_digest(
+        DECIDING, {scenario.robot for scenario in extent.given}, rigs, settings.controllers, extent.given
+    )
 
 
 DECIDING = (
@@ -133,7 +125,7 @@ COMPARISON = Study(
     settings=ComparisonSettings,
     table=RowTable(ComparisonRow),
     run=run_numbered,
-    cases=lambda settings: sum(map(len, cases_of(settings)[1:])),
+    cases=lambda settings: len(cases_of(settings).asked) + len(cases_of(settings).tight),
     chunk=lambda settings: 1,
     report=comparison_report,
     program=_program,

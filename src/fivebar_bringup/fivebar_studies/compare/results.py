@@ -10,11 +10,13 @@ import numpy as np
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.recorded.outcome import RunOutcome
 from fivebar_bringup.recorded.series import read_series
-from fivebar_bringup.recorded.summary import peak, rms, summarize
+from fivebar_bringup.recorded.summary import summarize
 from fivebar_bringup.recorded.timing import RunTiming
+from fivebar_bringup.simulation.column_metrics import peak, rms
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_control.estimation.homing import HomingContradicted, check_declared
+from fivebar_control.scenario.guard_settings import motor_torque_limit
 from fivebar_control.scenario.sensors import homing_of
 from fivebar_control.trajectory.refusal import PlanRefused
 from fivebar_description.strict_yaml import InputError
@@ -139,7 +141,7 @@ def run_case(number: int, case: ComparisonCase) -> ComparisonRow:
     series = read_series(recording, scenario)
     summary = summarize(recording, series, scenario, RunTiming())
     work = motor_work(series.joint_position[:, [0, 2]], series.torque_applied)
-    says, limit, applied = objections(scenario, plan), scenario.torque_limit, peak(series.torque_applied)
+    says, limit, applied = objections(scenario, plan), motor_torque_limit(scenario), peak(series.torque_applied)
     margin = None if limit is None or applied is None else limit - applied
     return row._replace(
         duration_s=sum(scenario.durations()),

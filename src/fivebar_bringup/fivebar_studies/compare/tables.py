@@ -58,32 +58,32 @@ def overview_table(results: Sequence[ComparedRun]) -> Table:
     keys = dict.fromkeys((result.row.rig, result.row.controller) for result in results)
     for rig, controller in keys:
         runs = [run.row for run in results if (run.row.rig, run.row.controller) == (rig, controller)]
-        made = [run for run in runs if run.made]
+        tried = [run for run in runs if run.made]
         done = sum(run.outcome == RunOutcome.SUCCEEDED for run in runs)
-        objected = sum(bool(run.screen_says) for run in made)
+        objected = sum(bool(run.screen_says) for run in tried)
         refused, stuck = (
             [run for run in runs if run.outcome == outcome]
             for outcome in (RunOutcome.REFUSED, RunOutcome.COULD_NOT_RUN)
         )
-        margins = [-run.margin_nm for run in made if run.margin_nm is not None]
+        margins = [-run.margin_nm for run in tried if run.margin_nm is not None]
         least = None if not margins else -max(margins)
-        saturated = sum(run.torque_saturated_samples or 0 for run in made)
+        saturated = sum(run.torque_saturated_samples or 0 for run in tried)
         rows.append(
             (
                 rig,
                 controller,
-                Cell(f"{done} of {len(made)}" if made else "–", done, done == len(made) if made else None),
+                Cell(f"{done} of {len(tried)}" if tried else "–", done, done == len(tried) if tried else None),
                 Cell(str(len(refused)), len(refused)),
                 Cell(str(len(stuck)), len(stuck), False if stuck else None),
-                _length(largest([run.tracking_error_peak_m for run in made])),
-                _length(largest([run.tracking_error_rms_m for run in made])),
-                _length(largest([run.vhc_error_max_m for run in made])),
-                _torque(largest([run.torque_peak_nm for run in made])),
-                _torque(largest([run.torque_requested_peak_nm for run in made])),
+                _length(largest([run.tracking_error_peak_m for run in tried])),
+                _length(largest([run.tracking_error_rms_m for run in tried])),
+                _length(largest([run.vhc_error_max_m for run in tried])),
+                _torque(largest([run.torque_peak_nm for run in tried])),
+                _torque(largest([run.torque_requested_peak_nm for run in tried])),
                 Cell(str(saturated), saturated, False if saturated else None),
                 _torque(least),
-                _energy(largest([run.energy_j for run in made])),
-                Cell(f"{objected} of {len(made)}", objected),
+                _energy(largest([run.energy_j for run in tried])),
+                Cell(f"{objected} of {len(tried)}", objected),
                 "; ".join(dict.fromkeys(run.why_not for run in (*stuck, *refused))),
             )
         )
@@ -180,7 +180,7 @@ def _allowed(row: ComparisonRow) -> bool | None:
 
 
 def _outcome(row: ComparisonRow) -> Cell:
-    text = ": ".join(one for one in (row.outcome, row.why_not) if one)
+    text = ": ".join(words for words in (row.outcome, row.why_not) if words)
     return Cell(text, text, row.outcome == RunOutcome.SUCCEEDED)
 
 

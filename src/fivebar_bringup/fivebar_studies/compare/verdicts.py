@@ -65,8 +65,8 @@ def _on_rig(rig: str, bound: Bound, results: Sequence[ComparedRun]) -> Requireme
     if not runs:
         return Requirement(title, expected, "not part of this comparison", None)
     expected += IN_PROPORTION if runs_of_others else ""
-    made = [run for run in runs if run.row.made]
-    if not made:
+    with_run = [run for run in runs if run.row.made]
+    if not with_run:
         return Requirement(title, expected, f"nothing ran: {runs[0].row.why_not}", None)
     done = sum(result.row.completed for result in runs)
     error, torque = (
@@ -127,8 +127,8 @@ def tight_words(runs: Sequence[ComparedRun]) -> str:
 
 def _where(runs: Sequence[ComparedRun], value: float | None, figure: str) -> str:
     """Return in which run a figure has a value, in brackets; nothing where it is not known."""
-    found = [run for run in runs if value is not None and getattr(run.row, figure) == value]
-    return f" ({_paces(found[:1])})" if found else ""
+    runs_there = [run for run in runs if value is not None and getattr(run.row, figure) == value]
+    return f" ({_paces(runs_there[:1])})" if runs_there else ""
 
 
 def _paces(runs: Sequence[ComparedRun]) -> str:

@@ -69,8 +69,8 @@ def run_on_worker(study: str, settings: str, first: int, end: int) -> str:
 @lru_cache(maxsize=8)
 def program_of(study: str, settings: str) -> str:
     """Return the digest of what decides the rows of a chunk with this study and settings, found once in a process."""
-    found = load_part(study)
-    program: str = found.program(found.settings.model_validate_json(settings))
+    part = load_part(study)
+    program: str = part.program(part.settings.model_validate_json(settings))
     return program
 
 

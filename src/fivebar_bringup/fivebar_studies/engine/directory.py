@@ -128,11 +128,11 @@ def opened(
     if out is not None and StudyDirectory(out, study.name).content.is_file():
         begun = StudyFiles(study, out)
         settings, program, _ = begun.read_settings()
-        found = {**settings.model_dump(), PROGRAM: program}
+        kept = {**settings.model_dump(), PROGRAM: program}
         for name, value in {**given, PROGRAM: study.program(settings)}.items():
-            if value is not None and value != found[name]:
+            if value is not None and value != kept[name]:
                 raise InputError(
-                    f"{out}: holds a {study.name} with {name} {_words(found[name])}, not {_words(value)}: expected the"
+                    f"{out}: holds a {study.name} with {name} {_words(kept[name])}, not {_words(value)}: expected the"
                     " same or another directory"
                 )
         return begun, settings

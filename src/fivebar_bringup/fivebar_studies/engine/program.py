@@ -126,7 +126,7 @@ def matching(root: Path, pattern: str) -> list[Path]:
     Raises:
         FileNotFoundError: there are none, as after a folder was renamed; the digest would silently leave them out.
     """
-    found = list(root.glob(pattern))
-    if not found:
+    files = list(root.glob(pattern))
+    if not files:
         raise FileNotFoundError(f"{root / pattern}: decides the rows of a study, but there is no such file")
-    return found
+    return files

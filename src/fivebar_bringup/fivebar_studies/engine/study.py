@@ -17,9 +17,9 @@ class StudySettings(StrictModel):
 
     def options(self, *names: str) -> list[str]:
         """Return the options of a command for lists of words, those left out that are the default."""
-        given = ((name, getattr(self, name)) for name in names)
+        words_of = ((name, getattr(self, name)) for name in names)
         fields = type(self).model_fields
-        return [f"--{name} {','.join(words)}" for name, words in given if words != fields[name].default]
+        return [f"--{name} {','.join(words)}" for name, words in words_of if words != fields[name].default]
 
 
 Settings = TypeVar("Settings", bound=StudySettings)

@@ -51,7 +51,7 @@ class RowTable(Generic[Row]):
         hints = get_type_hints(self.kind)
         names: tuple[str, ...] = getattr(self.kind, "_fields", ())
         kinds = {name: get_args(hints[name]) or (hints[name],) for name in names}
-        return {name: (one[0], NoneType in one) for name, one in kinds.items()}
+        return {name: (types[0], NoneType in types) for name, types in kinds.items()}
 
     @property
     def head(self) -> str:

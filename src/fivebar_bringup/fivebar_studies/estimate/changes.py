@@ -37,11 +37,11 @@ def changed_scenario(recorded: Scenario, file: Path | None, settings: Sequence[s
 
 
 def _merge(content: dict[str, Any], file: Path) -> None:
-    found = load_yaml(file)
-    if not isinstance(found, Mapping) or not any(section in found for section in SECTIONS):
+    settings = load_yaml(file)
+    if not isinstance(settings, Mapping) or not any(section in settings for section in SECTIONS):
         raise InputError(f"{file}: expected the sections {' or '.join(SECTIONS)}")
     for section in SECTIONS:
-        values = found.get(section, {})
+        values = settings.get(section, {})
         if not isinstance(values, Mapping):
             raise InputError(f"{file}: {section}: expected names with values")
         content[section] |= values

@@ -106,7 +106,7 @@ def read_estimator_record(source: Source, scenario: Scenario) -> EstimatorRecord
         angles=_finite_values(recording, MOTOR_STATES, "position", ACTIVE_JOINTS)[rows],
         torques=_finite_values(recording, MOTOR_STATES, "effort", ACTIVE_JOINTS)[rows],
         commands={
-            sample: (one, two) for sample, (one, two) in _by_sample(recording, TORQUE_COMMAND, rate_hz, "effort")
+            sample: (tau1, tau2) for sample, (tau1, tau2) in _by_sample(recording, TORQUE_COMMAND, rate_hz, "effort")
         },
         gyroscope=_gyroscope(recording, scenario, samples, lockstep),
         late=[
@@ -171,11 +171,11 @@ def _by_its_clock(scenario: Scenario, last: int) -> Arrival:
     clock = ImuClock(imu, scenario.plant.gyroscope, rate_hz, scenario.plant.seed)
     late = imu.schedule(rate_hz).latency
     stamps = {clock.stamp_ns(sample): sample for sample in range(last + 1)}
-    made = {round(moment_of_stamp(stamp, rate_hz), STAMP_DIGITS): sample for stamp, sample in stamps.items()}
+    samples = {round(moment_of_stamp(stamp, rate_hz), STAMP_DIGITS): sample for stamp, sample in stamps.items()}
 
     def arrival(moment: float) -> int | None:
         # a stamp that this clock does not give is that of another one with the same offset
-        return made.get(round(moment, STAMP_DIGITS), round(moment - imu.clock_offset * rate_hz)) + late
+        return samples.get(round(moment, STAMP_DIGITS), round(moment - imu.clock_offset * rate_hz)) + late
 
     return arrival
 
@@ -200,14 +200,14 @@ def _seen(recording: Recording, scenario: Scenario, samples: IntArray, lockstep:
         return [[] for _ in samples]
     rows = recording.values(VISION_PLATFORM, "position", VISION_NAMES).tolist()
     values = [used(PlatformReading(*row)) for row in rows]
-    seen = [one if all(map(math.isfinite, one)) else None for one in values]
+    seen = [value if all(map(math.isfinite, value)) else None for value in values]
     camera, rate_hz, seed = scenario.camera, scenario.rate_hz, scenario.plant.seed
     frame_of = optional_part(CAMERA_FRAMES, CAMERA_ON)
 
-    def arrival(made: float) -> int | None:
+    def arrival(moment: float) -> int | None:
         # the stamp tells of the row of a rolling shutter that shows the platform, the exposure is the nearest one
         every = camera.every(rate_hz)
-        frame = frame_of(camera, rate_hz, seed, every * round(made / every))
+        frame = frame_of(camera, rate_hz, seed, every * round(moment / every))
         return int(frame.arrival) if frame is not None and frame.arrival >= 0 else None
 
     offset = camera.clock_offset
@@ -220,7 +220,7 @@ def _finite(values: Sequence[float]) -> list[float | None]:
 
 
 def _later_by(late: int) -> Arrival:
-    return lambda made: round(made) + late
+    return lambda moment: round(moment) + late
 
 
 def _payloads(recording: Recording, rate_hz: int, samples: IntArray) -> dict[int, float]:
@@ -263,16 +263,16 @@ def _came(
             continue
         known.add(stamp)
         moment = moment_of_stamp(stamp, scenario.rate_hz, epoch)
-        made = moment - ahead * scenario.rate_hz
+        reading_moment = moment - ahead * scenario.rate_hz
         if arrival is not None:
-            first = arrival(made)
+            first = arrival(reading_moment)
             if first is None:
                 continue
         else:
             answer = int(np.searchsorted(logged, log_time))
             if answer == len(answered):
                 continue
-            first = max(math.ceil(made), int(answered[answer]))
+            first = max(math.ceil(reading_moment), int(answered[answer]))
         row = int(np.searchsorted(samples, first))
         if row < len(came):
             came[row].append((moment, value))

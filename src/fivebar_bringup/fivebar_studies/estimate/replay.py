@@ -108,8 +108,8 @@ def _first_with(
         laden_from_here = deepcopy(estimator)
         if not _same(record, row, _estimate(record, scenario, source, estimator, row)):
             with_it = record._replace(payloads={row: payload})
-            found = _same(record, row, _estimate(with_it, scenario, source, laden_from_here, row))
-            return row if found else None
+            sample = _same(record, row, _estimate(with_it, scenario, source, laden_from_here, row))
+            return row if sample else None
     return None
 
 
@@ -124,10 +124,10 @@ def _estimate(
         if before in record.commands:
             estimator.commanded(before, *record.commands[before])
     (q11, q21), (tau1, tau2) = record.angles[row].tolist(), record.torques[row].tolist()
-    readings = [one for one in record.late[row] if scenario.sees or one.sensor != CAMERA]
+    readings = [reading for reading in record.late[row] if scenario.sees or reading.sensor != CAMERA]
     if scenario.gyro:
         usable_rate = scenario.imu.usable_rate
-        readings += [LateReading(GYROSCOPE, made, usable_rate(one)) for made, one in record.gyroscope[row]]
+        readings += [LateReading(GYROSCOPE, made, usable_rate(reading)) for made, reading in record.gyroscope[row]]
     try:
         return estimator.take(sample, q11, q21, tau1, tau2, readings)
     except HomingContradicted as contradiction:

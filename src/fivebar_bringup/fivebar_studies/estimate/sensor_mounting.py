@@ -56,11 +56,11 @@ def _explanations(
             some = record.until(replay.faulted_at + round(AFTERWARDS * scenario.rate_hz))
     for words, other in _others(some, record, scenario, rejected):
         try:
-            found = estimated_again(other, scenario, bag)
+            estimated = estimated_again(other, scenario, bag)
         except HomingContradicted:
             continue
-        if not found.fault and _misfit(found) < limit:
-            yield _misfit(found), words
+        if not estimated.fault and _misfit(estimated) < limit:
+            yield _misfit(estimated), words
 
 
 def _others(
@@ -85,13 +85,13 @@ def _read(record: EstimatorRecord, other: AlternativeMounting) -> EstimatorRecor
     changed = iter(other.gyroscope(_velocities(record)).tolist())
     return record._replace(
         angles=other.motors(record.angles),
-        gyroscope=[[(made, tuple(next(changed))) for made, _ in one] for one in record.gyroscope],
+        gyroscope=[[(made, tuple(next(changed))) for made, _ in readings] for readings in record.gyroscope],
     )
 
 
 def _velocities(record: EstimatorRecord) -> FloatArray:
     """Return all angular velocities of the gyroscope, [m, 3] (rad/s)."""
-    return np.array([value for one in record.gyroscope for _, value in one], dtype=np.float64).reshape(-1, 3)
+    return np.array([value for readings in record.gyroscope for _, value in readings], dtype=np.float64).reshape(-1, 3)
 
 
 def _misfit(replay: Replay) -> float:

@@ -85,8 +85,8 @@ class Claim(NamedTuple):
     def row(self, extent: ReproductionExtent, results: Results) -> ClaimRow:
         """Return its row, made of the results of its runs."""
         runs = [results[case] for case in self.cases(extent)]
-        found = ClaimRuns(extent, results, runs, None if self.shown is None else results[self.shown])
-        return ClaimRow(self.place, self.title, self.thesis, *self.measure(found))
+        claim_runs = ClaimRuns(extent, results, runs, None if self.shown is None else results[self.shown])
+        return ClaimRow(self.place, self.title, self.thesis, *self.measure(claim_runs))
 
 
 def _grid(*controllers: str, motions: tuple[str, ...] = ("middle", "multiple"), imu: bool = False) -> Cases:

@@ -84,7 +84,9 @@ def co_simulate(
         legs = ((robot.leg1, state.leg1), (robot.leg2, state.leg2))
         q = np.array([angle for _, leg in legs for angle in (leg.q1, leg.q2)])
         v = np.array([speed for _, leg in legs for speed in (leg.dq1, leg.dtheta - leg.dq1)])
-        a = np.array([one for each, leg in legs for one in (bend, distal_acceleration(each, leg, bend, *place) - bend)])
+        a = np.array(
+            [column for each, leg in legs for column in (bend, distal_acceleration(each, leg, bend, *place) - bend)]
+        )
         pinocchio[sample] = loop.inverse_dynamics(q, v, a)
     return CoSimulation(time, analytic, pinocchio)
 

@@ -75,12 +75,12 @@ def _beside_the_locus(case: ReproductionCase, random: np.random.Generator) -> tu
     loop, crossing = ClosedLoop(robot), plan.crossings[0]
     motion = plan.path.at(crossing.time)
     line = plan.path.line_at(crossing.time)
-    found = []
+    largest_forces = []
     for distance in DISTANCES:
         x, y = motion.x + distance * line.direction_x, motion.y + distance * line.direction_y
         state = state_from_platform(robot, plan.mode, x, y, motion.vx, motion.vy)
-        found.append(_largest(loop, state, robot.mass, random)[0])
-    return np.array(DISTANCES), np.array(found)
+        largest_forces.append(_largest(loop, state, robot.mass, random)[0])
+    return np.array(DISTANCES), np.array(largest_forces)
 
 
 def _largest(loop: ClosedLoop, state: State, mass: float, random: np.random.Generator) -> tuple[float, float]:

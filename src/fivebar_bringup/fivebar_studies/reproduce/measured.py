@@ -99,10 +99,10 @@ class ClaimRuns(NamedTuple):
 
     def by_law(self) -> dict[Law, list[ReproductionResult]]:
         """Return the runs by controller and time law."""
-        found: dict[Law, list[ReproductionResult]] = {}
+        by_law: dict[Law, list[ReproductionResult]] = {}
         for run in self.runs:
-            found.setdefault((run.case.controller, run.case.time_law), []).append(run)
-        return found
+            by_law.setdefault((run.case.controller, run.case.time_law), []).append(run)
+        return by_law
 
 
 class Measured(NamedTuple):
@@ -210,15 +210,20 @@ def model_torque(motor: int) -> Measured:
 
 def criterion_of_free_dynamics(runs: ClaimRuns) -> Measured:
     """Return the force along t_s on the locus under random torques."""
-    found = free_dynamics([ReproductionCase(motion=motion) for motion in ("middle", "multiple", "fig_3_2")])
+    dynamics = free_dynamics([ReproductionCase(motion=motion) for motion in ("middle", "multiple", "fig_3_2")])
     return Measured(
-        f"|m tₛᵀẍ| is {found.along:.1e} N at most in the {found.states} states of planned crossings under"
-        f" {found.torques} random torques each, where |m ẍ| goes up to {found.force:.3g} N",
-        {"along_ts_max_n": found.along, "force_max_n": found.force, "states": found.states, "torques": found.torques},
-        vanishing(found.along, found.force, ROUNDING, "N"),
+        f"|m tₛᵀẍ| is {dynamics.along:.1e} N at most in the {dynamics.states} states of planned crossings under"
+        f" {dynamics.torques} random torques each, where |m ẍ| goes up to {dynamics.force:.3g} N",
+        {
+            "along_ts_max_n": dynamics.along,
+            "force_max_n": dynamics.force,
+            "states": dynamics.states,
+            "torques": dynamics.torques,
+        },
+        vanishing(dynamics.along, dynamics.force, ROUNDING, "N"),
         "Accelerations by Pinocchio, which shares no equation with the controllers. Beside the locus the force grows in"
         " proportion to the distance, so the zero is one of the locus and not of the method.",
-        [Picture("free_dynamics", "Force along tₛ over the distance from the locus.", draw_free_dynamics(found))],
+        [Picture("free_dynamics", "Force along tₛ over the distance from the locus.", draw_free_dynamics(dynamics))],
     )
 
 
@@ -244,22 +249,22 @@ def crossing_beside(runs: ClaimRuns) -> Measured:
 
 def rotation(runs: ClaimRuns) -> Measured:
     """Return A as rotated by the printed matrix, and by its transpose."""
-    found = rotated()
+    forces = rotated()
 
     def matrix(values: np.ndarray) -> str:
         rows = (", ".join(f"{round(value, 3) + 0.0:.3f}" for value in row) for row in values.tolist())
         return "[" + "; ".join(rows) + "]"
 
     return Measured(
-        f"with the printed R(β): {matrix(found.as_printed)}; with its transpose: {matrix(found.transposed)}",
+        f"with the printed R(β): {matrix(forces.as_printed)}; with its transpose: {matrix(forces.transposed)}",
         {
-            "difference_as_printed": found.difference_as_printed,
-            "difference_transposed": found.difference_transposed,
-            "second_row_transposed": found.second_row,
+            "difference_as_printed": forces.difference_as_printed,
+            "difference_transposed": forces.difference_transposed,
+            "second_row_transposed": forces.second_row,
         },
-        as_printed(found.difference_as_printed, 1e-3),
+        as_printed(forces.difference_as_printed, 1e-3),
         "Two slips: R must be transposed, and the second column has lost its sign, since stretched distal links point"
-        f" in opposite directions. What is meant holds: with Rᵀ the second row is zero within {found.second_row:.0e}."
+        f" in opposite directions. What is meant holds: with Rᵀ the second row is zero within {forces.second_row:.0e}."
         " The controllers here use the singular vectors of A, which need no angle.",
     )
 
@@ -428,7 +433,10 @@ def joint_and_cartesian(extent: ReproductionExtent) -> list[tuple[ReproductionCa
 def accuracy(runs: ClaimRuns) -> Measured:
     """Return the ratios of the errors of both laws, and the stiffness of the joint-space law as printed."""
     joint, cartesian = runs.runs[::2], runs.runs[1::2]
-    errors = [(one.constraint_error, other.constraint_error) for one, other in zip(joint, cartesian, strict=True)]
+    errors = [
+        (by_joints.constraint_error, by_platform.constraint_error)
+        for by_joints, by_platform in zip(joint, cartesian, strict=True)
+    ]
     ratios = [of_joint / of_cartesian for of_joint, of_cartesian in errors if of_joint is not None and of_cartesian]
     motions = {(run.case.motion, run.case.duration): run.case for run in joint}
     own = [share for case in motions.values() for share in shares_as_printed(case.scenario())]
@@ -510,9 +518,11 @@ def _residual(runs: Sequence[ReproductionResult]) -> float | None:
 
 
 def _group(name: str, runs: Sequence[ReproductionResult], over_residual: bool) -> PointGroup:
-    made = [run for run in runs if run.requested is not None]
-    x = tuple(run.row.crossing_residual_n or 0.0 for run in made) if over_residual else ()
-    return PointGroup(name, x, tuple(run.requested or 0.0 for run in made), tuple(run.completed for run in made))
+    with_torque = [run for run in runs if run.requested is not None]
+    x = tuple(run.row.crossing_residual_n or 0.0 for run in with_torque) if over_residual else ()
+    return PointGroup(
+        name, x, tuple(run.requested or 0.0 for run in with_torque), tuple(run.completed for run in with_torque)
+    )
 
 
 def finite_against_computed_torque(runs: ClaimRuns) -> Measured:
@@ -564,9 +574,9 @@ def printed_law(runs: ClaimRuns) -> Measured:
     judged = some_setting_works(done)
     if len(durations) < ENOUGH_DURATIONS:
         judged = undecided(judged, "a threshold has to suit several durations")
-    found = ", ".join(f"{number} of {total} at {name}" for name, (number, total) in done.items())
+    places = ", ".join(f"{number} of {total} at {name}" for name, (number, total) in done.items())
     return Measured(
-        f"completed within 10 Nm: {found}; with friction fully compensated and zones of 40 ms"
+        f"completed within 10 Nm: {places}; with friction fully compensated and zones of 40 ms"
         f" {sum(run.completed for run in ours)} of {len(ours)}",
         {"completed_by_epsilon": {name: list(value) for name, value in done.items()}},
         judged,
@@ -605,7 +615,9 @@ def multi_model_without_criterion(runs: ClaimRuns) -> Measured:
     residual = _residual(broken)
     peaks = {NAMES[law]: largest([run.requested for run in of_law]) for law, of_law in laws.items()}
     near = [run.row for run in broken if run.case.motion in THESIS_MOTIONS]
-    fractions = [one for row in near for one in (row.least_fraction, row.largest_fraction) if one is not None]
+    fractions = [
+        fraction for row in near for fraction in (row.least_fraction, row.largest_fraction) if fraction is not None
+    ]
     return Measured(
         f"with the fifth-order polynomial {len(failed[quintic])} of {len(broken)} runs are not"
         f" completed or ask for more than 10 Nm, {plain(peaks[NAMES[quintic]], 'Nm')} at worst, where"

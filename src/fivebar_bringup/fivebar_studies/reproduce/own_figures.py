@@ -126,19 +126,21 @@ def _pair(axes: Axes, row: int, pair: PairedRuns) -> None:
             )
 
 
-def draw_free_dynamics(found: FreeDynamics) -> bytes:
+def draw_free_dynamics(dynamics: FreeDynamics) -> bytes:
     """Draw how the force along t_s vanishes towards the locus, whatever the torques."""
     with house_style():
         figure = new_figure(
             "Free dynamics on the locus",
-            f"|m tₛᵀẍ| by Pinocchio under {found.torques} random torques of up to 10 Nm per state",
+            f"|m tₛᵀẍ| by Pinocchio under {dynamics.torques} random torques of up to 10 Nm per state",
             4.4,
         )
         axes = figure.subplots()
-        axes.plot(found.distance, found.along_at_distance, "o-", color=PURPLE, label="beside the locus, along the path")
-        axes.axhline(found.force, color=GREY, linewidth=1.2, label="largest |m ẍ| on the locus")
-        floor = max(found.along, 1e-18)
-        axes.axhline(floor, color=VERMILION, linestyle="--", label=f"largest in {found.states} states on the locus")
+        axes.plot(
+            dynamics.distance, dynamics.along_at_distance, "o-", color=PURPLE, label="beside the locus, along the path"
+        )
+        axes.axhline(dynamics.force, color=GREY, linewidth=1.2, label="largest |m ẍ| on the locus")
+        floor = max(dynamics.along, 1e-18)
+        axes.axhline(floor, color=VERMILION, linestyle="--", label=f"largest in {dynamics.states} states on the locus")
         axes.set_xscale("log")
         axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(base=10.0, numticks=9))

@@ -50,17 +50,17 @@ def reproduction_report(settings: ReproductionSettings, rows: Sequence[Reproduct
     """Return the claims with their verdicts, tables, figures and page."""
     needs, extent = needs_of(settings), settings.extent
     results = {case: result_of(case, row, drawn) for (case, drawn), row in zip(needs.items(), rows, strict=True)}
-    made = [claim.row(extent, results) for claim in settings.chosen]
+    claim_rows = [claim.row(extent, results) for claim in settings.chosen]
     shown = [] if settings.claims else _tables(extent, results)
     content = {
         "quick": settings.quick,
-        "verdicts": {str(verdict): sum(row.judgement.verdict == verdict for row in made) for verdict in Verdict},
-        "rows": [row.as_json() for row in made],
+        "verdicts": {str(verdict): sum(row.judgement.verdict == verdict for row in claim_rows) for verdict in Verdict},
+        "rows": [row.as_json() for row in claim_rows],
         "tables": [table.as_json() for table in shown],
         "runs": [_run(results, case) for case in sorted(results)],
     }
-    page = html_page(made, shown, len(results), command_of(settings))
-    return StudyReport(page, content, [picture for row in made for picture in row.pictures], made)
+    page = html_page(claim_rows, shown, len(results), command_of(settings))
+    return StudyReport(page, content, [picture for row in claim_rows for picture in row.pictures], claim_rows)
 
 
 def command_of(settings: ReproductionSettings) -> str:

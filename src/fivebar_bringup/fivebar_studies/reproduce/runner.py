@@ -13,10 +13,11 @@ from pydantic import TypeAdapter
 from fivebar_bringup.bag.recording import FloatArray
 from fivebar_bringup.pages.content import Picture
 from fivebar_bringup.recorded.series import read_series
-from fivebar_bringup.recorded.summary import Summary, rms, summarize
+from fivebar_bringup.recorded.summary import Summary, summarize
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.report.analysis import RunAnalysis
 from fivebar_bringup.report.criterion_figure import crossing_residuals
+from fivebar_bringup.simulation.column_metrics import rms
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_control.estimation.imu_check import noise_floor

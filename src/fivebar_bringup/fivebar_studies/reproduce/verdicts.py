@@ -56,12 +56,12 @@ def order_of_magnitude(measured: float | None, reported: float, unit: str) -> Ju
     )
     if measured is None:
         return Judgement(Verdict.NOT_REPRODUCED, rule, "no such value was measured")
-    found = f"{error_of(measured, unit)} ({measured:.2e} {unit})"
+    value = f"{error_of(measured, unit)} ({measured:.2e} {unit})"
     if measured < low:
-        return Judgement(Verdict.BETTER, rule, f"{found} is below {low:.1e} {unit}")
+        return Judgement(Verdict.BETTER, rule, f"{value} is below {low:.1e} {unit}")
     if measured <= high:
-        return Judgement(Verdict.AGREED, rule, f"{found} is of that order")
-    return Judgement(Verdict.NOT_REPRODUCED, rule, f"{found} is above {high:.1e} {unit}")
+        return Judgement(Verdict.AGREED, rule, f"{value} is of that order")
+    return Judgement(Verdict.NOT_REPRODUCED, rule, f"{value} is above {high:.1e} {unit}")
 
 
 def finite_torque(completed: Sequence[bool], peaks: Sequence[float | None]) -> Judgement:
@@ -181,8 +181,8 @@ def more_accurate(ratios: Sequence[float], shares: Sequence[float]) -> Judgement
     )
     middle = sorted(ratios)[len(ratios) // 2] if ratios else 0.0
     least = min(shares, default=1.0)
-    found = f"{middle:.3f} times as large in the median run" if ratios else "not known"
-    reason = f"as printed the least stiffness is {least:.2f} of the gain; as corrected the error is {found}"
+    median = f"{middle:.3f} times as large in the median run" if ratios else "not known"
+    reason = f"as printed the least stiffness is {least:.2f} of the gain; as corrected the error is {median}"
     return Judgement(Verdict.AGREED if middle >= 1.1 or least < STIFF else Verdict.NOT_REPRODUCED, rule, reason)
 
 

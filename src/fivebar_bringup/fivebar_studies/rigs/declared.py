@@ -271,31 +271,33 @@ def sees_platform(file: RobotFile) -> bool:
 
 def assumptions(file: RobotFile) -> list[Assumption]:
     """Return what a robot's file does not declare, and what is assumed in place of it."""
-    drives, found, whole = file.drives, list[Assumption](), with_assumptions(file)
+    drives, assumptions, whole = file.drives, list[Assumption](), with_assumptions(file)
     known, loads = whole.tolerances, whole.loads
     if not file.tolerances.declared:
         words = f"links and bases ±{1e3 * known.length:g} mm, zeros ±{1e3 * known.zero:g} mrad: not calibrated"
-        found.append(Assumption("tolerances", words if known.declared else "exact lengths and zeros"))
+        assumptions.append(Assumption("tolerances", words if known.declared else "exact lengths and zeros"))
     if not file.loads.declared:
         words = f"tilt {math.degrees(loads.tilt):.2g} degrees, push {loads.push:g} N, {loads.passive:g} Nm a joint"
-        found.append(Assumption("loads", words if loads.declared else "a level base, no push, frictionless joints"))
+        assumptions.append(
+            Assumption("loads", words if loads.declared else "a level base, no push, frictionless joints")
+        )
     if drives.torque_limit is None:
-        found.append(Assumption("drives.torque_limit", f"{USUAL_TORQUE_LIMIT:g} Nm"))
+        assumptions.append(Assumption("drives.torque_limit", f"{USUAL_TORQUE_LIMIT:g} Nm"))
     if drives.encoder_counts is None:
-        found.append(Assumption("drives.encoder_counts", f"{USUAL_COUNTS}"))
+        assumptions.append(Assumption("drives.encoder_counts", f"{USUAL_COUNTS}"))
     if file.transmission == RIGID:
-        found.append(Assumption("transmission", "rigid, without backlash"))
+        assumptions.append(Assumption("transmission", "rigid, without backlash"))
     else:
-        found.append(Assumption("transmission.rotor_share", "as in the file or as usual, ±0.15"))
+        assumptions.append(Assumption("transmission.rotor_share", "as in the file or as usual, ±0.15"))
     if not sees_platform(file):
-        found.append(Assumption("imu, passive_encoder, camera", "none"))
-    found.append(
+        assumptions.append(Assumption("imu, passive_encoder, camera", "none"))
+    assumptions.append(
         Assumption(
             "errors of masses, friction, torque constants and timing",
             f"{assumed_words()}, commands and readings late by up to {2e3 * LATE:g} ms",
         )
     )
-    return found
+    return assumptions
 
 
 def _content(file: RobotFile, robot: str) -> dict[str, Any]:

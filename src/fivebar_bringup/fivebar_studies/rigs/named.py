@@ -73,6 +73,6 @@ def named_rig(option: str, name: str, others: Collection[str] = ()) -> str:
     known = (*shipped_rigs(), *others)
     if not is_yaml_path(name) and name not in known:
         raise InputError(f"{option}: {name!r}: {expected_one_of(name, known, ', or a path to a .yaml file')}")
-    found = str(Path(name).resolve()) if is_yaml_path(name) else name
-    find_rig(found)
-    return found
+    source = str(Path(name).resolve()) if is_yaml_path(name) else name
+    find_rig(source)
+    return source

@@ -123,8 +123,8 @@ class Rig(StrictModel):
 
     def settings_for(self, controller: str) -> dict[str, Any]:
         """Return the keys and sections for a controller, without the plant."""
-        found = merged(self.scenario, self.blended if find_controller(controller).blended else {})
-        return {name: keys for name, keys in found.items() if name != "plant"}
+        settings = merged(self.scenario, self.blended if find_controller(controller).blended else {})
+        return {name: keys for name, keys in settings.items() if name != "plant"}
 
     def content(self, given: Scenario, controller: str, drawn: Keys | None = None) -> dict[str, Any]:
         """Return the content of a scenario with its robot put on the rig, and a controller.
@@ -164,7 +164,7 @@ def _shown(keys: Keys, within: str = "") -> Iterator[str]:
 
 def _value_text(value: Any) -> str:
     if isinstance(value, tuple | list):
-        return " to ".join(_value_text(one) for one in value)
+        return " to ".join(_value_text(bound) for bound in value)
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

@@ -214,9 +214,9 @@ def _both(section: str, name: str, tolerance: str = "") -> Change:
     """Return the change of a key of both motors to plus or minus a size, as which a tolerance is declared."""
 
     def change(size: float, at: Condition) -> Keys:
-        one, two = TWO[at.draw]
+        first, second = TWO[at.draw]
         declared = {"tolerances": {tolerance: size}} if tolerance else {}
-        return {section: {f"{name}_1": one * size, f"{name}_2": two * size}, **declared}
+        return {section: {f"{name}_1": first * size, f"{name}_2": second * size}, **declared}
 
     return change
 

@@ -44,8 +44,8 @@ class Equipment(NamedTuple):
     @property
     def sections(self) -> dict[str, Any]:
         """Sections of the scenario, that replace others key by key."""
-        found = find_rig(self.rig).settings_for(self.controller)
-        return {name: keys for name, keys in found.items() if isinstance(keys, Mapping)}
+        settings = find_rig(self.rig).settings_for(self.controller)
+        return {name: keys for name, keys in settings.items() if isinstance(keys, Mapping)}
 
 
 ENCODERS_ALONE = "motor encoders alone, no declared tolerances"

@@ -36,7 +36,7 @@ def share_figures(climbs: Sequence[Climb]) -> list[Picture]:
             ("blended", "What the other controllers survive", False),
         ):
             used = [equipment_named(name) for name in dict.fromkeys(climb.equipment for climb in climbs)]
-            shown = [one.name for one in used if (one.controller == "unified") == unified][:PANELS]
+            shown = [equipment.name for equipment in used if (equipment.controller == "unified") == unified][:PANELS]
             if shown:
                 pictures.append(Picture(name, CAPTION, png(share_figure(shown, climbs, title))))
     return pictures

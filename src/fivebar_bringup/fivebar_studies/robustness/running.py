@@ -142,12 +142,12 @@ def run_numbered(settings: RobustnessSettings, number: int) -> list[RobustnessRo
 def runs_of(settings: RobustnessSettings) -> tuple[RobustnessRow, ...]:
     """Return the runs of the middle crossing, whose outcomes are not known, first those without an effect."""
     equipment = equipment_of(settings.compared)
-    sizes = [("", 0.0, one.name) for one in equipment]
+    sizes = [("", 0.0, equipped.name) for equipped in equipment]
     sizes += [
-        (name, size, one.name)
+        (name, size, equipped.name)
         for name in settings.effects
-        for one in equipment
-        if one.gyro or not ALL_EFFECTS[name].needs_gyro
+        for equipped in equipment
+        if equipped.gyro or not ALL_EFFECTS[name].needs_gyro
         for size in ALL_EFFECTS[name].sizes
     ]
     runs = [
@@ -161,14 +161,14 @@ def runs_of(settings: RobustnessSettings) -> tuple[RobustnessRow, ...]:
 
 def middle_crossing(run: RobustnessRow, settings: RobustnessSettings) -> RobustnessRow:
     """Run the middle crossing of an equipment on a robot with an effect."""
-    given, samples = prepared(run.equipment, run.duration, settings.robot)
-    crossings = given.plan().crossings
+    scenario, samples = prepared(run.equipment, run.duration, settings.robot)
+    crossings = scenario.plan().crossings
     first = crossings[0].time
     effect = ALL_EFFECTS[run.effect] if run.effect else None
     noise = 0 if effect is not None and effect.every else run.draw
     # the offset of a gyroscope is never zero
     bias = condition_of(noise, first).sign * find_rig("good").errors.gyro_bias
-    sound = with_keys(given, {"seed": noise, "imu": {"gyro_bias": bias}})
+    sound = with_keys(scenario, {"seed": noise, "imu": {"gyro_bias": bias}})
     keys = {} if effect is None else effect.keys(run.size, run.draw, first)
     if not equipment_named(run.equipment).gyro:
         keys = {name: value for name, value in keys.items() if name != "tolerances"}
@@ -188,20 +188,20 @@ def random_crossing(settings: RobustnessSettings, number: int) -> list[Robustnes
     Each robot makes it soundly, and the first ones with each fault too.
     """
     try:
-        crossing = timed(draw(settings.seed, number, settings.rig))
-        refused = bool(verdict_on(crossing, PLANNED_FOR)[1])
+        timed_case = timed(draw(settings.seed, number, settings.rig))
+        refused = bool(verdict_on(timed_case, PLANNED_FOR)[1])
     except InputError:
         refused = True
     if refused:
         return [RobustnessRow(number, "", 0.0, "", 0.0, 0, REFUSED)]
-    return [row for controller in settings.compared for row in _random_runs(settings, crossing.case, controller)]
+    return [row for controller in settings.compared for row in _random_runs(settings, timed_case.motion, controller)]
 
 
 def _random_runs(settings: RobustnessSettings, case: Draw, controller: str) -> list[RobustnessRow]:
     """Return the rows of a feasible crossing with a controller."""
     plan, samples = planned(case), sampled_case(case)
     own, errors = case.scenario(controller), find_rig(settings.rig).errors
-    rows, times = [], [one.time for one in plan.crossings]
+    rows, times = [], [passage.time for passage in plan.crossings]
     for robot in range(settings.robots):
         scenario = own
         if robot > 0:

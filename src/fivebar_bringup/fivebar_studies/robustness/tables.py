@@ -104,8 +104,8 @@ def first_failures(climbs: Sequence[Climb], robot: str = ROBOT) -> Table:
     for name in dict.fromkeys(climb.effect for climb in climbs):
         effect = ALL_EFFECTS[name]
         words = f"{effect.words} ({effect.unit})" if effect.unit else effect.words
-        found = [of.get((name, equipment)) for equipment in used]
-        first = [Cell("", None) if climb is None else _first(effect, climb) for climb in found]
+        of_effect = [of.get((name, equipment)) for equipment in used]
+        first = [Cell("", None) if climb is None else _first(effect, climb) for climb in of_effect]
         rows.append((Cell(words, name), _typical(effect.good), _typical(effect.middling), *first))
     return table(
         "first",
@@ -219,7 +219,7 @@ def totals(rows: Sequence[RobustnessRow]) -> dict[str, Any]:
     """Return how many runs are silent, wrongly named or false alarms, with the intervals for 95 %."""
     faulty = [row for row in rows if row.verdict != REFUSED and row.effect]
     sound = [row for row in rows if row.verdict != REFUSED and not row.effect]
-    found: dict[str, Any] = {}
+    figures: dict[str, Any] = {}
     for name, runs, count in (
         ("silent", len(faulty), sum(row.verdict == SILENT for row in faulty)),
         ("wrongly_named", len(faulty), sum(is_wrong_name(row.effect, row.named) for row in faulty)),
@@ -227,15 +227,15 @@ def totals(rows: Sequence[RobustnessRow]) -> dict[str, Any]:
     ):
         low, high = clopper_pearson(count, runs) if runs else (0.0, 1.0)
         bound = upper_bound(count, runs) if runs else 1.0
-        found[name] = {"runs": runs, "count": count, "interval_95": [low, high], "upper_bound_95": bound}
+        figures[name] = {"runs": runs, "count": count, "interval_95": [low, high], "upper_bound_95": bound}
     rate = alarm_rate(uses_by_crossing(sound))
-    found["false_alarms"]["by_fitted_tail"] = None if rate is None else rate._asdict()
-    return found
+    figures["false_alarms"]["by_fitted_tail"] = None if rate is None else rate._asdict()
+    return figures
 
 
 def uses_by_crossing(sound: Iterable[RobustnessRow]) -> list[list[float]]:
     """Return the shares of a limit that sound runs reach, those of a crossing together."""
-    found: dict[int, list[float]] = {}
+    by_size: dict[int, list[float]] = {}
     for row in sound:
-        found.setdefault(row.case, []).append(row.use)
-    return [*found.values()]
+        by_size.setdefault(row.case, []).append(row.use)
+    return [*by_size.values()]

@@ -128,7 +128,7 @@ def _cloud(
 def _points(rows: Sequence[SweepRow], place: Callable[[SweepRow], tuple[float | None, float | None]]) -> FloatArray:
     """Return float64[n, 2] of the rows that have both values."""
     places = [place(row) for row in rows]
-    return np.array([one for one in places if None not in one], dtype=np.float64).reshape(-1, 2)
+    return np.array([place for place in places if None not in place], dtype=np.float64).reshape(-1, 2)
 
 
 def _maps(rows: Sequence[SweepRow]) -> Picture:

@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.odds.alternatives import Alternatives, Candidate, best_of_all
+from fivebar_bringup.odds.alternatives import Alternatives, best_of_all, first_or_best
+from fivebar_bringup.odds.likely import with_stated_odds
 from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.planned_motion import PlannedMotion
 from fivebar_bringup.odds.robot_errors import UNIFORM, has_odds
-from fivebar_bringup.odds.trials import ROBOTS, STATED_ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.predicted import predict_on_engine
 from fivebar_control.estimation.homing import check_declared
@@ -25,8 +26,9 @@ from fivebar_control.planning.figures import Feasibility, first_feasible, neares
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.pacing import LOAD_AIM, Task, feasible_in, longest_bearing, pace_of
 from fivebar_control.planning.timing import SLOWER, UNHURRIED
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.motion_limits import scenario_limits
-from fivebar_control.scenario.sensors import homing_of, sensing_of
+from fivebar_control.scenario.sensors import homing_of, sensing_if_estimated
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.loads import NO_LOADS
 from fivebar_description.strict_yaml import InputError
@@ -89,8 +91,8 @@ def screened(case: Draw, controller: str, judge_loads: bool = True) -> Feasibili
     limits = limits_for(case, scenario)
     if not judge_loads:
         limits = limits.without_loads()
-    robot, follower, predict = scenario.five_bar(), scenario.tuned(), partial(predict_on_engine, scenario)
-    return screen_run(robot, plan, RATE_HZ, follower, limits, sensing_of(scenario), predict)
+    robot, follower, predict = scenario.five_bar(), tuned_controller(scenario), partial(predict_on_engine, scenario)
+    return screen_run(robot, plan, RATE_HZ, follower, limits, sensing_if_estimated(scenario), predict)
 
 
 def limits_for(case: Draw, scenario: Scenario) -> MotionLimits:
@@ -104,27 +106,7 @@ def sampled_case(case: Draw) -> Sampled:
     return sampled(scenario.five_bar(), plan_of(case), RATE_HZ, scenario.lead_samples)
 
 
-class TimedCase(NamedTuple):
-    """A case as its planner times it.
-
-    Attributes:
-        case: with its timing.
-        odds: how many of the drawn robots make it, of one that is likely enough those which had no part in accepting
-            it; None where its robots declare nothing to draw from.
-        likely: whether enough of the drawn robots make it; also where none are drawn.
-    """
-
-    case: Draw
-    odds: Odds | None = None
-    likely: bool = True
-
-    @property
-    def required(self) -> float:
-        """The share of robots that have to make it."""
-        return self.case.scenario(PLANNED_FOR).risk.success
-
-
-def timed(case: Draw) -> TimedCase:
+def timed(case: Draw) -> PlannedMotion[Draw]:
     """Return a case as the planner times it for `PLANNED_FOR`.
 
     First it is timed for the declared loads. Where not enough of the robots make it that are drawn as the rig's are,
@@ -133,46 +115,42 @@ def timed(case: Draw) -> TimedCase:
     Raises:
         InputError: the planner refuses the motion.
     """
-    first = timed_for_loads(case)
-    planned(first)
-    if case.rig == VARIED or not has_odds(first.scenario(PLANNED_FOR)):
-        return TimedCase(first)
+    first = _planned_motion(timed_for_loads(case))
+    planned(first.motion)
+    scenario = first.scenario
+    if case.rig == VARIED or not has_odds(scenario):
+        return first
     # what is declared of a robot are bounds, however its errors are distributed
     errors, seed = find_rig(case.rig).errors._replace(distribution=UNIFORM), odds_seed(case)
-    scenario = first.scenario(PLANNED_FOR)
-    feasible = screened(first, PLANNED_FOR, judge_loads=False).feasible
-    required = scenario.risk.success
 
-    def stated(case: Draw) -> TimedCase:
-        return TimedCase(case, trials_of(case.scenario(PLANNED_FOR), errors, seed, STATED_ROBOTS).odds)
-
-    odds = trials_of(scenario, errors, seed, range(ROBOTS)).odds if feasible else Odds()
-    if feasible and odds.share >= required:
-        return stated(first)
-
-    def tried(course: TimedCourse) -> Candidate[Draw] | None:
-        along = case.along(course)
-        accepted = verdict_if_accepted(along, judge_loads=False) is not None
-        return Candidate(along, along.scenario(PLANNED_FOR)) if accepted else None
+    def along(course: TimedCourse) -> PlannedMotion[Draw] | None:
+        other = case.along(course)
+        return None if verdict_if_accepted(other, judge_loads=False) is None else _planned_motion(other)
 
     def elsewhere() -> Iterable[TimedCourse]:
         limits = limits_for(case, scenario).without_loads()
-        task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
+        task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, tuned_controller(scenario), limits)
         start, goal = scenario.waypoints
-        return courses_elsewhere(task, start, goal, plan_of(first))
+        return courses_elsewhere(task, start, goal, plan_of(first.motion))
 
     robot = scenario.five_bar()
-    alternatives = Alternatives(tried, lambda course: course.by_other_laws(robot), elsewhere, RATE_HZ)
-    durations = (
-        alternatives.in_duration(Candidate(first, scenario), duration * case.duration) for duration in DURATIONS
-    )
-    motions = [duration for duration in durations if duration is not None]
-    choice = best_of_all(motions, alternatives, errors, seed, required)
-    if choice is None:
-        return TimedCase(first, odds, likely=False)
-    if choice.odds.share < required:
-        return TimedCase(choice.motion.motion, choice.odds, likely=False)
-    return stated(choice.motion.motion)
+    alternatives = Alternatives(along, lambda course: course.by_other_laws(robot), elsewhere, RATE_HZ)
+    in_durations = (alternatives.in_duration(first, duration * case.duration) for duration in DURATIONS)
+    motions = (motion for motion in in_durations if motion is not None)
+    if screened(first.motion, PLANNED_FOR, judge_loads=False).feasible:
+        choice = first_or_best(first, motions, alternatives, errors, seed)
+    elif (best := best_of_all([*motions], alternatives, errors, seed, first.required)) is not None:
+        choice = best
+    else:
+        return first._replace(odds=Odds(), likely=False)
+    if choice.likely:
+        return with_stated_odds(choice.motion, errors, seed)
+    return choice.motion._replace(odds=choice.odds, likely=False)
+
+
+def _planned_motion(case: Draw) -> PlannedMotion[Draw]:
+    """Return a planned case with its scenario for `PLANNED_FOR`."""
+    return PlannedMotion(case, case.scenario(PLANNED_FOR))
 
 
 def odds_seed(case: Draw) -> int:
@@ -196,13 +174,13 @@ def timed_for_loads(case: Draw) -> Draw:
     plan, limits = plan_of(case), limits_for(case, scenario)
     if not limits.loads.declared:
         return case
-    task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, scenario.tuned(), limits)
-    found = first_feasible(
+    task = Task(scenario.five_bar(), scenario.working_mode, RATE_HZ, tuned_controller(scenario), limits)
+    nearest_case = first_feasible(
         _durations(task, plan),
         lambda duration: _nearest_by_law(case, duration),
         lambda duration: _nearest_by_law(case, UNHURRIED * duration),
     )
-    return case if isinstance(found, str) else found.case
+    return case if isinstance(nearest_case, str) else nearest_case.case
 
 
 class JudgedCase(NamedTuple):
@@ -216,8 +194,8 @@ def _nearest_by_law(case: Draw, duration: float) -> JudgedCase | str:
     """Return a case in a duration (s) by the time law that keeps it nearest to its reference, if one is feasible."""
     timed = case if duration == case.duration else case._replace(duration=duration, drawn_duration=case.duration)
     cases = [timed._replace(time_law=time_law) for time_law in STRAIGHT_LAWS]
-    found = [JudgedCase(one, verdict) for one in cases if (verdict := verdict_if_accepted(one)) is not None]
-    return nearest(found) if found else "not feasible by any time law"
+    judged = [JudgedCase(by_law, verdict) for by_law in cases if (verdict := verdict_if_accepted(by_law)) is not None]
+    return nearest(judged) if judged else "not feasible by any time law"
 
 
 def _durations(task: Task, drawn: Plan) -> list[float]:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT, Odds, shortcomings
+from fivebar_bringup.odds.planned_motion import PlannedMotion
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing
@@ -19,8 +20,8 @@ from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.strict_yaml import InputError
 from fivebar_studies.engine.turns import in_turns
-from fivebar_studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, draw
-from fivebar_studies.sweep.planning import TimedCase, planned, sampled_case, screened, timed
+from fivebar_studies.sweep.drawing import PLANNED_FOR, RATE_HZ, VARIED, Draw, draw
+from fivebar_studies.sweep.planning import planned, sampled_case, screened, timed
 from fivebar_studies.sweep.rows import FEASIBLE, REFUSED, SCREENED_OUT, SUCCESS_PROBABILITY, SweepRow
 
 SWEPT = tuple(name for name in registry.timed_controllers() if registry.CONTROLLERS[name].compiles)
@@ -38,10 +39,10 @@ def run_case(
     """Return the rows of a case: one per controller, or a single one where the planner refuses the motion."""
     case = draw(seed, number, rig, robot)
     try:
-        found = timed(case)
+        timed_case = timed(case)
     except InputError as refusal:
         return [SweepRow(number, "", REFUSED, str(refusal), None, "", *case[1:])]
-    return in_turns(partial(_row, found), controllers, number)
+    return in_turns(partial(_row, timed_case), controllers, number)
 
 
 def run_and_judge(scenario: Scenario, plan: Plan, size: float = 1.0) -> tuple[Outcome, list[str]]:
@@ -55,25 +56,25 @@ def _judged(case: Case, plan: Plan, samples: Sampled, size: float, judge: str) -
     return outcome, shortcomings(outcome, planned_samples, len(plan.crossings), size * PEAK_LIMIT, judge)
 
 
-def verdict_on(found: TimedCase, controller: str) -> tuple[Feasibility, list[str]]:
+def verdict_on(timed_case: PlannedMotion[Draw], controller: str) -> tuple[Feasibility, list[str]]:
     """Return the screen's judgement of a controller's run, and why screen or odds refuse it; nothing where neither."""
-    odds = _odds_for(found, controller)
-    verdict = screened(found.case, controller, judge_loads=odds is None)
+    odds = _odds_for(timed_case, controller)
+    verdict = screened(timed_case.motion, controller, judge_loads=odds is None)
     reasons = [*verdict.reasons]
-    if verdict.feasible and odds is not None and not found.likely:
-        reasons.append(f"{SUCCESS_PROBABILITY} is {odds.share:.3g}, expected at least {found.required:g}")
+    if verdict.feasible and odds is not None and not timed_case.likely:
+        reasons.append(f"{SUCCESS_PROBABILITY} is {odds.share:.3g}, expected at least {timed_case.required:g}")
     return verdict, reasons
 
 
-def _odds_for(found: TimedCase, controller: str) -> Odds | None:
+def _odds_for(timed_case: PlannedMotion[Draw], controller: str) -> Odds | None:
     """Return the odds of a case for a controller: those of the law for which the motion is planned."""
-    return found.odds if controller == PLANNED_FOR else None
+    return timed_case.odds if controller == PLANNED_FOR else None
 
 
-def _row(found: TimedCase, controller: str) -> SweepRow:
-    case, odds = found.case, _odds_for(found, controller)
+def _row(timed_case: PlannedMotion[Draw], controller: str) -> SweepRow:
+    case, odds = timed_case.motion, _odds_for(timed_case, controller)
     plan = planned(case)
-    verdict, reasons = verdict_on(found, controller)
+    verdict, reasons = verdict_on(timed_case, controller)
     scenario = case.scenario(controller)
     outcome, missed = _judged(case_of(scenario), plan, sampled_case(case), case.size, scenario.judge)
     nearest = max(verdict.figures, key=use_of)

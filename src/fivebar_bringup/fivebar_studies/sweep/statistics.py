@@ -48,11 +48,11 @@ def overview_table(rows: Sequence[SweepRow], required: float) -> Table:
     lines = []
     for controller in controllers_of(rows):
         good, feasible = rate_of(runs_of(rows, controller, FEASIBLE))
-        made, planned = rate_of(runs_of(rows, controller, FEASIBLE, SCREENED_OUT))
+        succeeded, planned = rate_of(runs_of(rows, controller, FEASIBLE, SCREENED_OUT))
         judged = feasible and controller == counted(controllers_of(rows))
         share = share_of(good, feasible, good >= required * feasible if judged else None)
         screened = controller, feasible, good, share, interval_of(good, feasible)
-        lines.append((*screened, planned, made, share_of(made, planned)))
+        lines.append((*screened, planned, succeeded, share_of(succeeded, planned)))
     return table(
         "overview",
         "Success",

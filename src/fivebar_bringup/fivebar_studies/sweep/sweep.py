@@ -168,7 +168,9 @@ def _verdict(settings: SweepSettings, rows: Sequence[SweepRow], controller: str,
         branch: rate_of([row for row in feasible if row.distal_links == branch])
         for branch in sorted({row.distal_links for row in feasible}, reverse=True)
     }
-    branches = "; ".join(f"{made} of {count} with distal links {branch}" for branch, (made, count) in by_branch.items())
+    branches = "; ".join(
+        f"{succeeded} of {count} with distal links {branch}" for branch, (succeeded, count) in by_branch.items()
+    )
     text = (
         f"{controller} completed {good} of the {everything} crossings that were judged feasible before the run"
         f"{f' ({branches})' if branches else ''}; required are {100.0 * required:g} %. Success means:"

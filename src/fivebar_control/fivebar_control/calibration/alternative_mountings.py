@@ -135,7 +135,9 @@ def turned_gyroscope(angular_velocity: FloatArray, declared: Vector3) -> tuple[A
 
 def _about(axis: FloatArray, expected: FloatArray) -> AlternativeMounting:
     """Return the reading in which the link turns about another axis in the IMU's frame than expected."""
-    about, declared = ("({:.2f}, {:.2f}, {:.2f})".format(*(np.round(one, 2) + 0.0)) for one in (axis, expected))
+    about, declared = (
+        "({:.2f}, {:.2f}, {:.2f})".format(*(np.round(direction, 2) + 0.0)) for direction in (axis, expected)
+    )
     return AlternativeMounting(
         f"the gyroscope is mounted otherwise: by its readings the link turns about {about} in the IMU's frame,"
         f" expected about {declared} by imu.roll, imu.pitch and imu.yaw",

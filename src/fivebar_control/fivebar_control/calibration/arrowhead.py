@@ -58,12 +58,12 @@ def reduced(rows: Rows, states: int, damping: float = 0.0) -> Reduced:
         states: their number s.
         damping: added to each state's diagonal, as a share of it.
     """
-    one, two = rows.state, np.minimum(rows.state + 1, states - 1)
-    diagonal = np.bincount(one, rows.by_state**2, states) + np.bincount(two, rows.by_next**2, states)
-    beside = np.bincount(one, rows.by_state * rows.by_next, states)
+    state, next_state = rows.state, np.minimum(rows.state + 1, states - 1)
+    diagonal = np.bincount(state, rows.by_state**2, states) + np.bincount(next_state, rows.by_next**2, states)
+    beside = np.bincount(state, rows.by_state * rows.by_next, states)
     mixed = np.stack(
         [
-            np.bincount(one, rows.by_state * column, states) + np.bincount(two, rows.by_next * column, states)
+            np.bincount(state, rows.by_state * column, states) + np.bincount(next_state, rows.by_next * column, states)
             for column in (*rows.by_parameters.T, rows.residual)
         ],
         axis=1,

@@ -83,7 +83,7 @@ def calibrate_by_turning_points(
         residuals=left * deviation,
         across=np.zeros(len(points)),
         yielding=0.0,
-        crossings=[LocusPassage(number, one.row) for number, one in enumerate(points)],
+        crossings=[LocusPassage(number, point.row) for number, point in enumerate(points)],
         misfit=misfit,
         colour=1.0,
         turning=None,

@@ -76,7 +76,7 @@ def _calibrated(
 ) -> Calibration:
     turned = turning(record, (imu or ImuSettings()).rotation()[2])
     problem = ClosureProblem(robot, tolerances, record, turned, touched, seen, known)
-    fit = min((problem.fitted(*start) for start in problem.starts()), key=lambda one: one.cost)
+    fit = min((problem.fitted(*start) for start in problem.starts()), key=lambda candidate: candidate.cost)
     # weighed against what was known before by what the residuals turn out to be
     problem.colour = problem.found_colour(fit)
     return problem.result(problem.fitted(fit.values, fit.states))

@@ -49,8 +49,8 @@ class Closure(NamedTuple):
 
 def geometry_of(robot: FiveBar) -> FloatArray:
     """Return the parameters, [8], of a robot whose encoders' zeros are right."""
-    one, two = robot.leg1, robot.leg2
-    return np.array([one.proximal, one.distal, two.proximal, two.distal, one.base_x, two.base_x, 0.0, 0.0])
+    leg1, leg2 = robot.leg1, robot.leg2
+    return np.array([leg1.proximal, leg1.distal, leg2.proximal, leg2.distal, leg1.base_x, leg2.base_x, 0.0, 0.0])
 
 
 def closure(geometry: FloatArray, motors: FloatArray, theta: FloatArray) -> Closure:
@@ -134,6 +134,6 @@ def _across(direction: FloatArray) -> FloatArray:
     return np.stack((-direction[:, 1], direction[:, 0]), axis=1)
 
 
-def _dot(one: FloatArray, two: FloatArray) -> FloatArray:
-    result: FloatArray = one[:, 0] * two[:, 0] + one[:, 1] * two[:, 1]
+def _dot(left: FloatArray, right: FloatArray) -> FloatArray:
+    result: FloatArray = left[:, 0] * right[:, 0] + left[:, 1] * right[:, 1]
     return result

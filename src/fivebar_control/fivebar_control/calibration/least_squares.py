@@ -121,7 +121,7 @@ class ClosureProblem:
             self._prior[part, part] = covariance_of(known.covariance[part, part], 1.0 / self._before[part])
         self._gyro = Turned(record.imu_times, turned)
         self._samples = len(self._times)
-        places = np.array([(one.q11, one.q21) for one in touched]).reshape(-1, 2)
+        places = np.array([(point.q11, point.q21) for point in touched]).reshape(-1, 2)
         variances = np.full(places.shape, np.median(read.variances))
         self._read = Angles(
             np.concatenate((read.values, places)), np.concatenate((read.variances, variances)), read.resolution
@@ -150,7 +150,7 @@ class ClosureProblem:
         turned = self._gyro.between(self._times, 0.0) / np.diff(self._times)
         biases = [0.0, *([float(np.median(turned[resting]))] if np.any(resting) else [])]
         states = [self._first_states(assembly, bias) for assembly in (0, 1) for bias in biases]
-        states.sort(key=lambda one: self._cost(self._rows(self._expected, one), self._expected))
+        states.sort(key=lambda candidate: self._cost(self._rows(self._expected, candidate), self._expected))
         return [(self._expected, state) for state in states[:2]]
 
     def fitted(self, values: FloatArray, states: FloatArray) -> ClosureFit:
@@ -280,8 +280,8 @@ class ClosureProblem:
         """Return the rows of x and of y of the touched points."""
         first = self._samples
         number = np.arange(first, self._states)
-        measured = np.array([(one.x, one.y) for one in self._touched])
-        weight = 1.0 / np.array([one.deviation for one in self._touched])
+        measured = np.array([(touch.x, touch.y) for touch in self._touched])
+        weight = 1.0 / np.array([touch.deviation for touch in self._touched])
         geometry, theta = values[: len(GEOMETRY)], states[first:]
         q_21 = self._read.values[first:, 1] - geometry[ZERO_1 + 1]
         rows = []

@@ -51,24 +51,24 @@ class Mounting(NamedTuple):
     residual: float
 
 
-def find_mounting(record: CalibrationRecord, found: Calibration) -> Mounting | None:
+def find_mounting(record: CalibrationRecord, calibration: Calibration) -> Mounting | None:
     """Return the mounting, None where there is no accelerometer, or the motion is too short for it."""
-    if found.turning is None:
+    if calibration.turning is None:
         return None
-    inside = (record.imu_times >= found.times[0]) & (record.imu_times <= found.times[-1])
+    inside = (record.imu_times >= calibration.times[0]) & (record.imu_times <= calibration.times[-1])
     times, readings = record.imu_times[inside], record.acceleration[inside]
     if not np.all(np.isfinite(readings)) or not np.any(np.ptp(readings, axis=0)):
         return None
-    x, y, z = found.turning.axis
+    x, y, z = calibration.turning.axis
     roll, pitch = math.atan2(y, z), -math.asin(max(-1.0, min(1.0, x)))
     level = _levelling(roll, pitch) @ readings.T
-    theta = np.interp(times, found.times, found.theta)
-    place = np.stack([np.interp(times, found.times, column) for column in found.platform.T])
+    theta = np.interp(times, calibration.times, calibration.theta)
+    place = np.stack([np.interp(times, calibration.times, column) for column in calibration.platform.T])
     centres = np.arange(times[0] + 0.5 * WINDOW, times[-1] - 0.5 * WINDOW, 0.5 * WINDOW)
     rows, right = [], []
     for centre in centres.tolist():
         some = np.flatnonzero(np.abs(times - centre) < 0.5 * WINDOW)
-        if len(some) < 10 or np.max(np.diff(times[some])) > 3.0 * found.turning.period:
+        if len(some) < 10 or np.max(np.diff(times[some])) > 3.0 * calibration.turning.period:
             continue
         phi, second = _weights((times[some] - centre) / (0.5 * WINDOW))
         cosine, sine = np.cos(theta[some]), np.sin(theta[some])
@@ -86,7 +86,7 @@ def find_mounting(record: CalibrationRecord, found: Calibration) -> Mounting | N
         right.append(place[:, some] @ second)
     if len(rows) < LEAST_WINDOWS:
         return None
-    return _solved(np.concatenate(rows), np.concatenate(right), roll, pitch, found.turning)
+    return _solved(np.concatenate(rows), np.concatenate(right), roll, pitch, calibration.turning)
 
 
 def _weights(u: FloatArray) -> tuple[FloatArray, FloatArray]:

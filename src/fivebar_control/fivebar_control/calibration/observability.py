@@ -34,27 +34,27 @@ class Unseen(NamedTuple):
     share: float
 
 
-def unseen(found: Calibration) -> list[Unseen]:
+def unseen(calibration: Calibration) -> list[Unseen]:
     """Return the directions in which the recording says less than was known before, the worst first.
 
     From the eigenvalues of the recording's information on the geometry, the gyroscope's parameters eliminated, in
     units of the standard deviations before.
     """
     count = len(GEOMETRY)
-    free = found.before[:count] > 1e-8
+    free = calibration.before[:count] > 1e-8
     kept = np.flatnonzero(free)
     if not kept.size:
         return []
-    rest = np.arange(count, len(found.values))
-    prior = np.diag(1.0 / found.before[rest] ** 2)
-    own = found.information[np.ix_(rest, rest)] + prior
-    mixed = found.information[np.ix_(kept, rest)]
-    information = found.information[np.ix_(kept, kept)] - mixed @ np.linalg.solve(own, mixed.T)
-    scale = found.before[kept]
+    rest = np.arange(count, len(calibration.values))
+    prior = np.diag(1.0 / calibration.before[rest] ** 2)
+    own = calibration.information[np.ix_(rest, rest)] + prior
+    mixed = calibration.information[np.ix_(kept, rest)]
+    information = calibration.information[np.ix_(kept, kept)] - mixed @ np.linalg.solve(own, mixed.T)
+    scale = calibration.before[kept]
     scaled = information * np.outer(scale, scale)
     after = np.linalg.inv(np.eye(len(kept)) + scaled)
     result, known = list[Unseen](), np.zeros((len(kept), 0))
-    for whole, words in _named(found):
+    for whole, words in _named(calibration):
         direction = whole[kept] / scale
         # what is left of it without those before
         direction -= known @ (known.T @ direction)
@@ -70,23 +70,27 @@ def unseen(found: Calibration) -> list[Unseen]:
         if strength < 1.0:
             whole = np.zeros(count)
             whole[kept] = direction * scale
-            result.append(Unseen(_words(whole, found), float(direction @ after @ direction)))
-    return sorted(result, key=lambda one: -one.share)
+            result.append(Unseen(_words(whole, calibration), float(direction @ after @ direction)))
+    return sorted(result, key=lambda combination: -combination.share)
 
 
-def _named(found: Calibration) -> list[tuple[FloatArray, str]]:
+def _named(calibration: Calibration) -> list[tuple[FloatArray, str]]:
     """Return the directions of the geometry (m, rad) that have a name and are free, with it."""
-    held = found.before[: len(GEOMETRY)] <= 1e-8
-    scale = np.concatenate((found.values[:ZERO_1], np.zeros(2)))
+    held = calibration.before[: len(GEOMETRY)] <= 1e-8
+    scale = np.concatenate((calibration.values[:ZERO_1], np.zeros(2)))
     shift = np.zeros(len(GEOMETRY))
     shift[[BASE_1, BASE_2]] = 1.0
-    return [(one, words) for one, words in ((scale, SCALE), (shift, SHIFT)) if not np.any(held & (one != 0.0))]
+    return [
+        (direction, words)
+        for direction, words in ((scale, SCALE), (shift, SHIFT))
+        if not np.any(held & (direction != 0.0))
+    ]
 
 
-def _words(direction: FloatArray, found: Calibration) -> str:
+def _words(direction: FloatArray, calibration: Calibration) -> str:
     """Return what a direction (m, rad) is; angles count by the length of the proximal link."""
     weights = np.ones(len(GEOMETRY))
-    weights[ZERO_1:] = found.values[0]
+    weights[ZERO_1:] = calibration.values[0]
     weighted = direction * weights
     weighted /= np.linalg.norm(weighted)
     largest = np.argmax(np.abs(weighted))

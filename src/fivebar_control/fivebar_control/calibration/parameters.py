@@ -52,8 +52,8 @@ def values_before(robot: FiveBar, camera: bool = False) -> FloatArray:
 
     With a camera [19].
     """
-    others = len(SENSOR) + len(DRIVE) + (len(CAMERA) if camera else 0)
-    return np.concatenate((geometry_of(robot), np.zeros(others)))
+    besides = len(SENSOR) + len(DRIVE) + (len(CAMERA) if camera else 0)
+    return np.concatenate((geometry_of(robot), np.zeros(besides)))
 
 
 def deviations_before(robot: FiveBar, tolerances: Tolerances, camera: bool = False) -> FloatArray:

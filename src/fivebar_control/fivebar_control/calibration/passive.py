@@ -45,20 +45,20 @@ class PassiveZero(NamedTuple):
     half_width: float
 
 
-def find_passive_zero(record: CalibrationRecord, found: Calibration, readings: PassiveReadings) -> PassiveZero:
+def find_passive_zero(record: CalibrationRecord, calibration: Calibration, readings: PassiveReadings) -> PassiveZero:
     """Return the zero of an encoder on a passive joint.
 
     Raises:
         NotCalibratable: too few of its readings fall into the time that the calibration has used.
     """
-    angles = passive_angles(record, found, readings.leg)
-    after = np.clip(np.searchsorted(found.times, readings.times), 1, len(found.times) - 1)
-    inside = (readings.times >= found.times[0]) & (readings.times <= found.times[-1])
-    inside &= found.times[after] - found.times[after - 1] <= LONGEST_GAP
+    angles = passive_angles(record, calibration, readings.leg)
+    after = np.clip(np.searchsorted(calibration.times, readings.times), 1, len(calibration.times) - 1)
+    inside = (readings.times >= calibration.times[0]) & (readings.times <= calibration.times[-1])
+    inside &= calibration.times[after] - calibration.times[after - 1] <= LONGEST_GAP
     times = readings.times[inside]
     # a reading stands for a whole count
     read = readings.angles[inside] + 0.5 * encoder_resolution(readings.angles.reshape(-1, 1))
-    beyond = read - np.interp(times, found.times, np.unwrap(angles))
+    beyond = read - np.interp(times, calibration.times, np.unwrap(angles))
     if not len(times):
         raise NotCalibratable("no reading of the passive joint's encoder falls into the time of the motion")
     middle = math.atan2(float(np.mean(np.sin(beyond))), float(np.mean(np.cos(beyond))))
@@ -69,17 +69,19 @@ def find_passive_zero(record: CalibrationRecord, found: Calibration, readings: P
         raise NotCalibratable("the passive joint's encoder has read for too short a time")
     scatter = QUANTILE * float(np.std(means, ddof=1)) / math.sqrt(len(means))
     zero = ZERO_1 if readings.leg == 1 else ZERO_2
-    return PassiveZero(readings.leg, middle + float(np.mean(left)), math.hypot(scatter, float(found.half_widths[zero])))
+    return PassiveZero(
+        readings.leg, middle + float(np.mean(left)), math.hypot(scatter, float(calibration.half_widths[zero]))
+    )
 
 
-def passive_angles(record: CalibrationRecord, found: Calibration, leg: int) -> FloatArray:
+def passive_angles(record: CalibrationRecord, calibration: Calibration, leg: int) -> FloatArray:
     """Return q_i2 of a leg (rad), [k], at the samples that a calibration has used."""
     number = leg - 1
-    read = np.interp(found.times, record.times, smooth_angles(record).values[:, number])
-    motor = read - found.values[(ZERO_1, ZERO_2)[number]]
+    read = np.interp(calibration.times, record.times, smooth_angles(record).values[:, number])
+    motor = read - calibration.values[(ZERO_1, ZERO_2)[number]]
     if leg == 2:
-        return np.asarray(found.theta - motor)
-    base, proximal = found.values[BASE_1], found.values[L_11]
-    to_x = found.platform[:, 0] - base - proximal * np.cos(motor)
-    to_y = found.platform[:, 1] - proximal * np.sin(motor)
+        return np.asarray(calibration.theta - motor)
+    base, proximal = calibration.values[BASE_1], calibration.values[L_11]
+    to_x = calibration.platform[:, 0] - base - proximal * np.cos(motor)
+    to_y = calibration.platform[:, 1] - proximal * np.sin(motor)
     return np.asarray(np.arctan2(to_y, to_x) - motor)

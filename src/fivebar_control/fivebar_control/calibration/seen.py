@@ -67,7 +67,7 @@ class SeenRows:
         x, y = platform[k].T
         q_21, theta = motors[k, 1] - values[ZERO_2], states[k]
         lag = self._since - values[STAMPED]
-        found = []
+        of_sensors = []
         for axis, (r_2, across, u_2, turned, circling) in enumerate(
             (
                 (np.cos(q_21), -np.sin(q_21), np.cos(theta), -np.sin(theta), -y),
@@ -86,7 +86,7 @@ class SeenRows:
             by[:, TURN] = circling
             by[:, STAMPED] = -velocity[:, axis]
             weight = self._weight
-            found.append(
+            of_sensors.append(
                 Rows(
                     (model - self._measured[:, axis]) * weight,
                     by * weight[:, None],
@@ -95,4 +95,4 @@ class SeenRows:
                     k,
                 )
             )
-        return found
+        return of_sensors

@@ -78,24 +78,24 @@ def turning_points(robot: FiveBar, record: CalibrationRecord, lag: float = 0.0) 
     passages = [passage for passage in passages if passage[2] - passage[1] >= LEAST_SAMPLES]
     # a lag is alike in all passages, and their mean has all of it
     variance = read.resolution**2 / 12.0 + len(passages) * lag * lag
-    found = []
+    points = []
     for top, begin, end in passages:
         time = np.linspace(-1.0, 1.0, end - begin)
         curve = np.polynomial.Polynomial.fit(time, closed.gap[begin:end], 4)
         gap = float(np.max(curve(np.linspace(-1.0, 1.0, 201))))
         deviation = float(np.sqrt(variance * np.sum(closed.by_motors[top] ** 2)))
-        found.append(TurningPoint(top, gap, max(deviation, LEAST_DEVIATION), closed.by_geometry[top]))
-    if not found:
+        points.append(TurningPoint(top, gap, max(deviation, LEAST_DEVIATION), closed.by_geometry[top]))
+    if not points:
         raise NotCalibratable(
             "no crossing: the elbows are never the furthest apart between two places where they are at least"
             f" {1e3 * DEPTH:g} mm nearer: lead the platform through the Type 2 locus and a few centimetres beyond"
         )
-    return found
+    return points
 
 
 def _tops(values: FloatArray) -> list[int]:
     """Return the largest value of every stretch that is `DEPTH` lower on either side."""
-    found: list[int] = []
+    tops: list[int] = []
     top = bottom = 0
     rising = True
     for number in range(1, len(values)):
@@ -104,13 +104,13 @@ def _tops(values: FloatArray) -> list[int]:
                 top = number
             elif values[number] < values[top] - DEPTH:
                 if values[top] - np.min(values[: top + 1]) > DEPTH:
-                    found.append(top)
+                    tops.append(top)
                 rising, bottom = False, number
         elif values[number] < values[bottom]:
             bottom = number
         elif values[number] > values[bottom] + DEPTH:
             rising, top = True, number
-    return found
+    return tops
 
 
 def _around(values: FloatArray, top: int, depth: float) -> tuple[int, int]:

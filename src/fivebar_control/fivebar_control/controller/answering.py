@@ -39,7 +39,7 @@ nominal_after_gap = constraint_after_gap = unchanged
 
 
 def answering(
-    settings: LoopSettings, first: CycleMemory, references: FloatArray, given: FloatArray, out: FloatArray
+    settings: LoopSettings, first: CycleMemory, references: FloatArray, inputs: FloatArray, out: FloatArray
 ) -> Iterator[int]:
     """Answer a sample at each step of the iterator.
 
@@ -47,20 +47,20 @@ def answering(
         settings: constants.
         first: memory before the first sample.
         references: of the sampled plan (`Sampled`).
-        given: float64[GIVEN], filled before each step.
+        inputs: float64[GIVEN], filled before each step.
         out: float64[RESULTS], filled by it.
     """
     loop = unanswered(first, 0)
     while True:
-        number = int(given[NUMBER])
-        if given[EVENT] == CLEARED:
+        number = int(inputs[NUMBER])
+        if inputs[EVENT] == CLEARED:
             loop = cleared(loop)
-        elif given[EVENT] == STOPPED:
+        elif inputs[EVENT] == STOPPED:
             loop = stopped(loop, number)
         else:
-            j = given[FIRST_JOINT:]
+            j = inputs[FIRST_JOINT:]
             state = state_from_joints(settings.control.robot, j[0], j[1], j[2], j[3], j[4], j[5], j[6], j[7])
-            planned = planned_in(settings.control, given[FIRST_OF_PLAN:], references, int(given[MOMENT]))
+            planned = planned_in(settings.control, inputs[FIRST_OF_PLAN:], references, int(inputs[MOMENT]))
             loop = answer(
                 nominal_step,
                 constraint_step,
@@ -69,7 +69,7 @@ def answering(
                 settings,
                 loop,
                 number,
-                Known(True, state, given[D1], given[D2], int(given[TRIP])),
+                Known(True, state, inputs[D1], inputs[D2], int(inputs[TRIP])),
                 planned,
             )
             out[0], out[1], out[2], out[3] = state.x, state.y, state.vx, state.vy

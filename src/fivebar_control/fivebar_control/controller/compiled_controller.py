@@ -45,19 +45,19 @@ class CompiledController(MotionController):
         law = scenario.scheme()
         if not law.compiles:
             raise InputError(f"compiled: controller {law.name} cannot be compiled: expected False")
-        self._given, self._out = np.zeros(GIVEN), np.zeros(RESULTS)
+        self._inputs, self._out = np.zeros(GIVEN), np.zeros(RESULTS)
         super().__init__(scenario, longest_hold)
 
     def _new_estimator(self) -> StateEstimator:
-        made = estimator_of(self._scenario, kind=CompiledEstimator)
-        made.warm_up()
-        return made
+        estimator = estimator_of(self._scenario, kind=CompiledEstimator)
+        estimator.warm_up()
+        return estimator
 
     def _begin_loop(self, memory: CycleMemory) -> None:
         plan = sampled(self._control.robot, self._plan, self._rate_hz, self._settings.lead)
         self._rows, self._first_row, self._row = plan.rows, 0, plan.rows[0]
         answers = compiled_and_kept(answering, **self._of_laws)
-        self._answers = answers(self._settings, memory, plan.references, self._given, self._out)
+        self._answers = answers(self._settings, memory, plan.references, self._inputs, self._out)
 
     def request(self, goal: Goal) -> None:
         """Plan a motion from where the robot rests and begin it, as `MotionController` does."""
@@ -81,13 +81,13 @@ class CompiledController(MotionController):
         return row
 
     def _clear_loop(self) -> None:
-        self._given[EVENT] = CLEARED
+        self._inputs[EVENT] = CLEARED
         next(self._answers)
 
     def _answered(self, number: int, sensed: KnownJoints) -> LoopAnswer:
         moment = number + self._settings.lead
-        row, given = self._row_at(moment), self._given
-        given[:FIRST_OF_PLAN] = (
+        row, inputs = self._row_at(moment), self._inputs
+        inputs[:FIRST_OF_PLAN] = (
             number,
             moment,
             SAMPLE,
@@ -96,12 +96,12 @@ class CompiledController(MotionController):
             *sensed.position,
             *sensed.velocity,
         )
-        given[FIRST_OF_PLAN:] = row
+        inputs[FIRST_OF_PLAN:] = row
         next(self._answers)
         return self._response_with(row)
 
     def _stopped(self, number: int) -> LoopAnswer:
-        self._given[0], self._given[EVENT] = number, STOPPED
+        self._inputs[0], self._inputs[EVENT] = number, STOPPED
         next(self._answers)
         return self._unanswered(number)
 
@@ -109,7 +109,7 @@ class CompiledController(MotionController):
         return self._response_with(self._row_at(number + self._settings.lead))._replace(place=NOWHERE)
 
     def _response_with(self, row: FloatArray) -> LoopAnswer:
-        x, y, vx, vy, sigma, kappa, n1, n2, c1, c2, r1, r2, tau1, tau2, found, fault, latched = self._out.tolist()
+        x, y, vx, vy, sigma, kappa, n1, n2, c1, c2, r1, r2, tau1, tau2, detected, fault, latched = self._out.tolist()
         return LoopAnswer(
             place=(x, y, vx, vy),
             reference=Platform(*row[:6].tolist()),
@@ -119,7 +119,7 @@ class CompiledController(MotionController):
             constraint=Torque(c1, c2),
             requested=Torque(r1, r2),
             command=Torque(tau1, tau2),
-            found=int(found),
+            found=int(detected),
             fault=int(fault),
             latched=latched > 0.0,
         )

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from fivebar_control.estimation.constants import EstimatorModel, Instrumentation, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.scenario.scenario import ControlScenario
-from fivebar_control.scenario.sensors import homing_of
+from fivebar_control.scenario.sensors import homing_of, sensing_of
 from fivebar_description.parameters import FiveBar
 
 
@@ -16,22 +16,9 @@ def estimator_of(scenario: ControlScenario, kind: type[StateEstimator] = StateEs
     Raises:
         HomingContradicted: the declared posture contradicts itself.
     """
-    return kind(scenario.five_bar(), homing_of(scenario), instruments_of(scenario))
+    return kind(scenario.five_bar(), homing_of(scenario), sensing_of(scenario))
 
 
 def estimator_model_of(scenario: ControlScenario, robot: FiveBar) -> EstimatorModel:
     """Return the constants of that estimator, for a robot that is the scenario's, maybe with other types of number."""
-    return estimator_model(robot, scenario.working_mode, instruments_of(scenario))
-
-
-def instruments_of(scenario: ControlScenario) -> Instrumentation:
-    """Return what is declared for the estimator of a scenario."""
-    return Instrumentation(
-        scenario.rate_hz,
-        scenario.drives(),
-        scenario.ekf,
-        scenario.known_within(),
-        scenario.passive,
-        scenario.known_sensors(),
-        scenario.extra(),
-    )
+    return estimator_model(robot, scenario.working_mode, sensing_of(scenario))

@@ -12,19 +12,19 @@ from fivebar_description.readings import SensorReadings, stamp_of_time
 
 def late_readings(readings: SensorReadings, scenario: ControlScenario) -> list[LateReading]:
     """Return those of some readings that the estimator of a scenario uses."""
-    rate_hz, found = scenario.rate_hz, list[LateReading]()
+    rate_hz, late = scenario.rate_hz, list[LateReading]()
 
     def moment(time: float) -> float:
         return moment_of_stamp(stamp_of_time(time), rate_hz)
 
     if scenario.gyro:
         usable_rate = scenario.imu.usable_rate
-        found += [LateReading(GYROSCOPE, moment(one.time), usable_rate(one.angular_velocity)) for one in readings.imu]
+        late += [LateReading(GYROSCOPE, moment(turn.time), usable_rate(turn.angular_velocity)) for turn in readings.imu]
     if scenario.passive.leg:
-        found += [LateReading(PASSIVE, moment(angle.time), angle.angle) for angle in readings.passive_angles]
+        late += [LateReading(PASSIVE, moment(angle.time), angle.angle) for angle in readings.passive_angles]
     if scenario.sees:
-        positions = ((moment(one.time), used(PlatformReading(*one[1:]))) for one in readings.camera)
-        found += [LateReading(CAMERA, made, *position) for made, position in positions]
+        positions = ((moment(sight.time), used(PlatformReading(*sight[1:]))) for sight in readings.camera)
+        late += [LateReading(CAMERA, stamp, *position) for stamp, position in positions]
     if scenario.extra_sensor:
-        found += [LateReading(EXTRA, moment(one.time), one.value) for one in readings.extra]
-    return found
+        late += [LateReading(EXTRA, moment(reading.time), reading.value) for reading in readings.extra]
+    return late

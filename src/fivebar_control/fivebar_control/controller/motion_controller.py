@@ -33,6 +33,7 @@ from fivebar_control.loop.plan_sample import PlanSample, plan_sample, planned_re
 from fivebar_control.model.kinematics import assembly_mode, state_from_joints, working_mode
 from fivebar_control.model.state import JointAngles, Platform, State
 from fivebar_control.safety.stages import NO_FAULT, fault_of, first_fault
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
 from fivebar_description.readings import Pair, Quadruple, SensorReadings
@@ -157,7 +158,7 @@ class MotionController:
         """
         self._scenario, self._longest_hold = scenario, longest_hold
         self._robot, self._plan, self._rate_hz = scenario.five_bar(), scenario.plan(), scenario.rate_hz
-        tuned, scheme = scenario.tuned(), scenario.scheme()
+        tuned, scheme = tuned_controller(scenario), scenario.scheme()
         self._laws, self._of_laws, self._ahead = scheme.laws, law_functions(scheme), tuned.samples_ahead
         self._control = cycle_settings(scenario)
         last, lead = self._plan.path.samples(self._rate_hz), scenario.lead_samples
@@ -245,28 +246,28 @@ class MotionController:
         self._number = number
         sensed = self._sensed = self._sensed_by(readings)
         if sensed is None:
-            found = self._held(number)
+            response = self._held(number)
         else:
-            found = self._answered(number, sensed)
+            response = self._answered(number, sensed)
             self._came = number
             position, velocity, effort, deviations, disturbance, _ = sensed
-            self._estimate = StateEstimate(position, velocity, effort, *found.place, deviations, disturbance)
-            if found.fault != NO_FAULT and self.fault is None:
-                self.fault = self._in_words(found, sensed)
+            self._estimate = StateEstimate(position, velocity, effort, *response.place, deviations, disturbance)
+            if response.fault != NO_FAULT and self.fault is None:
+                self.fault = self._in_words(response, sensed)
             if self._estimator is not None:
-                self._estimator.commanded(number, *found.command)
-        self._commands.append(found.command)
+                self._estimator.commanded(number, *response.command)
+        self._commands.append(response.command)
         self._output = ControlOutput(
             number,
-            found.command,
+            response.command,
             self.fault,
-            found.sigma,
-            found.kappa,
+            response.sigma,
+            response.kappa,
             self._estimate,
-            found.reference,
-            found.nominal,
-            found.constraint if self._control.blended else None,
-            None if found.latched else found.requested,
+            response.reference,
+            response.nominal,
+            response.constraint if self._control.blended else None,
+            None if response.latched else response.requested,
         )
         return self._output
 
@@ -287,10 +288,10 @@ class MotionController:
             raise StillFaulty("no sample has come since")
         state, control = self._state_of(self._sensed), self._control
         arguments = control.limits, control.robot, control.mode, state, state.x, state.y, ZERO
-        found = first_fault(*arguments)
+        fault_number = first_fault(*arguments)
         reason = motion_left(state, self._scenario.safety.rest_speed)
-        if found != NO_FAULT:
-            reason = str(fault_of(found, *arguments, 0.0))
+        if fault_number != NO_FAULT:
+            reason = str(fault_of(fault_number, *arguments, 0.0))
         if reason is not None:
             raise StillFaulty(reason)
         self.fault = None
@@ -447,10 +448,12 @@ class MotionController:
         if motors is None:
             assert angles is not None
             motors = angles[0], angles[2]
-        found = self._estimator.take(self._number, *motors, *torques, late_readings(readings, self._scenario))
+        estimate = self._estimator.take(self._number, *motors, *torques, late_readings(readings, self._scenario))
         fault = self._estimator.fault
         trip = NO_FAULT if fault is None else TRIP_NUMBERS[fault.name]
-        return KnownJoints(found.position, found.velocity, found.effort, found.deviations, found.disturbance, trip)
+        return KnownJoints(
+            estimate.position, estimate.velocity, estimate.effort, estimate.deviations, estimate.disturbance, trip
+        )
 
     def _applied(self, readings: SensorReadings) -> Pair:
         """Return the torques (Nm) applied over the period before the sample."""
@@ -467,21 +470,21 @@ class MotionController:
             self.fault = Fault("state_stale", f"no sample after {came}, where the torque is held for {held} at most")
         return self._stopped(number)
 
-    def _in_words(self, found: LoopAnswer, sensed: KnownJoints) -> Fault | None:
+    def _in_words(self, response: LoopAnswer, sensed: KnownJoints) -> Fault | None:
         """Return the first fault that the loop has found."""
-        if found.found == NO_FAULT:
+        if response.found == NO_FAULT:
             assert self._estimator is not None
             return self._estimator.fault
         control = self._control
         fault = fault_of(
-            found.found,
+            response.found,
             control.limits,
             control.robot,
             control.mode,
             self._state_of(sensed),
-            found.reference.x,
-            found.reference.y,
-            found.requested,
-            found.sigma if control.blended else 0.0,
+            response.reference.x,
+            response.reference.y,
+            response.requested,
+            response.sigma if control.blended else 0.0,
         )
         return Fault(fault.name, f"at sample {self._number}: {fault.detail}")

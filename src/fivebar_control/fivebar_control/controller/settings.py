@@ -7,17 +7,19 @@ from fivebar_control.loop.closed_loop import cycle_settings_of
 from fivebar_control.loop.cycle import CycleSettings
 from fivebar_control.safety.brake import brake_of
 from fivebar_control.safety.stages import guard_limits_of
+from fivebar_control.scenario.guard_settings import guard_settings
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.scenario import ControlScenario
 
 
 def cycle_settings(scenario: ControlScenario) -> CycleSettings:
     """Return the constants of the control cycle."""
-    safety, robot, rate_hz = scenario.safety_settings(), scenario.five_bar(), scenario.rate_hz
+    safety, robot, rate_hz = guard_settings(scenario), scenario.five_bar(), scenario.rate_hz
     return cycle_settings_of(
         robot,
         scenario.working_mode,
         rate_hz,
-        scenario.tuned(),
+        tuned_controller(scenario),
         scenario.zone.as_rule().lasts(rate_hz),
         guard_limits_of(safety, rate_hz),
         brake_of(safety, robot, rate_hz),

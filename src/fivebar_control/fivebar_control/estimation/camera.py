@@ -21,17 +21,17 @@ does not get there, and a wrong tag is farther away."""
 
 
 def with_seen(
-    model: EstimatorModel, memory: EstimatorMemory, made: float, x: float, y: float, variance: float
+    model: EstimatorModel, memory: EstimatorMemory, moment: float, x: float, y: float, variance: float
 ) -> Placed:
     """Add a position (m) by the camera with the variance (m^2) that it says of itself.
 
     It is put at the sample before its exposure, and takes effect there: what followed is worked out again.
     """
-    entry = entry_of(memory.history, memory.newest, math.floor(made))
+    entry = entry_of(memory.history, memory.newest, math.floor(moment))
     if entry == 0:
         return Placed(memory, memory.newest)
     at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
-    lag = (made - at) / model.rate_hz
+    lag = (moment - at) / model.rate_hz
     # beyond the gate a reading has no effect, and so its innovation does not count
     keep_late(memory.history, entry, CAMERA, x, lag, max(variance, model.camera_variance), y, False)
     return Placed(memory, entry)
@@ -57,7 +57,7 @@ def seen_at(belief: Belief, x: float, y: float, lag: float, variance: float, gat
     squared = (s_yy * off_x * off_x - 2.0 * s_xy * off_x * off_y + s_xx * off_y * off_y) / (s_xx * s_yy - s_xy * s_xy)
     if not squared <= gate * gate:
         return Taken(belief, 0.5 * squared, math.nan)
-    one = taken(belief, row_x, off_x, variance)
-    e = one.belief.estimate
-    two = taken(one.belief, row_y, y - e.y - lag * e.vy, variance)
-    return Taken(two.belief, 0.5 * squared, math.nan)
+    by_x = taken(belief, row_x, off_x, variance)
+    e = by_x.belief.estimate
+    by_both = taken(by_x.belief, row_y, y - e.y - lag * e.vy, variance)
+    return Taken(by_both.belief, 0.5 * squared, math.nan)

@@ -45,12 +45,12 @@ def causes_of(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> list[C
     part, part_gyro = encoders / total, gyro / total if model.gyro else 0.0
     # of the mean of both encoders' squares, the share of one sample
     sudden = min(1.0, 0.5 * model.misfit_share * pattern.jump**2 / encoders)
-    one, two = pattern.encoder1, pattern.encoder2
-    one_sided = _one_sided(one if one.size > two.size else two)
+    encoder1, encoder2 = pattern.encoder1, pattern.encoder2
+    one_sided = _one_sided(encoder1 if encoder1.size > encoder2.size else encoder2)
     one_sided_gyro = _one_sided(pattern.gyro) if model.gyro else 0.0
     swinging = part * (1.0 - one_sided) * (1.0 - sudden) + part_gyro * (1.0 - one_sided_gyro)
     # of what goes one way, a sensor's own fault shows in it, wrong geometry in all
-    found = [
+    causes = [
         Cause(
             "elasticity or play of the transmissions beyond `ekf.play`"
             + (", which declares none" if model.play == 0.0 else "")
@@ -66,12 +66,12 @@ def causes_of(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> list[C
     ]
     if model.gyro:
         weight = one_sided_gyro * part_gyro + UNDECLARED * min(1.0, pattern.bias / model.bias_limit)
-        found.append(Cause("the gyroscope's bias, sensitivity or mounting, or its clock", weight))
+        causes.append(Cause("the gyroscope's bias, sensitivity or mounting, or its clock", weight))
     if model.elbow:
-        found.append(Cause("the passive joint's encoder or its zero", elbow / total))
+        causes.append(Cause("the passive joint's encoder or its zero", elbow / total))
     if model.extra is not None:
-        found.append(Cause("the sensor of `extra_sensor`, or what is expected of it", extra / total))
-    return sorted(found, key=lambda cause: -cause.weight)
+        causes.append(Cause("the sensor of `extra_sensor`, or what is expected of it", extra / total))
+    return sorted(causes, key=lambda cause: -cause.weight)
 
 
 def inconsistency_reason(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
@@ -92,7 +92,7 @@ def _beyond(model: EstimatorModel, misfit: Misfit, pattern: Pattern) -> str:
     )
     (mean, sensor), *others = far
     if mean <= model.misfit_limit and pattern.jump > model.jump_limit:
-        also = _also([one for one in far if one[1] != ENCODERS_DIFFER], model.misfit_limit)
+        also = _also([deviation for deviation in far if deviation[1] != ENCODERS_DIFFER], model.misfit_limit)
         return (
             f"the encoder of q{pattern.jumped}1 jumped by {pattern.jump:.1f} standard deviations from its prediction"
             f"{also}, limit {model.jump_limit:.1f}"
@@ -129,7 +129,11 @@ def _one_side(model: EstimatorModel, pattern: Pattern) -> str:
         ),
         reverse=True,
     )
-    also = "".join(f", {other} by {one:.1f}" for one, other in others if one > NAMED * model.offset_limit)
+    also = "".join(
+        f", {other} by {other_offset:.1f}"
+        for other_offset, other in others
+        if other_offset > NAMED * model.offset_limit
+    )
     return (
         f"{name} from its predictions to one side by {offset:.1f} standard deviations on average{also}, limit"
         f" {model.offset_limit:.1f}"
@@ -138,4 +142,6 @@ def _one_side(model: EstimatorModel, pattern: Pattern) -> str:
 
 def _also(others: list[tuple[float, str]], limit: float) -> str:
     """Return the other sensors whose mean squares are near the limit, with their deviations."""
-    return "".join(f", {other} by {math.sqrt(one):.1f}" for one, other in others if one > NAMED * limit)
+    return "".join(
+        f", {other} by {math.sqrt(mean_square):.1f}" for mean_square, other in others if mean_square > NAMED * limit
+    )

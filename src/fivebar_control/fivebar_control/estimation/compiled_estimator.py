@@ -65,8 +65,8 @@ class FilterState(structref.StructRefProxy):
         ambiguity: AmbiguityCheck,
     ) -> FilterState:
         """Hand them over."""
-        made: FilterState = structref.StructRefProxy.__new__(cls, model, memory, frozen, estimate, ambiguity)
-        return made
+        state: FilterState = structref.StructRefProxy.__new__(cls, model, memory, frozen, estimate, ambiguity)
+        return state
 
 
 structref.define_proxy(FilterState, _FilterType, ["model", "memory", "frozen", "estimate", "ambiguity"])
@@ -81,17 +81,17 @@ RESULTS = 22
 
 def _keep(state: FilterState, stepped: EstimatorStep, out: FloatArray) -> None:
     """Keep the memory after a sample, and write its result."""
-    found = stepped.prediction
-    state.memory, state.frozen = found.memory, stepped.frozen
-    state.estimate, state.ambiguity = found.estimate, found.ambiguity
-    for index, value in enumerate(found.joints):
+    prediction = stepped.prediction
+    state.memory, state.frozen = prediction.memory, stepped.frozen
+    state.estimate, state.ambiguity = prediction.estimate, prediction.ambiguity
+    for index, value in enumerate(prediction.joints):
         out[index] = value
     for index in range(6):
-        out[8 + index] = found.memory.belief.covariance[index, index]
-    out[14], out[15] = found.memory.belief.estimate.d1, found.memory.belief.estimate.d2
+        out[8 + index] = prediction.memory.belief.covariance[index, index]
+    out[14], out[15] = prediction.memory.belief.estimate.d1, prediction.memory.belief.estimate.d2
     squared = stepped.squared
     out[16], out[17], out[18], out[19] = squared.encoders, squared.gyro, squared.elbow, squared.extra
-    out[20], out[21] = float(found.trip), 1.0 if found.lost else 0.0
+    out[20], out[21] = float(prediction.trip), 1.0 if prediction.lost else 0.0
 
 
 def _begin(state: FilterState, commands: FloatArray, out: FloatArray) -> None:
@@ -178,9 +178,9 @@ class CompiledEstimator(StateEstimator):
         return rows
 
     def _result(self) -> Ahead:
-        self._values = found = self._out.tolist()
-        d1, d2 = found[14:16]
-        return Ahead(Joints(*found[:8]), tuple(found[8:14]), (d1, d2), int(found[20]), found[21] > 0.0)
+        self._values = values = self._out.tolist()
+        d1, d2 = values[14:16]
+        return Ahead(Joints(*values[:8]), tuple(values[8:14]), (d1, d2), int(values[20]), values[21] > 0.0)
 
     def _hand_over(self, memory: EstimatorMemory, *rest: Any) -> None:
         self._state = FilterState(self._model, memory, *rest)
@@ -206,7 +206,9 @@ class CompiledEstimator(StateEstimator):
 @cache
 def _machine_code(functions: FilterFunctions) -> _MachineCode:
     whom, names = functions.estimator_step.__name__, functions._asdict()
-    return _MachineCode(*(compiled_and_kept(bound_apart(whom, one, **names)) for one in (_begin, _go_on, _details)))
+    return _MachineCode(
+        *(compiled_and_kept(bound_apart(whom, function, **names)) for function in (_begin, _go_on, _details))
+    )
 
 
 def _pairs(pending: Torques) -> FloatArray:

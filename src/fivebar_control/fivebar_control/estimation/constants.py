@@ -9,13 +9,11 @@ from typing import Any, NamedTuple
 from fivebar_control.estimation.ekf import FilterModel, filter_model
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.mirror import AmbiguityLimits
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import EkfSettings, Sensing
 from fivebar_control.model.state import WorkingMode
-from fivebar_description.extra_sensor import MountedSensor
 from fivebar_description.parameters import FiveBar
-from fivebar_description.sensors import LONGEST_LATENCY, NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
+from fivebar_description.sensors import LONGEST_LATENCY
 from fivebar_description.settings import as_numbers
-from fivebar_description.tolerances import EXACT, Tolerances
 
 OFFSET, JUMP, MISFIT = 9.0, 10.0, 50.0
 """Least limits, the first two in standard deviations."""
@@ -103,40 +101,18 @@ class EstimatorModel(NamedTuple):
     history: int
 
 
-class Instrumentation(NamedTuple):
-    """The declarations for an estimator besides the robot.
-
-    Attributes:
-        rate_hz: samples per second.
-        drives: encoders and drives.
-        settings: of the filter; `gyro` and `camera` say whether there are these.
-        tolerances: how exactly the robot is known.
-        passive: the encoder on a passive joint.
-        known: errors of the sensors that have been measured.
-        extra: a sensor from another package, None for none.
-    """
-
-    rate_hz: int
-    drives: Drives
-    settings: EkfSettings
-    tolerances: Tolerances = EXACT
-    passive: PassiveEncoder = NO_ENCODER
-    known: KnownSensors = NOTHING_KNOWN
-    extra: MountedSensor | None = None
-
-
-def estimator_model(robot: FiveBar, mode: WorkingMode, instruments: Instrumentation) -> EstimatorModel:
+def estimator_model(robot: FiveBar, mode: WorkingMode, sensing: Sensing) -> EstimatorModel:
     """Return the constants for a robot in a working mode, each a number of one type."""
-    rate_hz, drives, settings, tolerances, passive, known, extra = instruments
+    rate_hz, drives, settings, tolerances, passive, known, extra, *_ = sensing
     numbers = as_numbers(settings)
     torque_limit = math.inf if drives.torque_limit is None else float(drives.torque_limit)
     bending = largest_bending(robot, numbers.play_frequency, torque_limit)
     limits = watch_limits(numbers, rate_hz, bending, float(tolerances.zero))
-    others = settings.gyro or settings.camera or passive.leg > 0 or extra is not None
+    has_late_sensors = settings.gyro or settings.camera or passive.leg > 0 or extra is not None
     spread = 0.0 if extra is None else float(extra.kind.deviation(extra.settings))
     latency = CAMERA_LATENCY if settings.camera else LONGEST_LATENCY
     return EstimatorModel(
-        filter=filter_model(robot, mode, rate_hz, numbers, as_numbers(tolerances), others),
+        filter=filter_model(robot, mode, rate_hz, numbers, as_numbers(tolerances), has_late_sensors),
         resolution=count_angle(drives.encoder_counts or 0),
         play=numbers.play * numbers.play,
         rate_hz=rate_hz,
@@ -164,7 +140,7 @@ def estimator_model(robot: FiveBar, mode: WorkingMode, instruments: Instrumentat
         jump_limit=limits.jump_limit,
         error_limit=numbers.error_limit or math.inf,
         bias_limit=BIAS if settings.gyro and bending <= numbers.play else math.inf,
-        history=history_samples(rate_hz, latency) if others else 2,
+        history=history_samples(rate_hz, latency) if has_late_sensors else 2,
     )
 
 
@@ -209,7 +185,7 @@ def watch_limits(settings: EkfSettings, rate_hz: int, bending: float = 0.0, zero
         bending: largest one of the transmissions under a torque (rad), see `largest_bending`.
         zero: tolerance of the encoders' zeros (rad).
     """
-    given = (settings.misfit_limit, settings.offset_limit, settings.jump_limit)
+    declared = (settings.misfit_limit, settings.offset_limit, settings.jump_limit)
     derived = (MISFIT, math.inf, math.inf)
     if settings.gyro:
         share = share_of_one(rate_hz, OFFSET_TIME)
@@ -223,4 +199,4 @@ def watch_limits(settings: EkfSettings, rate_hz: int, bending: float = 0.0, zero
         if settings.force_deviation == 0.0:
             offset = math.inf
         derived = (max(MISFIT, swing * swing), offset * math.sqrt(share / (2.0 - share)), jump)
-    return WatchLimits(*(one if one != 0.0 else other for one, other in zip(given, derived, strict=True)))
+    return WatchLimits(*(limit if limit != 0.0 else default for limit, default in zip(declared, derived, strict=True)))

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from fivebar_control.estimation.causes import inconsistency_reason
-from fivebar_control.estimation.constants import Instrumentation, estimator_model
+from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.ekf import Belief
 from fivebar_control.estimation.encoder import first_angle
 from fivebar_control.estimation.fault_numbers import (
@@ -41,6 +41,7 @@ from fivebar_control.estimation.readings import (
     longest_gap,
     with_motors,
 )
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.estimation.step import (
     EstimatorStep,
     Prediction,
@@ -109,22 +110,22 @@ class Ahead(NamedTuple):
 class StateEstimator:
     """The filter over a run: initialised from the homing posture; latches the first fault."""
 
-    def __init__(self, robot: FiveBar, homing: Homing, instruments: Instrumentation) -> None:
+    def __init__(self, robot: FiveBar, homing: Homing, sensing: Sensing) -> None:
         """Make an estimator for a robot at rest in a declared posture.
 
         Raises:
             HomingContradicted: the declared posture contradicts itself.
         """
         check_declared(robot, homing)
-        drives, settings, extra = instruments.drives, instruments.settings, instruments.extra
+        drives, settings, extra = sensing.drives, sensing.settings, sensing.extra
         self._robot = robot
         self._homing = homing
         self._filter = filter_functions(None if extra is None else extra.kind)
         self._sees, self._seen_start = settings.camera, settings.seen_start
-        self._model = estimator_model(robot, homing.mode, instruments)
+        self._model = estimator_model(robot, homing.mode, sensing)
         self._tolerance = settings.homing_tolerance + self._model.resolution
         self._frozen = nothing_read()
-        self._longest_gap = longest_gap(instruments.rate_hz)
+        self._longest_gap = longest_gap(sensing.rate_hz)
         # before sample 0 the drives are at zero torque
         self._commands = {sample: (0.0, 0.0) for sample in range(-drives.delay_samples, 0)}
         self._newest_command = 0.0, 0.0
@@ -249,9 +250,9 @@ class StateEstimator:
     ) -> Ahead:
         model, last, self._last = self._model, self._last, sample
         if not self._begun:
-            one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
-            check_encoders(self._robot, self._homing, self._tolerance, one.value, two.value)
-            memory = first_update(model, self._first_assembly(one.value, two.value, readings), q11, q21)
+            angle1, angle2 = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
+            check_encoders(self._robot, self._homing, self._tolerance, angle1.value, angle2.value)
+            memory = first_update(model, self._first_assembly(angle1.value, angle2.value, readings), q11, q21)
             self._begun = True
             return self._first(memory, self._pending(sample))
         # over a gap in the readings the torque is assumed to be that of its last period
@@ -297,11 +298,11 @@ class StateEstimator:
         return self._after(stepped)
 
     def _after(self, stepped: EstimatorStep) -> Ahead:
-        self._prediction = found = stepped.prediction
-        self._memory = found.memory
-        estimate, covariance = found.memory.belief
+        self._prediction = prediction = stepped.prediction
+        self._memory = prediction.memory
+        estimate, covariance = prediction.memory.belief
         variances = tuple(covariance.diagonal()[:6].tolist())
-        return Ahead(found.joints, variances, (estimate.d1, estimate.d2), found.trip, found.lost)
+        return Ahead(prediction.joints, variances, (estimate.d1, estimate.d2), prediction.trip, prediction.lost)
 
     def _details(self) -> tuple[Prediction, FrozenMemory]:
         """Return what a fault is put into words by."""
@@ -316,7 +317,7 @@ class StateEstimator:
             return f": {ambiguity_reason(model.filter, model.limits, ahead.ambiguity)}"
         if trip == ENCODER_FROZEN:
             motor = named_motor(model, frozen, False) or named_motor(model, frozen, True)
-            return f" {frozen_reason(frozen.one if motor == 1 else frozen.two, motor)}"
+            return f" {frozen_reason(frozen.motor1 if motor == 1 else frozen.motor2, motor)}"
         if trip == ESTIMATE_INCONSISTENT:
             return f" {inconsistency_reason(model, memory.misfit, memory.pattern)}"
         return f": {gyro_reason(trip, memory.gyro, model.rate_hz)}"
@@ -326,10 +327,10 @@ class StateEstimator:
         if not self._seen_start:
             return self._homing.assembly
         seen = (reading for reading in readings if reading.sensor == CAMERA)
-        found = next((one for one in seen if math.isfinite(one.value + one.second)), None)
-        if found is None:
+        sighting = next((reading for reading in seen if math.isfinite(reading.value + reading.second)), None)
+        if sighting is None:
             raise HomingContradicted("homing_contradicted: the camera does not see the platform at the start")
-        assembly = seen_assembly(self._robot, q11, q21, found.value, found.second)
+        assembly = seen_assembly(self._robot, q11, q21, sighting.value, sighting.second)
         if assembly != self._homing.assembly:
             raise HomingContradicted(
                 f"homing_contradicted: the camera sees the platform in assembly mode {assembly}, the motion begins in"

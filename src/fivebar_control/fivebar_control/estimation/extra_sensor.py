@@ -32,13 +32,13 @@ extra_expected: Callable[..., ExpectedReading] = nothing_expected
 """Expectation of the sensor, to be bound before (`step.filter_functions`)."""
 
 
-def with_extra(model: EstimatorModel, memory: EstimatorMemory, made: float, value: float) -> Placed:
+def with_extra(model: EstimatorModel, memory: EstimatorMemory, moment: float, value: float) -> Placed:
     """Add a reading; it is put at the sample before the moment (samples) at which it was made."""
-    entry = entry_of(memory.history, memory.newest, math.floor(made))
+    entry = entry_of(memory.history, memory.newest, math.floor(moment))
     if entry == 0:
         return Placed(memory, memory.newest)
     at = float(memory.history.inputs[row_of(memory.history, entry), SAMPLE])
-    keep_late(memory.history, entry, EXTRA, value, (made - at) / model.rate_hz, model.extra_variance)
+    keep_late(memory.history, entry, EXTRA, value, (moment - at) / model.rate_hz, model.extra_variance)
     return Placed(memory, entry)
 
 

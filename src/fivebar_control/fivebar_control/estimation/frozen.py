@@ -101,12 +101,12 @@ class FrozenMemory(NamedTuple):
     """Both encoders, whose readings are NaN before the first.
 
     Attributes:
-        one, two: of motor 1 and 2.
+        motor1, motor2: the encoder of each motor.
         held: samples for which an inconsistent estimate has waited for a name.
     """
 
-    one: EncoderStay
-    two: EncoderStay
+    motor1: EncoderStay
+    motor2: EncoderStay
     held: int = 0
 
 
@@ -129,10 +129,10 @@ def after_readings(
         gap: whether readings before these were lost, over which the prediction is a guess.
         coasts: whether no torque is commanded any more.
     """
-    same = q11 == memory.one.reading and q21 == memory.two.reading
-    restarts = math.isnan(memory.one.reading) or gap or (coasts and same)
-    one = _stay_after(model, memory.one, 1, q11, q21, expected, restarts)
-    return FrozenMemory(one, _stay_after(model, memory.two, 2, q21, q11, expected, restarts), memory.held)
+    same = q11 == memory.motor1.reading and q21 == memory.motor2.reading
+    restarts = math.isnan(memory.motor1.reading) or gap or (coasts and same)
+    stay1 = _stay_after(model, memory.motor1, 1, q11, q21, expected, restarts)
+    return FrozenMemory(stay1, _stay_after(model, memory.motor2, 2, q21, q11, expected, restarts), memory.held)
 
 
 def _stay_after(
@@ -179,9 +179,9 @@ def _stay_after(
 def named_motor(model: EstimatorModel, memory: FrozenMemory, inconsistent: bool) -> int:
     """Return which motor's encoder is named as frozen, 0 for none: less has to be seen where the estimate is wrong."""
     limit = COUNTS * model.resolution + (0.0 if inconsistent else ANGLE)
-    if _is_frozen(memory.one, model, FEWEST, limit, hardest_braking(model, 1, memory.one.stays)):
+    if _is_frozen(memory.motor1, model, FEWEST, limit, hardest_braking(model, 1, memory.motor1.stays)):
         return 1
-    return 2 if _is_frozen(memory.two, model, FEWEST, limit, hardest_braking(model, 2, memory.two.stays)) else 0
+    return 2 if _is_frozen(memory.motor2, model, FEWEST, limit, hardest_braking(model, 2, memory.motor2.stays)) else 0
 
 
 def hardest_braking(model: EstimatorModel, motor: int, stays: int) -> float:
@@ -239,9 +239,9 @@ def named_fault(model: EstimatorModel, trip: int, memory: FrozenMemory, gyro: Gy
     cause = gyro_cause(gyro, model.gyro_silence) if model.gyro else NO_FAULT
     if cause != NO_FAULT:
         return Named(cause, memory)
-    suspected = _suspected(memory.one, model) or _suspected(memory.two, model) or (model.gyro and repeats(gyro))
+    suspected = _suspected(memory.motor1, model) or _suspected(memory.motor2, model) or (model.gyro and repeats(gyro))
     if suspected and memory.held < longest_held(model.rate_hz):
-        return Named(NO_FAULT, FrozenMemory(memory.one, memory.two, memory.held + 1))
+        return Named(NO_FAULT, FrozenMemory(memory.motor1, memory.motor2, memory.held + 1))
     return Named(trip, memory)
 
 

@@ -22,7 +22,7 @@ EARLIEST = 0.02
 """Time (s) by which the stamp of a reading may be ahead of the newest sample: beyond it, its clock is wrong."""
 
 
-def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate: float) -> Placed:
+def with_rate(model: EstimatorModel, memory: EstimatorMemory, stamped: float, rate: float) -> Placed:
     """Add a gyroscope reading (rad/s).
 
     It is put at the first sample at or after the moment at which it was made, by what is known and estimated of its
@@ -33,11 +33,11 @@ def with_rate(model: EstimatorModel, memory: EstimatorMemory, made: float, rate:
     Args:
         model: constants.
         memory: with the motor readings with which it came.
-        made: moment of its stamp, in samples.
+        stamped: moment of its stamp, in samples.
         rate: reading.
     """
     newest, rate_hz = memory.newest, model.rate_hz
-    stamp = made - model.gyro_clock * rate_hz
+    stamp = stamped - model.gyro_clock * rate_hz
     moment = stamp - memory.belief.estimate.clock * rate_hz
     entry = 0 if math.isnan(moment) else entry_of(memory.history, newest, math.ceil(moment))
     if -1.0 < moment <= 0.0:

@@ -40,15 +40,15 @@ def with_readings(
     start = memory.newest
     for number in range(len(readings)):
         reading = readings[number]
-        sensor, made, value = reading[0], reading[1], reading[2]
+        sensor, moment, value = reading[0], reading[1], reading[2]
         if sensor == GYROSCOPE:
-            placed = with_rate(model, memory, made, value)
+            placed = with_rate(model, memory, moment, value)
         elif sensor == PASSIVE:
-            placed = with_elbow(model, memory, made, value)
+            placed = with_elbow(model, memory, moment, value)
         elif sensor == CAMERA:
-            placed = with_seen(model, memory, made, value, reading[3], reading[4] * reading[4])
+            placed = with_seen(model, memory, moment, value, reading[3], reading[4] * reading[4])
         else:
-            placed = with_extra(model, memory, made, value)
+            placed = with_extra(model, memory, moment, value)
         memory, start = placed.memory, min(start, placed.start)
     return Placed(memory, start)
 

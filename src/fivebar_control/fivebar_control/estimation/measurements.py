@@ -155,16 +155,16 @@ def corrected(model: FilterModel, belief: Belief, q11: Angle, q21: Angle) -> Cor
     leg2 = leg_at_rest(model.robot.leg2, model.mode[1], x, y)
     # one after the other, which for independent encoders is the same as both at once
     row1, row2 = encoder_row(1, leg1), encoder_row(2, leg2)
-    one = measured(belief.covariance, row1, q11.variance + linearised(model, row1), model.estimates_errors)
-    two = measured(one.covariance, row2, q21.variance + linearised(model, row2), model.estimates_errors)
+    update1 = measured(belief.covariance, row1, q11.variance + linearised(model, row1), model.estimates_errors)
+    update2 = measured(update1.covariance, row2, q21.variance + linearised(model, row2), model.estimates_errors)
     innovation1 = ahead_of(q11.value, leg1.r_x, leg1.r_y) - share_of_errors(belief.estimate, row1)
-    change = one.gain * innovation1
+    change = update1.gain * innovation1
     expected2 = share_of_errors(belief.estimate, row2) + float(np.dot(row2, change))
     innovation2 = ahead_of(q21.value, leg2.r_x, leg2.r_y) - expected2
-    change += two.gain * innovation2
-    misfit = innovation1 * innovation1 / one.variance + innovation2 * innovation2 / two.variance
-    ahead1, ahead2 = innovation1 / math.sqrt(abs(one.variance)), innovation2 / math.sqrt(abs(two.variance))
-    return Corrected(Belief(changed(belief.estimate, change), two.covariance), misfit, ahead1, ahead2)
+    change += update2.gain * innovation2
+    misfit = innovation1 * innovation1 / update1.variance + innovation2 * innovation2 / update2.variance
+    ahead1, ahead2 = innovation1 / math.sqrt(abs(update1.variance)), innovation2 / math.sqrt(abs(update2.variance))
+    return Corrected(Belief(changed(belief.estimate, change), update2.covariance), misfit, ahead1, ahead2)
 
 
 def share_of_errors(estimate: Estimate, row: Vector) -> float:

@@ -39,14 +39,14 @@ def mirrored(robot: FiveBar, leg1: LegMotion, leg2: LegMotion, belief: Belief) -
     P - 2 s n; along n the velocity changes by -2 ds/dt.
     """
     estimate = belief.estimate
-    one, two = robot.leg1, robot.leg2
-    e1_x, e1_y = one.base_x + one.proximal * leg1.r_x, one.proximal * leg1.r_y
-    e2_x, e2_y = two.base_x + two.proximal * leg2.r_x, two.proximal * leg2.r_y
+    links1, links2 = robot.leg1, robot.leg2
+    e1_x, e1_y = links1.base_x + links1.proximal * leg1.r_x, links1.proximal * leg1.r_y
+    e2_x, e2_y = links2.base_x + links2.proximal * leg2.r_x, links2.proximal * leg2.r_y
     length = math.hypot(e2_x - e1_x, e2_y - e1_y)
     if not length > 0.0:
         return None
     n_x, n_y = -(e2_y - e1_y) / length, (e2_x - e1_x) / length
-    speed1, speed2 = one.proximal * leg1.dq1, two.proximal * leg2.dq1
+    speed1, speed2 = links1.proximal * leg1.dq1, links2.proximal * leg2.dq1
     v1_x, v1_y = -speed1 * leg1.r_y, speed1 * leg1.r_x
     v2_x, v2_y = -speed2 * leg2.r_y, speed2 * leg2.r_x
     turn = ((v2_x - v1_x) * n_x + (v2_y - v1_y) * n_y) / length

@@ -26,13 +26,13 @@ from fivebar_control.estimation.readings import EstimatorMemory, Placed
 from fivebar_description.parameters import LegParameters
 
 
-def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, reading: float) -> Placed:
+def with_elbow(model: EstimatorModel, memory: EstimatorMemory, moment: float, reading: float) -> Placed:
     """Add a reading (rad) of the passive joint's encoder, to be taken by `next_update`; readings come in their order.
 
     One between two samples is moved to the later one by the speed that is expected.
     """
     newest, history = memory.newest, memory.history
-    entry = entry_of(history, newest, math.ceil(made))
+    entry = entry_of(history, newest, math.ceil(moment))
     if entry == 0:
         return Placed(memory, newest)
     speed = elbow_speed(model.filter, belief_at(history, entry - 1).estimate, model.elbow)
@@ -41,7 +41,7 @@ def with_elbow(model: EstimatorModel, memory: EstimatorMemory, made: float, read
         angle = first_angle(model.elbow_resolution, reading)
     else:
         angle = next_angle(model.elbow_resolution, model.elbow_rate, memory.elbow, repeated, reading, speed)
-    since = (float(history.inputs[row_of(history, entry), SAMPLE]) - made) / model.rate_hz
+    since = (float(history.inputs[row_of(history, entry), SAMPLE]) - moment) / model.rate_hz
     keep_late(history, entry, PASSIVE, angle.value - model.elbow_zero + since * speed, 0.0, angle.variance)
     changed = EstimatorMemory(
         belief=memory.belief,

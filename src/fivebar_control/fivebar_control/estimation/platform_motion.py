@@ -114,11 +114,11 @@ def platform_acceleration(
     applied: Applied,
 ) -> tuple[float, float]:
     """Return xddot (m/s^2) of a moving platform (m, m/s), including modelled friction at the motor speeds."""
-    one, two = robot.leg1, robot.leg2
-    leg1 = leg_motion(one, mode[0], x, y, vx, vy)
-    leg2 = leg_motion(two, mode[1], x, y, vx, vy)
+    parameters1, parameters2 = robot.leg1, robot.leg2
+    leg1 = leg_motion(parameters1, mode[0], x, y, vx, vy)
+    leg2 = leg_motion(parameters2, mode[1], x, y, vx, vy)
     model = _model(robot, leg1, leg2)
-    net1, net2 = applied.tau1 - _lost(robot, one, leg1), applied.tau2 - _lost(robot, two, leg2)
+    net1, net2 = applied.tau1 - _lost(robot, parameters1, leg1), applied.tau2 - _lost(robot, parameters2, leg2)
     return platform_motion(model, net1, net2, applied.fx, applied.fy)
 
 

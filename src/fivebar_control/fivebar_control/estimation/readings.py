@@ -109,8 +109,8 @@ def after_encoders(model: EstimatorModel, pattern: Pattern, ahead1: float, ahead
         jump, jumped = abs(ahead1), 1
     if abs(ahead2) > jump:
         jump, jumped = abs(ahead2), 2
-    one, two = gone_on(pattern.encoder1, share, ahead1), gone_on(pattern.encoder2, share, ahead2)
-    return Pattern(one, two, pattern.gyro, jump, jumped, pattern.error, pattern.bias)
+    encoder1, encoder2 = gone_on(pattern.encoder1, share, ahead1), gone_on(pattern.encoder2, share, ahead2)
+    return Pattern(encoder1, encoder2, pattern.gyro, jump, jumped, pattern.error, pattern.bias)
 
 
 def after_gyro(model: EstimatorModel, pattern: Pattern, ahead: float) -> Pattern:

@@ -71,14 +71,14 @@ class Resting:
             raise HomingContradicted(f"the motors have turned by {turned:.4f} rad within {REST_TIME:g} s")
         if len(self._seen) < 2 or self._seen[0].made < begun:
             raise HomingContradicted("the camera has not seen the platform twice since the motors stand still")
-        one, two = self._seen
-        moved = math.hypot(two.value - one.value, two.second - one.second)
+        earlier, later = self._seen
+        moved = math.hypot(later.value - earlier.value, later.second - earlier.second)
         if moved > REST_DISTANCE:
             raise HomingContradicted(f"by the camera the platform still moves, {1e3 * moved:.1f} mm in a picture")
-        found = seen_posture(self._robot, last.q11, last.q21, two.value, two.second)
-        if found.mode != self._working_mode:
+        homing = seen_posture(self._robot, last.q11, last.q21, later.value, later.second)
+        if homing.mode != self._working_mode:
             raise HomingContradicted(
-                f"the robot is in working mode {list(found.mode)}, the controllers are for {list(self._working_mode)}"
+                f"the robot is in working mode {list(homing.mode)}, the controllers are for {list(self._working_mode)}"
             )
-        check_declared(self._robot, found)
-        return found
+        check_declared(self._robot, homing)
+        return homing

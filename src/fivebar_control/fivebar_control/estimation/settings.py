@@ -6,10 +6,10 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 from fivebar_description.extra_sensor import MountedSensor
-from fivebar_description.sensors import NO_ENCODER, PassiveEncoder
+from fivebar_description.sensors import NO_ENCODER, NOTHING_KNOWN, KnownSensors, PassiveEncoder
 from fivebar_description.settings import Setting
 from fivebar_description.shared_settings import DelaySamples, DriveTorqueLimit, EncoderCounts
-from fivebar_description.tolerances import Tolerances
+from fivebar_description.tolerances import EXACT, Tolerances
 
 
 class EkfSettings(NamedTuple):
@@ -215,22 +215,26 @@ class Sensing(NamedTuple):
     """The means of an estimator, as declared.
 
     Attributes:
+        rate_hz: samples per second.
         drives: encoders and drives.
-        settings: of the filter; `gyro` says whether there is a gyroscope.
+        settings: of the filter; `gyro` and `camera` say whether there are these.
         tolerances: how exactly the robot is known.
-        gyro_every: samples from one gyroscope reading to the next.
         passive: the encoder on a passive joint.
-        camera_every: samples from one position by the camera to the next, 0 for none.
+        known: errors of the sensors that have been measured.
         extra: a sensor from another package, None for none.
+        gyro_every: samples from one gyroscope reading to the next.
+        camera_every: samples from one position by the camera to the next, 0 for none.
     """
 
+    rate_hz: int
     drives: Drives
     settings: EkfSettings
-    tolerances: Tolerances
-    gyro_every: int = 1
+    tolerances: Tolerances = EXACT
     passive: PassiveEncoder = NO_ENCODER
-    camera_every: int = 0
+    known: KnownSensors = NOTHING_KNOWN
     extra: MountedSensor | None = None
+    gyro_every: int = 1
+    camera_every: int = 0
 
     @property
     def declared(self) -> bool:

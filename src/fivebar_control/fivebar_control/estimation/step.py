@@ -119,9 +119,9 @@ class EstimatorStep(NamedTuple):
 
 def first_update(model: EstimatorModel, assembly: int, q11: float, q21: float) -> EstimatorMemory:
     """Return the memory after the first readings (rad), those of sample 0, of a robot at rest in an assembly mode."""
-    one, two = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
-    x, y = direct_geometry(model.filter.robot, assembly, one.value, two.value)
-    belief = homed_belief(model.filter, x, y, one.variance + model.play)
+    angle1, angle2 = first_angle(model.resolution, q11), first_angle(model.resolution, q21)
+    x, y = direct_geometry(model.filter.robot, assembly, angle1.value, angle2.value)
+    belief = homed_belief(model.filter, x, y, angle1.variance + model.play)
     history = empty_history(model.history)
     keep_inputs(history, 0, 0, 0, 0.0, 0.0)
     keep_belief(history, 0, belief)
@@ -171,8 +171,8 @@ def estimator_step(
         frozen = after_readings(model, frozen, memory.last1, memory.last2, updated.predicted, gap, coasts)
     ahead = prediction(model, updated.memory, commands, first)
     named = named_fault(model, ahead.trip, frozen, ahead.memory.gyro)
-    found = Prediction(ahead.memory, ahead.estimate, ahead.joints, ahead.lost, ahead.ambiguity, named.trip)
-    return EstimatorStep(updated.squared, found, named.memory)
+    complete = Prediction(ahead.memory, ahead.estimate, ahead.joints, ahead.lost, ahead.ambiguity, named.trip)
+    return EstimatorStep(updated.squared, complete, named.memory)
 
 
 def next_update(model: EstimatorModel, memory: EstimatorMemory, start: int) -> Update:

@@ -44,17 +44,17 @@ class StartPosture(StrictModel):
     q21: Angle
     tolerance_rad: Positive = 0.05
 
-    def confirm(self, found: Sequence[float], remedy: str) -> None:
+    def confirm(self, angles: Sequence[float], remedy: str) -> None:
         """Confirm that the robot stands there.
 
         Args:
-            found: joint angles (rad) of both motors.
+            angles: joint angles (rad) of both motors.
             remedy: what to do about their encoders where it does not.
 
         Raises:
             DriveError: it stands elsewhere.
         """
-        for joint, declared, angle in zip(ACTIVE_JOINTS, (self.q11, self.q21), found, strict=True):
+        for joint, declared, angle in zip(ACTIVE_JOINTS, (self.q11, self.q21), angles, strict=True):
             if abs(angle - declared) > self.tolerance_rad:
                 raise DriveError(
                     Fault(

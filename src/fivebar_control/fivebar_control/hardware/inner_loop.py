@@ -22,6 +22,7 @@ from fivebar_control.model.singularity import NEAR_LOCUS, inverse_condition
 from fivebar_description.robot_file import load_robot
 from fivebar_description.scenario_file import DEFAULT_ROBOT
 from fivebar_description.strict_yaml import StrictModel
+from fivebar_description.whole_turns import nearest_turn
 
 HALF_TURN_MARGIN = 0.5
 """Distance (rad) of an encoder's reading from half a turn, where it jumps by a whole one, below which there is no inner
@@ -82,6 +83,8 @@ class LoopTargets:
     ) -> JointTarget | None:
         """Return where the motors should be, and how much of the stiffness acts; None where none does.
 
+        The target of a motor is on the turn on which the motor is.
+
         Args:
             reference: x, y (m), vx, vy (m/s) of the platform.
             position, velocity: q11, q12, q21, q22 (rad) and their rates (rad/s), measured or estimated.
@@ -96,7 +99,10 @@ class LoopTargets:
         if weight <= 0.0:
             return None
         # the target is held for a period, during which the reference moves on: take the middle
-        q11, q21 = (angle + speed * self._half_period for angle, speed in zip(angles, speeds, strict=True))
+        q11, q21 = (
+            nearest_turn(angle, motor) + speed * self._half_period
+            for motor, angle, speed in zip((position[0], position[2]), angles, speeds, strict=True)
+        )
         return JointTarget(weight, (q11, q21), speeds)
 
 
@@ -133,9 +139,9 @@ def away_from_jump(reading: float) -> float:
     return max(0.0, min(1.0, from_half_turn))
 
 
-def _within(most: float, gain: float, found: float, target: float) -> float:
-    """Return the target, no farther from what was found than makes an effort of `most`."""
+def _within(most: float, gain: float, measured: float, target: float) -> float:
+    """Return the target, no farther from the reading than makes an effort of `most`."""
     if gain <= 0.0:
         return target
     farthest = most / gain
-    return found + max(-farthest, min(farthest, target - found))
+    return measured + max(-farthest, min(farthest, target - measured))

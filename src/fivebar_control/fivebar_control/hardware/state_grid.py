@@ -103,7 +103,8 @@ class StateGrid:
         """Return a sample, whose velocities are those between the last two samples where the state has none."""
         before, self._sampled = self._sampled, (self._instant, states.positions)
         velocities = tuple(
-            one if math.isfinite(one) else self._speed(number, before) for number, one in enumerate(states.velocities)
+            velocity if math.isfinite(velocity) else self._speed(number, before)
+            for number, velocity in enumerate(states.velocities)
         )
         return GridSample(periods, states._replace(velocities=(velocities[0], velocities[1])))
 
@@ -120,7 +121,7 @@ def _moved(states: JointStates, last: tuple[int, JointStates], stamp: int, shift
     before, earlier = last[1], stamp - last[0]
 
     def at(now: tuple[float, float], then: tuple[float, float]) -> tuple[float, float]:
-        first, second = (one + (one - two) * shift / earlier for one, two in zip(now, then, strict=True))
+        first, second = (present + (present - past) * shift / earlier for present, past in zip(now, then, strict=True))
         return first, second
 
     return states._replace(

@@ -106,8 +106,8 @@ def _through(values: FloatArray, places: Sequence[int], wanted: NDArray[np.int_]
         for other in places:
             if other != place:
                 weights[:, number] *= (wanted - other) / (place - other)
-    found: FloatArray = weights @ values
-    return found
+    filtered: FloatArray = weights @ values
+    return filtered
 
 
 class Equations(NamedTuple):
@@ -142,10 +142,10 @@ def filtered_equations(robot: FiveBar, record: Record, cutoffs: Cutoffs, harmoni
     # the encoders round down: on average the angle is half a count further
     angles = record.angles + 0.5 * cutoffs.resolution
     q, dq, ddq = (_by_motor(angles, kernel) for kernel in (taps.angle, taps.rate, taps.acceleration))
-    found = _platform_loads(robot, record.assembly, q, dq, ddq)
-    loads, known = _by_motor(found[:, :2], parallel), _by_motor(found[:, 2:4], parallel)
+    of_platform = _platform_loads(robot, record.assembly, q, dq, ddq)
+    loads, known = _by_motor(of_platform[:, :2], parallel), _by_motor(of_platform[:, 2:4], parallel)
     # as the motors' own friction, which the filter of the angles has smoothed once
-    passive = _by_motor(_by_motor(found[:, 4:], taps.angle), parallel)
+    passive = _by_motor(_by_motor(of_platform[:, 4:], taps.angle), parallel)
     samples = len(q)
     regressor = np.zeros((samples, 2, len(COLUMNS)))
     torque = np.empty((samples, 2))
@@ -190,14 +190,14 @@ def cogging_waves(record: Record, cutoffs: Cutoffs, harmonics: Sequence[int]) ->
     angles = _by_motor(record.angles + 0.5 * cutoffs.resolution, taps)
     beyond = np.full(len(both) // 2, math.nan)
     rows = slice(None, None, stride_of(record, cutoffs))
-    found = np.empty((len(angles[rows]), 2, 2 * len(harmonics)))
+    waves = np.empty((len(angles[rows]), 2, 2 * len(harmonics)))
     for motor in range(2):
         for number, periods in enumerate(harmonics):
             for column, wave in enumerate((np.cos, np.sin), start=2 * number):
                 values = np.concatenate((beyond, wave(periods * angles[:, motor]), beyond))
                 # at these rows only; the kernel is symmetric
-                found[:, motor, column] = np.lib.stride_tricks.sliding_window_view(values, len(both))[rows] @ both
-    return found
+                waves[:, motor, column] = np.lib.stride_tricks.sliding_window_view(values, len(both))[rows] @ both
+    return waves
 
 
 def _by_motor(values: FloatArray, taps: FloatArray) -> FloatArray:

@@ -40,19 +40,19 @@ EXCHANGES = 3
 """Times that each chosen harmonic is looked for again beside the others."""
 
 
-def seen_harmonics(record: Record, cutoffs: Cutoffs, equations: Equations, found: Fit) -> SeenHarmonics:
+def seen_harmonics(record: Record, cutoffs: Cutoffs, equations: Equations, solution: Fit) -> SeenHarmonics:
     """Return the periods in a turn of the cogging that a record shows, of each motor, the strongest first.
 
     Args:
         record: of the motion.
         cutoffs: of the filters.
         equations: of the record, without cogging.
-        found: their solution.
+        solution: of them.
     """
     waves = cogging_waves(record, cutoffs, range(1, HIGHEST + 1))
     return (
-        _of_motor(equations, found, waves[:, 0], 0),
-        _of_motor(equations, found, waves[:, 1], 1),
+        _of_motor(equations, solution, waves[:, 0], 0),
+        _of_motor(equations, solution, waves[:, 1], 1),
     )
 
 
@@ -63,19 +63,19 @@ class Explained(NamedTuple):
     squares: float
 
 
-def _of_motor(equations: Equations, found: Fit, waves: FloatArray, motor: int) -> tuple[int, ...]:
-    regressor, residual = equations.regressor[:, motor], found.residuals[:, motor]
+def _of_motor(equations: Equations, solution: Fit, waves: FloatArray, motor: int) -> tuple[int, ...]:
+    regressor, residual = equations.regressor[:, motor], solution.residuals[:, motor]
     used = np.isfinite(residual) & np.isfinite(waves).all(axis=1)
     own = np.any(regressor[used] != 0.0, axis=0)
     plain, _ = np.linalg.qr(regressor[used][:, own])
     waves, residual = waves[used], residual[used]
-    least = LEAST_AMPLITUDE * abs(float(found.values[COLUMNS.index("f_s11") + motor]))
+    least = LEAST_AMPLITUDE * abs(float(solution.values[COLUMNS.index("f_s11") + motor]))
     chosen: list[int] = []
     while len(chosen) < MOST:
         new = _strongest(waves, residual, _beside(plain, waves, chosen), chosen, least)
         basis = _beside(plain, waves, chosen)
         before = _without(residual, basis)
-        total, freedom = float(before @ before), found.independent - basis.shape[1] - 2.0
+        total, freedom = float(before @ before), solution.independent - basis.shape[1] - 2.0
         enough = new.squares > LEAST_SHARE * total and freedom > 0.0
         if new.periods == 0 or not enough or 0.5 * new.squares * freedom < LEAST_RATIO * (total - new.squares):
             break

@@ -106,22 +106,24 @@ def identify(robot: FiveBar, record: Record) -> Identification:
     used = np.isfinite(equations.regressor).all(axis=2) & np.isfinite(equations.torque)
     for motor in range(2):
         _refuse_too_little(robot, equations, used, motor, LEAST_INDEPENDENT * lag)
-    found = fit(equations.regressor, equations.torque, lag)
-    _refuse_ill_conditioned(found)
-    seen = seen_harmonics(record, cutoffs, equations, found)
+    solution = fit(equations.regressor, equations.torque, lag)
+    _refuse_ill_conditioned(solution)
+    seen = seen_harmonics(record, cutoffs, equations, solution)
     if any(seen):
-        found = fit(with_harmonics(record, cutoffs, equations, seen), equations.torque, lag)
-    found = widened(found, [_through_others(robot, record, cutoffs, seen, factor) for factor in OTHER_CUTOFFS])
+        solution = fit(with_harmonics(record, cutoffs, equations, seen), equations.torque, lag)
+    solution = widened(solution, [_through_others(robot, record, cutoffs, seen, factor) for factor in OTHER_CUTOFFS])
     misfit = [
         float(
-            np.sqrt(np.nanmean(found.residuals[:, motor] ** 2) / np.mean(equations.torque[used[:, motor], motor] ** 2))
+            np.sqrt(
+                np.nanmean(solution.residuals[:, motor] ** 2) / np.mean(equations.torque[used[:, motor], motor] ** 2)
+            )
         )
         for motor in range(2)
     ]
     _refuse_misfit(misfit)
-    _refuse_without_information(found)
+    _refuse_without_information(solution)
     return Identification(
-        fit=found,
+        fit=solution,
         harmonics=seen,
         cutoffs=cutoffs,
         equations=equations,
@@ -154,8 +156,8 @@ def stretches(rows: FloatArray) -> list[FloatArray]:
 
 
 def _refuse_too_little(robot: FiveBar, equations: Equations, used: NDArray[np.bool_], motor: int, rows: float) -> None:
-    found = int(used[:, motor].sum())
-    if found >= rows:
+    count = int(used[:, motor].sum())
+    if count >= rows:
         return
     name, expected = f"motor {motor + 1}", f"expected at least {rows / equations.rate_hz:.2f} s"
     within = int(np.isfinite(equations.torque[:, motor]).sum())
@@ -172,15 +174,15 @@ def _refuse_too_little(robot: FiveBar, equations: Equations, used: NDArray[np.bo
         )
     raise NotIdentifiable(
         f"not enough motion away from the Type 2 locus: {name} moves where 1/cond(A) is above {LEAST_KAPPA:g}, filters'"
-        f" reach included, for {found / equations.rate_hz:.2f} s only, {expected}"
+        f" reach included, for {count / equations.rate_hz:.2f} s only, {expected}"
     )
 
 
-def _refuse_ill_conditioned(found: Fit) -> None:
-    if found.condition <= LARGEST_CONDITION:
+def _refuse_ill_conditioned(solution: Fit) -> None:
+    if solution.condition <= LARGEST_CONDITION:
         return
-    names = [name for name, part in zip(COLUMNS, found.weakest.tolist(), strict=True) if abs(part) > NAMED]
-    text = f"{found.condition:.0f}" if math.isfinite(found.condition) else "infinite"
+    names = [name for name, part in zip(COLUMNS, solution.weakest.tolist(), strict=True) if abs(part) > NAMED]
+    text = f"{solution.condition:.0f}" if math.isfinite(solution.condition) else "infinite"
     raise NotIdentifiable(
         f"the motion does not distinguish {' and '.join(names)}: the condition number of the regressor is {text},"
         f" expected at most {LARGEST_CONDITION:.0f}; move both motors both ways, slowly and fast"
@@ -196,8 +198,8 @@ def _refuse_misfit(misfit: list[float]) -> None:
         )
 
 
-def _refuse_without_information(found: Fit) -> None:
-    for name, value, half in zip(COLUMNS, found.values.tolist(), found.half_widths.tolist(), strict=False):
+def _refuse_without_information(solution: Fit) -> None:
+    for name, value, half in zip(COLUMNS, solution.values.tolist(), solution.half_widths.tolist(), strict=False):
         if name not in NEVER_NEGATIVE:
             continue
         if half >= abs(value):

@@ -54,17 +54,17 @@ class Fit(NamedTuple):
     independent: float
 
 
-def widened(found: Fit, others: Sequence[Fit]) -> Fit:
+def widened(solution: Fit, others: Sequence[Fit]) -> Fit:
     """Return a fit whose intervals also cover what the model leaves out.
 
     Fits of the same record through other filters would find the same, were the model the robot's: noise aside, they
     differ by what elasticity, smoothed reversals and other errors of the model do at the filters' frequencies. A part
     of the largest difference counts as a half width of its own.
     """
-    shift = MODEL_SHARE * np.max([np.abs(other.values - found.values) for other in others], axis=0)
-    quantile = found.half_widths / np.sqrt(np.diag(found.covariance))
-    covariance = found.covariance + np.diag((shift / quantile) ** 2)
-    return found._replace(covariance=covariance, half_widths=quantile * np.sqrt(np.diag(covariance)))
+    shift = MODEL_SHARE * np.max([np.abs(other.values - solution.values) for other in others], axis=0)
+    quantile = solution.half_widths / np.sqrt(np.diag(solution.covariance))
+    covariance = solution.covariance + np.diag((shift / quantile) ** 2)
+    return solution._replace(covariance=covariance, half_widths=quantile * np.sqrt(np.diag(covariance)))
 
 
 def conditioning(regressor: FloatArray) -> tuple[float, FloatArray]:
@@ -104,11 +104,11 @@ def fit(regressor: FloatArray, torque: FloatArray, lag: int) -> Fit:
         scaled = (rows / deviations[:, None]).reshape(-1, parameters)
         values = np.asarray(np.linalg.lstsq(scaled, (right / deviations).reshape(-1), rcond=None)[0], dtype=np.float64)
         residuals = right - rows @ values
-        found = np.sqrt(np.sum(residuals**2, axis=0) / np.maximum(count - 0.5 * parameters, 1.0))
+        scatter = np.sqrt(np.sum(residuals**2, axis=0) / np.maximum(count - 0.5 * parameters, 1.0))
         # a motor whose torques are explained to the last digit must not get an infinite weight
-        found = np.maximum(found, 1e-12 * np.max(np.abs(right)))
-        settled = bool(np.all(np.abs(found - deviations) <= SETTLED * deviations))
-        deviations = found
+        scatter = np.maximum(scatter, 1e-12 * np.max(np.abs(right)))
+        settled = bool(np.all(np.abs(scatter - deviations) <= SETTLED * deviations))
+        deviations = scatter
         if settled:
             break
     condition, weakest = conditioning(scaled)

@@ -72,8 +72,9 @@ class MotorMap(NamedTuple):
             name: getattr(self, name)._asdict() for name in ("gain", "coulomb", "offset", "viscous")
         }
         plain["cogging"] = [
-            {"periods": one.periods} | {name: getattr(one, name)._asdict() for name in ("cosine", "sine", "amplitude")}
-            for one in self.cogging
+            {"periods": harmonic.periods}
+            | {name: getattr(harmonic, name)._asdict() for name in ("cosine", "sine", "amplitude")}
+            for harmonic in self.cogging
         ]
         return plain
 
@@ -101,40 +102,42 @@ def map_motors(robot: FiveBar, record: Record, harmonics: Sequence[int] = ()) ->
             f"too short: {used / equations.rate_hz:.1f} s of motion are left for {regressor.shape[2]} values, expected"
             f" at least {lag * regressor.shape[2] / equations.rate_hz:.1f} s"
         )
-    found = fit(regressor, torque, lag)
-    if found.condition > LARGEST_CONDITION:
+    solution = fit(regressor, torque, lag)
+    if solution.condition > LARGEST_CONDITION:
         raise NotIdentifiable(
             f"the motion does not distinguish gains, friction and these harmonics: condition number"
-            f" {found.condition:.3g}, expected at most {LARGEST_CONDITION:.0f}; turn both motors both ways through many"
-            " periods, slowly and fast"
+            f" {solution.condition:.3g}, expected at most {LARGEST_CONDITION:.0f}; turn both motors both ways through"
+            " many periods, slowly and fast"
         )
-    others = []
+    other_fits = []
     for factor in OTHER_CUTOFFS:
         through = filtered_equations(robot, record, cutoffs.times(factor), harmonics)
-        others.append(fit(_columns(robot, through), through.torque + through.known, lag))
-    found = widened(found, others)
+        other_fits.append(fit(_columns(robot, through), through.torque + through.known, lag))
+    solution = widened(solution, other_fits)
     half = regressor.shape[2] // 2
-    return _map_of(found, 0, harmonics), _map_of(found, half, harmonics)
+    return _map_of(solution, 0, harmonics), _map_of(solution, half, harmonics)
 
 
 def _columns(robot: FiveBar, equations: Equations) -> FloatArray:
     """Return [n, 2, p]: the columns of motor 1 and then those of motor 2, each in the rows of its motor."""
     zz_1, zz_2, mass = parameter_values(robot)[:3]
     rows, own = len(equations.time), FIRST + equations.cogging.shape[2]
-    found = np.zeros((rows, 2, 2 * own))
+    columns = np.zeros((rows, 2, 2 * own))
     for motor, inertia in enumerate((zz_1, zz_2)):
-        given, begin = equations.regressor[:, motor], motor * own
-        found[:, motor, begin + LINKS] = inertia * given[:, motor] + mass * given[:, 2] + equations.known[:, motor]
-        found[:, motor, begin + DIRECTION] = given[:, 3 + motor]
-        found[:, motor, begin + OFFSET] = given[:, 5 + motor]
-        found[:, motor, begin + SPEED] = given[:, VISCOUS + motor]
-        found[:, motor, begin + JOINTS] = given[:, PASSIVE]
-        found[:, motor, begin + FIRST : begin + own] = equations.cogging[:, motor]
-    return found
+        regressor, begin = equations.regressor[:, motor], motor * own
+        columns[:, motor, begin + LINKS] = (
+            inertia * regressor[:, motor] + mass * regressor[:, 2] + equations.known[:, motor]
+        )
+        columns[:, motor, begin + DIRECTION] = regressor[:, 3 + motor]
+        columns[:, motor, begin + OFFSET] = regressor[:, 5 + motor]
+        columns[:, motor, begin + SPEED] = regressor[:, VISCOUS + motor]
+        columns[:, motor, begin + JOINTS] = regressor[:, PASSIVE]
+        columns[:, motor, begin + FIRST : begin + own] = equations.cogging[:, motor]
+    return columns
 
 
-def _map_of(found: Fit, begin: int, harmonics: Sequence[int]) -> MotorMap:
-    values, halves = found.values.tolist(), found.half_widths.tolist()
+def _map_of(solution: Fit, begin: int, harmonics: Sequence[int]) -> MotorMap:
+    values, halves = solution.values.tolist(), solution.half_widths.tolist()
 
     def estimate(column: int) -> MotorValue:
         return MotorValue(values[begin + column], halves[begin + column])
@@ -151,18 +154,18 @@ def _map_of(found: Fit, begin: int, harmonics: Sequence[int]) -> MotorMap:
                 periods,
                 estimate(FIRST + 2 * number),
                 estimate(FIRST + 2 * number + 1),
-                _amplitude(found, begin + FIRST + 2 * number),
+                _amplitude(solution, begin + FIRST + 2 * number),
             )
             for number, periods in enumerate(harmonics)
         ),
     )
 
 
-def _amplitude(found: Fit, column: int) -> MotorValue:
+def _amplitude(solution: Fit, column: int) -> MotorValue:
     """Return the size of a harmonic whose cosine is in a column and whose sine is in the next."""
     pair = slice(column, column + 2)
-    values = found.values[pair]
+    values = solution.values[pair]
     size = float(np.linalg.norm(values))
-    quantile = float(found.half_widths[column] / math.sqrt(found.covariance[column, column]))
+    quantile = float(solution.half_widths[column] / math.sqrt(solution.covariance[column, column]))
     along = values / size if size > 0.0 else np.array([1.0, 0.0])
-    return MotorValue(size, quantile * math.sqrt(float(along @ found.covariance[pair, pair] @ along)))
+    return MotorValue(size, quantile * math.sqrt(float(along @ solution.covariance[pair, pair] @ along)))

@@ -85,8 +85,8 @@ def platform_load(robot: FiveBar, assembly: int, motion: MotorMotion) -> Platfor
 
 def passive_rates(state: State) -> tuple[float, float, float]:
     """Return the rates (rad/s) of both elbows and of the joint at the platform."""
-    one, two = state.leg1, state.leg2
-    return one.dtheta - one.dq1, two.dtheta - two.dq1, one.dtheta - two.dtheta
+    leg1, leg2 = state.leg1, state.leg2
+    return leg1.dtheta - leg1.dq1, leg2.dtheta - leg2.dq1, leg1.dtheta - leg2.dtheta
 
 
 def widths(robot: FiveBar) -> tuple[float, float, float]:

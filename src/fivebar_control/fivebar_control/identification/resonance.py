@@ -199,7 +199,7 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
         NotIdentifiable: the record is unsuitable, or determines no resonance.
     """
     inertia, (strong, *weaker) = inertia_at(robot, record), by_amplitude(bridged(record))
-    given, period = np.array([robot.leg1.inertia, robot.leg2.inertia]), 1.0 / record.rate_hz
+    grouped, period = np.array([robot.leg1.inertia, robot.leg2.inertia]), 1.0 / record.rate_hz
     noise = np.median(strong.deviations / np.abs(strong.values), axis=(1, 2))
     swing = 2.0 * strong.amplitude * np.median(np.abs(strong.values), axis=(1, 2))
     clear = strong.frequencies[(noise < NOISY) & (swing >= smallest_step(record.angles))]
@@ -211,9 +211,9 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
         return _residuals(strong, modelled(rigid_model(inertia), friction, np.exp(gains), values[4], strong, period))
 
     rigid = _fitted(off_rigid, [friction[0], 0.0, friction[1], 0.0, 0.0])
-    found = _elastic_fit(inertia, given, strong, period, friction)
-    result = _resonance(inertia, given, strong, period, found, highest)
-    if rigid.cost < LEAST_GAIN * found.cost or any(leg.frequency.value > highest for leg in result.legs):
+    elastic = _elastic_fit(inertia, grouped, strong, period, friction)
+    result = _resonance(inertia, grouped, strong, period, elastic, highest)
+    if rigid.cost < LEAST_GAIN * elastic.cost or any(leg.frequency.value > highest for leg in result.legs):
         raise NoResonance(
             f"no resonance is visible up to {highest:.0f} Hz, so no transmission is softer than some"
             f" {highest / ASSEMBLED:.0f} Hz: the robot is rigid as far as this chirp can tell"
@@ -227,8 +227,10 @@ def find_resonance(robot: FiveBar, record: Record) -> Resonance:
             )
     if weaker:
         (weak,) = weaker
-        softer = _resonance(inertia, given, weak, period, _elastic_fit(inertia, given, weak, period, friction), highest)
-        return _without_play(result, softer, strong, weak, np.clip(found.values, *LIMITS)[[COULOMB, 5 + COULOMB]])
+        softer = _resonance(
+            inertia, grouped, weak, period, _elastic_fit(inertia, grouped, weak, period, friction), highest
+        )
+        return _without_play(result, softer, strong, weak, np.clip(elastic.values, *LIMITS)[[COULOMB, 5 + COULOMB]])
     return widened
 
 
@@ -297,44 +299,46 @@ def _without_play(
             likely.append(central)
         widened = max(central - f, high - central) if math.isfinite(high) else math.inf
         legs.append(leg._replace(frequency=MotorValue(central, math.hypot(widened, leg.frequency.half_width))))
-    found = _with_model_error(strong._replace(legs=(legs[0], legs[1]), amplitudes=2))
-    if not all(leg.frequency.half_width < WIDEST * leg.frequency.value for leg in found.legs):
+    resonance = _with_model_error(strong._replace(legs=(legs[0], legs[1]), amplitudes=2))
+    if not all(leg.frequency.half_width < WIDEST * leg.frequency.value for leg in resonance.legs):
         raise OnlyBounded(plays, min(lows), min(likely, default=math.inf))
-    return found
+    return resonance
 
 
 def _like_a_spring(leg: LegResonance) -> bool:
     return leg.rotor_share.value > LEAST_SHARE and leg.damping.value < MOST_DAMPING
 
 
-def _with_model_error(found: Resonance) -> Resonance:
+def _with_model_error(resonance: Resonance) -> Resonance:
     """Return a result whose frequencies' intervals include what the model lacks, more of it where it explains less."""
-    error = FREQUENCY_ERROR * max(1.0, found.misfit**2)
+    error = FREQUENCY_ERROR * max(1.0, resonance.misfit**2)
 
     def widened(leg: LegResonance) -> LegResonance:
         value, half = leg.frequency
         return leg._replace(frequency=MotorValue(value, math.hypot(half, error * value)))
 
-    one, two = map(widened, found.legs)
-    return found._replace(legs=(one, two))
+    leg1, leg2 = map(widened, resonance.legs)
+    return resonance._replace(legs=(leg1, leg2))
 
 
 def _elastic_fit(
-    inertia: FloatArray, given: FloatArray, response: Response, period: float, friction: Sequence[float]
+    inertia: FloatArray, grouped: FloatArray, response: Response, period: float, friction: Sequence[float]
 ) -> _Fitted:
     """Return the best fit of elastic transmissions, from a first guess of the friction (Nm)."""
 
     def off(values: FloatArray) -> FloatArray:
         within = np.clip(values, *LIMITS)
         legs = within[:10].reshape(2, 5)
-        model, gains = elastic_model(inertia, given, legs), np.exp(legs[:, GAIN])
+        model, gains = elastic_model(inertia, grouped, legs), np.exp(legs[:, GAIN])
         return _residuals(response, modelled(model, legs[:, COULOMB], gains, within[10], response, period))
 
     fits = []
     for starts in STARTS_HZ:
-        one, two = ([math.log(hz), math.log(0.05), 0.5, f_s, 0.0] for hz, f_s in zip(starts, friction, strict=True))
-        fits.append(_fitted(off, [*one, *two, 0.0]))
-    return min(fits, key=lambda one: one.cost)
+        start1, start2 = (
+            [math.log(hz), math.log(0.05), 0.5, f_s, 0.0] for hz, f_s in zip(starts, friction, strict=True)
+        )
+        fits.append(_fitted(off, [*start1, *start2, 0.0]))
+    return min(fits, key=lambda fit: fit.cost)
 
 
 def _residuals(response: Response, model: ComplexArray) -> FloatArray:
@@ -347,19 +351,19 @@ def _residuals(response: Response, model: ComplexArray) -> FloatArray:
 def _fitted(residuals: Callable[[FloatArray], FloatArray], guess: list[float]) -> _Fitted:
     steps = MOST_STEPS * (len(guess) + 1)
     # MINPACK needs no LAPACK, whose threads take longer than the work on matrices of this size
-    found = least_squares(residuals, np.array(guess), method="lm", x_scale="jac", max_nfev=steps)
-    return _Fitted(found.x, 2.0 * float(found.cost), found.jac)
+    solution = least_squares(residuals, np.array(guess), method="lm", x_scale="jac", max_nfev=steps)
+    return _Fitted(solution.x, 2.0 * float(solution.cost), solution.jac)
 
 
 def _resonance(
-    inertia: FloatArray, given: FloatArray, response: Response, period: float, found: _Fitted, highest: float
+    inertia: FloatArray, grouped: FloatArray, response: Response, period: float, elastic: _Fitted, highest: float
 ) -> Resonance:
     """Return the result with its intervals."""
-    independent = found.derivatives.shape[0] / CORRELATED_BINS - len(found.values)
-    scatter = max(1.0, found.cost / found.derivatives.shape[0])
-    covariance = np.linalg.pinv(found.derivatives.T @ found.derivatives) * CORRELATED_BINS * scatter
+    independent = elastic.derivatives.shape[0] / CORRELATED_BINS - len(elastic.values)
+    scatter = max(1.0, elastic.cost / elastic.derivatives.shape[0])
+    covariance = np.linalg.pinv(elastic.derivatives.T @ elastic.derivatives) * CORRELATED_BINS * scatter
     half = stdtrit(independent, 0.5 + 0.5 * CONFIDENCE) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    values = np.clip(found.values, *LIMITS)
+    values = np.clip(elastic.values, *LIMITS)
     legs, halves = values[:10].reshape(2, 5), half[:10].reshape(2, 5)
 
     def scaled(leg: int, which: int) -> MotorValue:
@@ -370,17 +374,17 @@ def _resonance(
         value = 1.0 / (1.0 + math.exp(-legs[leg, SHARE]))
         return MotorValue(value, value * (1.0 - value) * float(halves[leg, SHARE]))
 
-    rotors = np.diag([share(leg).value for leg in (0, 1)] * given)
-    stiffness = np.diag(given * (2.0 * math.pi * np.exp(legs[:, FREQUENCY])) ** 2)
+    rotors = np.diag([share(leg).value for leg in (0, 1)] * grouped)
+    stiffness = np.diag(grouped * (2.0 * math.pi * np.exp(legs[:, FREQUENCY])) ** 2)
     squares = np.linalg.eigvals(np.linalg.solve(inertia - rotors, stiffness)).real
     low, high = np.sort(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * math.pi)).tolist()
-    one, two = (LegResonance(scaled(leg, FREQUENCY), scaled(leg, DAMPING), share(leg)) for leg in (0, 1))
+    leg1, leg2 = (LegResonance(scaled(leg, FREQUENCY), scaled(leg, DAMPING), share(leg)) for leg in (0, 1))
     return Resonance(
-        (one, two),
+        (leg1, leg2),
         (low, high),
         MotorValue(float(values[10]) * period, float(half[10]) * period),
         highest,
-        math.sqrt(found.cost / found.derivatives.shape[0]),
+        math.sqrt(elastic.cost / elastic.derivatives.shape[0]),
         1,
     )
 
@@ -413,7 +417,7 @@ def inertia_at(robot: FiveBar, record: Record) -> FloatArray:
             f"1/cond(A) is {kappa:.2f} in this posture, expected above {LEAST_KAPPA:g}: chirp elsewhere"
         )
     free = without_external_force(robot)
-    columns = [inverse_dynamics(free, state, one, 1.0 - one, 0.0, 0.0) for one in (1.0, 0.0)]
+    columns = [inverse_dynamics(free, state, ddq11, 1.0 - ddq11, 0.0, 0.0) for ddq11 in (1.0, 0.0)]
     return np.array(columns).T
 
 
@@ -435,14 +439,16 @@ def frequency_response(record: Record) -> Response:
     angles, torques = [part[:, :2] for part in parts], [part[:, 2:] for part in parts]
     inputs = [0.5 * np.array([torque[:, 0] + torque[:, 1], torque[:, 0] - torque[:, 1]]).T for torque in torques]
 
-    def spectra(ones: Sequence[FloatArray], others: Sequence[FloatArray]) -> ComplexArray:
+    def spectra(signals: Sequence[FloatArray], references: Sequence[FloatArray]) -> ComplexArray:
         """Return [n, 2, 2], the spectra of columns times the conjugates of other columns, over all parts."""
-        given = {"fs": rate, "window": "hann", "nperseg": length, "detrend": "linear"}
-        found = [
-            len(one) / total * np.array([[csd(b, a, **given)[1] for b in other.T] for a in one.T]).transpose(2, 0, 1)
-            for one, other in zip(ones, others, strict=True)
+        options = {"fs": rate, "window": "hann", "nperseg": length, "detrend": "linear"}
+        products = [
+            len(part)
+            / total
+            * np.array([[csd(b, a, **options)[1] for b in reference.T] for a in part.T]).transpose(2, 0, 1)
+            for part, reference in zip(signals, references, strict=True)
         ]
-        pooled: ComplexArray = np.sum(found, axis=0)
+        pooled: ComplexArray = np.sum(products, axis=0)
         return pooled
 
     frequencies = np.fft.rfftfreq(length, 1.0 / rate)
@@ -466,21 +472,21 @@ def frequency_response(record: Record) -> Response:
     return Response(frequencies[used][swept], values, np.sqrt(variance), float(amplitude))
 
 
-def elastic_model(inertia: FloatArray, given: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def elastic_model(inertia: FloatArray, grouped: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the matrices of the first-order system of both rotors' and links' angles and rates.
 
     Args:
         inertia: [2, 2] that the motors feel (kg m^2).
-        given: [2], grouped inertias of the legs (kg m^2).
+        grouped: [2], grouped inertias of the legs (kg m^2).
         values: [2, 5], the legs' unknowns.
     """
     rate = 2.0 * math.pi * np.exp(values[:, FREQUENCY])
-    rotors = given / (1.0 + np.exp(-values[:, SHARE]))
+    rotors = grouped / (1.0 + np.exp(-values[:, SHARE]))
     links = np.linalg.inv(inertia - np.diag(rotors))
     per_rotor = np.diag(1.0 / rotors)
     system, entry = np.zeros((8, 8)), np.zeros((8, 2))
     system[:4, 4:] = np.eye(4)
-    springs = np.diag(given * rate**2), np.diag(2.0 * np.exp(values[:, DAMPING]) * given * rate)
+    springs = np.diag(grouped * rate**2), np.diag(2.0 * np.exp(values[:, DAMPING]) * grouped * rate)
     for first, spring in zip((0, 4), springs, strict=True):
         system[4:6, first : first + 2] = -per_rotor @ spring
         system[4:6, first + 2 : first + 4] = per_rotor @ spring
@@ -536,18 +542,18 @@ def modelled(
         matrix = stiffness + np.einsum("ni,ij->nij", losses, np.eye(2))
         columns.append(np.linalg.solve(matrix, np.broadcast_to((gains * np.array(signs))[:, None], (len(after), 2, 1))))
     lag = np.exp(-2j * math.pi * response.frequencies * delay * period)
-    found: ComplexArray = np.concatenate(columns, axis=2) * lag[:, None, None]
-    return found
+    lagged: ComplexArray = np.concatenate(columns, axis=2) * lag[:, None, None]
+    return lagged
 
 
 def _exponential(matrix: FloatArray) -> FloatArray:
     """Return the exponential of a small matrix, by its series with scaling and squaring."""
     halvings = max(0, math.ceil(math.log2(max(float(np.abs(matrix).sum(axis=1).max()), 1e-9))) + 1)
     scaled = matrix / 2.0**halvings
-    term = found = np.eye(len(matrix))
+    term = total = np.eye(len(matrix))
     for order in range(1, SERIES + 1):
         term = term @ scaled / order
-        found = found + term
+        total = total + term
     for _ in range(halvings):
-        found = found @ found
-    return found
+        total = total @ total
+    return total

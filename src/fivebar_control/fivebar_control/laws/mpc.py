@@ -170,8 +170,8 @@ def after_gap(memory: MpcMemory) -> MpcMemory:
 
 def friction_of(robot: FiveBar, reference: Reference) -> tuple[float, float]:
     """Return what both motors lose (Nm) at the angles and speeds of a reference."""
-    one, two = reference.state.leg1, reference.state.leg2
-    return lost_torque(robot, robot.leg1, one.q1, one.dq1), lost_torque(robot, robot.leg2, two.q1, two.dq1)
+    leg1, leg2 = reference.state.leg1, reference.state.leg2
+    return lost_torque(robot, robot.leg1, leg1.q1, leg1.dq1), lost_torque(robot, robot.leg2, leg2.q1, leg2.dq1)
 
 
 def row_of(robot: FiveBar, mode: WorkingMode, platform: Platform) -> tuple[float, ...]:

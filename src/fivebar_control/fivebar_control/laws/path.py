@@ -162,11 +162,11 @@ def plan_at(plan: FloatArray, clock: float, period: float) -> Platform:
     )
 
 
-def _cubic(one: float, slope1: float, two: float, slope2: float, share: float, period: float) -> float:
+def _cubic(value1: float, slope1: float, value2: float, slope2: float, share: float, period: float) -> float:
     """Return the cubic between two values a period (s) apart with slopes (1/s), at a share of the period."""
     rest = 1.0 - share
     curved = rest * rest * share * period * slope1 - rest * share * share * period * slope2
-    return rest * rest * (1.0 + 2.0 * share) * one + share * share * (3.0 - 2.0 * share) * two + curved
+    return rest * rest * (1.0 + 2.0 * share) * value1 + share * share * (3.0 - 2.0 * share) * value2 + curved
 
 
 def nearest_clock(plan: FloatArray, clock: float, state: State, period: float, slow: float) -> float:
@@ -211,11 +211,11 @@ def pace_change(
     u1, u2 = held_torque(robot, state, desired.ax * pace * pace, desired.ay * pace * pace)
     for motor in range(2):
         # u = H^-1 G^T (a + drho x_d')
-        one, two = (h22, -h12) if motor == 0 else (-h12, h11)
-        row_x = (one * mapped.g_x1 + two * mapped.g_x2) / determinant
-        row_y = (one * mapped.g_y1 + two * mapped.g_y2) / determinant
+        weight1, weight2 = (h22, -h12) if motor == 0 else (-h12, h11)
+        row_x = (weight1 * mapped.g_x1 + weight2 * mapped.g_x2) / determinant
+        row_y = (weight1 * mapped.g_y1 + weight2 * mapped.g_y2) / determinant
         held, slope = row_x * ax + row_y * ay, row_x * desired.vx + row_y * desired.vy
-        held += settings.weight * (one * u1 + two * u2) / determinant
+        held += settings.weight * (weight1 * u1 + weight2 * u2) / determinant
         held += off.tau1 if motor == 0 else off.tau2
         if abs(slope) * FASTEST_CHANGE < 1e-9:
             continue
@@ -230,7 +230,7 @@ def path_step(
     robot: FiveBar, instant: Instant, memory: PathMemory, settings: PathSettings
 ) -> tuple[Torque, PathMemory]:
     """Return the torque (Nm) of the path law and its memory for the next sample."""
-    state, given, plan, period = instant.state, instant.reference, memory.plan, instant.period
+    state, reference, plan, period = instant.state, instant.reference, memory.plan, instant.period
     across = UnifiedSettings(
         settings.kp,
         settings.kd,
@@ -239,9 +239,9 @@ def path_step(
         settings.disturbance_limit,
         settings.torque_limit,
     )
-    sample = sample_of(plan, memory.sample, given)
-    if sample < 0 or given.by_motors:
-        torque, kept = unified_step(robot, state, given, memory.unified, across, period)
+    sample = sample_of(plan, memory.sample, reference)
+    if sample < 0 or reference.by_motors:
+        torque, kept = unified_step(robot, state, reference, memory.unified, across, period)
         return torque, PathMemory(plan, memory.sample, memory.clock, kept)
     # the clock goes on over missing samples, and begins with the first reference
     going_on = memory.clock + max(0, sample - memory.sample - 1)
@@ -253,9 +253,9 @@ def path_step(
     late = (sample - clock) * period / settings.catch_up_time
     goal = 1.0 + settings.catch_up * min(max(late, -1.0), 1.0)
     # what the reference compensates besides its friction
-    desired0 = given.state
-    d1 = lost_torque(robot, robot.leg1, desired0.leg1.q1, desired0.leg1.dq1) - given.f1
-    d2 = lost_torque(robot, robot.leg2, desired0.leg2.q1, desired0.leg2.dq1) - given.f2
+    desired0 = reference.state
+    d1 = lost_torque(robot, robot.leg1, desired0.leg1.q1, desired0.leg1.dq1) - reference.f1
+    d2 = lost_torque(robot, robot.leg2, desired0.leg2.q1, desired0.leg2.dq1) - reference.f2
     friction = reference_from_platform(
         robot,
         instant.mode,

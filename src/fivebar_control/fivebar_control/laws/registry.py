@@ -177,17 +177,17 @@ def _law_in(module: str) -> Law:
 
 def timed_controllers() -> tuple[str, ...]:
     """Return the names of those that follow the plan in time, which studies run unless they are told others."""
-    return tuple(name for name, one in CONTROLLERS.items() if all(law.timed for law in one.laws))
+    return tuple(name for name, controller in CONTROLLERS.items() if all(law.timed for law in controller.laws))
 
 
 def crossing_controllers() -> tuple[str, ...]:
     """Return the names of those that are meant to cross the Type 2 locus."""
-    return tuple(name for name, one in CONTROLLERS.items() if one.crosses)
+    return tuple(name for name, controller in CONTROLLERS.items() if controller.crosses)
 
 
 def goal_controllers() -> tuple[str, ...]:
     """Return the names of the controllers that follow motions that are planned during a run."""
-    return tuple(name for name, one in CONTROLLERS.items() if one.takes_goals)
+    return tuple(name for name, controller in CONTROLLERS.items() if controller.takes_goals)
 
 
 def own_laws() -> dict[str, Law]:

@@ -79,14 +79,14 @@ def acceleration(mapped: InputMap, u1: float, u2: float) -> tuple[float, float]:
 
 def _input_map_with_residuals(robot: FiveBar, state: State, form: ConstraintForm) -> InputMap:
     leg1, leg2 = state.leg1, state.leg2
-    one = response_to(form, state, form.per_zz1, 0.0, Pushed(form.lever1, 0.0, 0.0, 0.0))
-    two = response_to(form, state, 0.0, form.per_zz2, Pushed(0.0, form.lever2, 0.0, 0.0))
+    by_motor1 = response_to(form, state, form.per_zz1, 0.0, Pushed(form.lever1, 0.0, 0.0, 0.0))
+    by_motor2 = response_to(form, state, 0.0, form.per_zz2, Pushed(0.0, form.lever2, 0.0, 0.0))
     drift = pushed(robot, state, -leg1.c, -leg2.c)
     free = response_to(form, state, 0.0, 0.0, drift)
-    one = with_residuals(robot, state, form, one, 0.0)
-    two = with_residuals(robot, state, form, two, 0.0)
+    by_motor1 = with_residuals(robot, state, form, by_motor1, 0.0)
+    by_motor2 = with_residuals(robot, state, form, by_motor2, 0.0)
     free = with_residuals(robot, state, form, free, 1.0)
-    return InputMap(one.ax, two.ax, one.ay, two.ay, free.ax, free.ay)
+    return InputMap(by_motor1.ax, by_motor2.ax, by_motor1.ay, by_motor2.ay, free.ax, free.ay)
 
 
 class Box(NamedTuple):

@@ -48,22 +48,24 @@ JOINT_VALUES = 8
 """Numbers with which all that is given begins: angles and rates of the joints."""
 
 
-def state_given(robot: FiveBar, given: FloatArray) -> State:
+def state_given(robot: FiveBar, joints: FloatArray) -> State:
     """Return the state of the joints that are given."""
-    return state_from_joints(robot, given[0], given[1], given[2], given[3], given[4], given[5], given[6], given[7])
+    return state_from_joints(
+        robot, joints[0], joints[1], joints[2], joints[3], joints[4], joints[5], joints[6], joints[7]
+    )
 
 
-def weighing(robot: FiveBar, forecasts: bool, zone_time: float, given: FloatArray, out: FloatArray) -> Iterator[int]:
+def weighing(robot: FiveBar, forecasts: bool, zone_time: float, inputs: FloatArray, out: FloatArray) -> Iterator[int]:
     """Weigh a sample at each step of the iterator.
 
     Args:
         robot: nominal robot.
         forecasts, zone_time: whether the zone is as wide as the state's speed makes it, for so long (s).
-        given: float64[9]: joints, width of the zone.
+        inputs: float64[9]: joints, width of the zone.
         out: float64[2], filled by each step: sigma by the zone, kappa.
     """
     while True:
-        state, epsilon = state_given(robot, given), given[8]
+        state, epsilon = state_given(robot, inputs), inputs[8]
         kappa = inverse_condition(state)
         if forecasts:
             epsilon = forecast_width(inverse_condition_rate(state), zone_time, epsilon)
@@ -95,25 +97,25 @@ FIRST_OF_PLAN = JOINT_VALUES + 3
 FIRST_OF_INSTANT = FIRST_OF_PLAN + 10
 
 
-def law_answering(constants: LawConstants, first: Any, given: FloatArray, out: FloatArray) -> Iterator[Any]:
+def law_answering(constants: LawConstants, first: Any, inputs: FloatArray, out: FloatArray) -> Iterator[Any]:
     """Answer a sample at each step of the iterator, and yield the memory after it.
 
     Args:
         constants: of the law.
         first: its memory before the first sample.
-        given: float64[FIRST_OF_INSTANT + REFERENCE_VALUES], as `OF_SAMPLE` and `OF_PLAN` say.
+        inputs: float64[FIRST_OF_INSTANT + REFERENCE_VALUES], as `OF_SAMPLE` and `OF_PLAN` say.
         out: float64[2], filled by each step: torques (Nm).
     """
     robot, memory = constants.robot, first
     while True:
-        state, plan = state_given(robot, given), given[FIRST_OF_PLAN:]
+        state, plan = state_given(robot, inputs), inputs[FIRST_OF_PLAN:]
         if plan[9] != 0.0:
-            desired = reference_of(given[FIRST_OF_INSTANT:])
+            desired = reference_of(inputs[FIRST_OF_INSTANT:])
         else:
             platform = Platform(plan[0], plan[1], plan[2], plan[3], plan[4], plan[5])
             desired = reference_from_platform(robot, constants.mode, platform)
-        reference = against_disturbance(desired, given[8], given[9])
-        if given[10] != 0.0:
+        reference = against_disturbance(desired, inputs[8], inputs[9])
+        if inputs[10] != 0.0:
             memory = after_gap(memory)
         instant = Instant(
             state,
@@ -137,21 +139,21 @@ GUARDED = struct.Struct("6d")
 """Its answer: torques requested and commanded (Nm), excessive samples, number of the fault that is detected."""
 
 
-def guarding(limits: Limits, robot: FiveBar, mode: WorkingMode, given: FloatArray, out: FloatArray) -> Iterator[int]:
+def guarding(limits: Limits, robot: FiveBar, mode: WorkingMode, inputs: FloatArray, out: FloatArray) -> Iterator[int]:
     """Guard a sample at each step of the iterator.
 
     Args:
         limits: of the stages.
         robot, mode: nominal robot and its working mode.
-        given: float64[18], as `OF_GUARD` says.
+        inputs: float64[18], as `OF_GUARD` says.
         out: float64[6], filled by each step as `GUARDED` says.
     """
     while True:
-        state = state_given(robot, given)
-        requested = blend(given[10], Torque(given[11], given[12]), Torque(given[13], given[14]))
-        excess = excess_samples(limits, requested, int(given[17]))
-        fault = first_fault(limits, robot, mode, state, given[8], given[9], requested, excess)
-        command = limited_torque(limits, requested, Torque(given[15], given[16]))
+        state = state_given(robot, inputs)
+        requested = blend(inputs[10], Torque(inputs[11], inputs[12]), Torque(inputs[13], inputs[14]))
+        excess = excess_samples(limits, requested, int(inputs[17]))
+        fault = first_fault(limits, robot, mode, state, inputs[8], inputs[9], requested, excess)
+        command = limited_torque(limits, requested, Torque(inputs[15], inputs[16]))
         out[0], out[1], out[2], out[3] = requested.tau1, requested.tau2, command.tau1, command.tau2
         out[4], out[5] = excess, fault
         yield 0
@@ -172,14 +174,14 @@ class CompiledSupervisor(SupervisorPart):
     def __init__(self, robot: FiveBar, plan: Plan, rate_hz: int, lead_samples: int, weighting: str) -> None:
         """As `SupervisorPart`."""
         super().__init__(robot, plan, rate_hz, lead_samples, weighting)
-        self._given, self._out = np.zeros(JOINT_VALUES + 1), np.zeros(2)
-        self._steps = _weighing()(with_floats(robot), self.forecasts, float(plan.zone_time), self._given, self._out)
+        self._inputs, self._out = np.zeros(JOINT_VALUES + 1), np.zeros(2)
+        self._steps = _weighing()(with_floats(robot), self.forecasts, float(plan.zone_time), self._inputs, self._out)
 
     def answer(self, sample: int, joints: JointValues) -> SupervisorState:
         """As `SupervisorPart`."""
         t = (sample + self._lead) / self._rate_hz
         position, velocity = joints
-        self._given[:] = (*position, *velocity, self._plan.epsilon_at(t))
+        self._inputs[:] = (*position, *velocity, self._plan.epsilon_at(t))
         next(self._steps)
         sigma, kappa = self._out.tolist()
         return SupervisorState(self.weight(t, kappa, 0.0) if self._in_time else sigma, kappa)
@@ -197,8 +199,8 @@ class CompiledLaw:
         self._law: Law = law.law
         self._robot, self._plan, self._rate_hz, self._lead = robot, plan, rate_hz, lead_samples
         self._settings = as_numbers(law.settings)
-        self._by_motors = bool(plan.modes) or any(isinstance(one, JointSegment) for one in plan.path.segments)
-        self._given, self._out = np.zeros(FIRST_OF_INSTANT + REFERENCE_VALUES), np.zeros(2)
+        self._by_motors = bool(plan.modes) or any(isinstance(segment, JointSegment) for segment in plan.path.segments)
+        self._inputs, self._out = np.zeros(FIRST_OF_INSTANT + REFERENCE_VALUES), np.zeros(2)
         self._expected: tuple[int, PlannedValues | None] = -1, None
         self._last: int | None = None
         first = law.law.first_memory(
@@ -214,7 +216,7 @@ class CompiledLaw:
         self._memory = memory
         constants = LawConstants(with_floats(self._robot), self._plan.mode, 1.0 / self._rate_hz, self._settings)
         answers = _law_answering(self._law.step, self._law.after_gap)
-        self._steps = answers(constants, memory, self._given, self._out)
+        self._steps = answers(constants, memory, self._inputs, self._out)
 
     def carry(self, robot: FiveBar) -> None:
         """As `LawPart`."""
@@ -234,10 +236,10 @@ class CompiledLaw:
         epsilon, by_motors = self._plan.epsilon_at(t), 0.0
         if self._by_motors:
             desired = shared_desired(t, self._robot, self._plan, *planned)
-            write_reference(desired, self._given[FIRST_OF_INSTANT:])
+            write_reference(desired, self._inputs[FIRST_OF_INSTANT:])
             by_motors = 1.0
         numbers = (x, y, vx, vy, ax, ay, direction_x, direction_y, epsilon, by_motors)
-        OF_PLAN.pack_into(self._given.data, 8 * FIRST_OF_PLAN, *numbers)
+        OF_PLAN.pack_into(self._inputs.data, 8 * FIRST_OF_PLAN, *numbers)
         self._expected = sample, planned
 
     def answer(
@@ -255,7 +257,7 @@ class CompiledLaw:
         missing = 0.0 if self._last is None or sample == self._last + 1 else 1.0
         self._last = sample
         position, velocity = joints
-        OF_SAMPLE.pack_into(self._given.data, 0, *position, *velocity, *disturbance, missing)
+        OF_SAMPLE.pack_into(self._inputs.data, 0, *position, *velocity, *disturbance, missing)
         self._memory = next(self._steps)
         return Torque(*self._out.tolist())
 
@@ -268,11 +270,11 @@ class CompiledGuard(GuardPart):
     ) -> None:
         """As `Guard`."""
         super().__init__(robot, working_mode, rate_hz, settings)
-        self._given, self._out = np.zeros(OF_GUARD.size // 8), np.zeros(GUARDED.size // 8)
+        self._inputs, self._out = np.zeros(OF_GUARD.size // 8), np.zeros(GUARDED.size // 8)
         self._begin()
 
     def _begin(self) -> None:
-        self._steps = _guarding()(self._limits, with_floats(self._robot), self._mode, self._given, self._out)
+        self._steps = _guarding()(self._limits, with_floats(self._robot), self._mode, self._inputs, self._out)
 
     def carry(self, robot: FiveBar) -> None:
         """As `Guard`."""
@@ -292,7 +294,7 @@ class CompiledGuard(GuardPart):
         if self.fault is None:
             position, velocity = joints
             torques = *nominal, *constraint, *self._last_command
-            OF_GUARD.pack_into(self._given.data, 0, *position, *velocity, *desired, sigma, *torques, self._excess)
+            OF_GUARD.pack_into(self._inputs.data, 0, *position, *velocity, *desired, sigma, *torques, self._excess)
             next(self._steps)
             r1, r2, tau1, tau2, excess, fault = self._out.tolist()
             if fault == NO_FAULT:

@@ -81,11 +81,11 @@ class Bounds(NamedTuple):
 
 def workspace_bounds(robot: FiveBar) -> Bounds:
     """Return a rectangle that holds every point that both legs reach: the common part of their outer circles' boxes."""
-    one, two = robot.leg1, robot.leg2
-    reach1, reach2 = one.proximal + one.distal, two.proximal + two.distal
+    leg1, leg2 = robot.leg1, robot.leg2
+    reach1, reach2 = leg1.proximal + leg1.distal, leg2.proximal + leg2.distal
     top = min(reach1, reach2)
     return Bounds(
-        max(one.base_x - reach1, two.base_x - reach2), min(one.base_x + reach1, two.base_x + reach2), -top, top
+        max(leg1.base_x - reach1, leg2.base_x - reach2), min(leg1.base_x + reach1, leg2.base_x + reach2), -top, top
     )
 
 

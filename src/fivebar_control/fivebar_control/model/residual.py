@@ -76,7 +76,7 @@ def with_residuals(
     ratio1, ratio2 = moment_ratio(robot.leg1, leg1), moment_ratio(robot.leg2, leg2)
     per_l1, per_l2 = 1.0 / robot.leg1.distal, 1.0 / robot.leg2.distal
     across = form.per_mass * det_a(state)
-    one = response_to(
+    response1 = response_to(
         form,
         state,
         form.per_zz1 * ratio1,
@@ -88,7 +88,7 @@ def with_residuals(
             -form.per_mass * per_l1 * leg1.u_x,
         ),
     )
-    two = response_to(
+    response2 = response_to(
         form,
         state,
         0.0,
@@ -105,20 +105,20 @@ def with_residuals(
     t1 -= drift * robot.leg1.proximal * per_l1 * leg1.sin_q2 * leg1.dq1 * leg1.dq1
     t2 -= drift * robot.leg2.proximal * per_l2 * leg2.sin_q2 * leg2.dq1 * leg2.dq1
     zz1, zz2 = robot.leg1.residual, robot.leg2.residual
-    e11 = 1.0 - zz1 * _turn(leg1, per_l1, ratio1, one.ddq11, one.ax, one.ay)
-    e12 = -zz1 * _turn(leg1, per_l1, ratio1, two.ddq11, two.ax, two.ay)
-    e21 = -zz2 * _turn(leg2, per_l2, ratio2, one.ddq21, one.ax, one.ay)
-    e22 = 1.0 - zz2 * _turn(leg2, per_l2, ratio2, two.ddq21, two.ax, two.ay)
+    e11 = 1.0 - zz1 * _turn(leg1, per_l1, ratio1, response1.ddq11, response1.ax, response1.ay)
+    e12 = -zz1 * _turn(leg1, per_l1, ratio1, response2.ddq11, response2.ax, response2.ay)
+    e21 = -zz2 * _turn(leg2, per_l2, ratio2, response1.ddq21, response1.ax, response1.ay)
+    e22 = 1.0 - zz2 * _turn(leg2, per_l2, ratio2, response2.ddq21, response2.ax, response2.ay)
     determinant = e11 * e22 - e12 * e21
     m1 = (e22 * zz1 * t1 - e12 * zz2 * t2) / determinant
     m2 = (e11 * zz2 * t2 - e21 * zz1 * t1) / determinant
     return DynamicResponse(
-        ddq11=response.ddq11 + m1 * one.ddq11 + m2 * two.ddq11,
-        ddq21=response.ddq21 + m1 * one.ddq21 + m2 * two.ddq21,
-        ax=response.ax + m1 * one.ax + m2 * two.ax,
-        ay=response.ay + m1 * one.ay + m2 * two.ay,
-        lambda1=response.lambda1 + m1 * one.lambda1 + m2 * two.lambda1,
-        lambda2=response.lambda2 + m1 * one.lambda2 + m2 * two.lambda2,
+        ddq11=response.ddq11 + m1 * response1.ddq11 + m2 * response2.ddq11,
+        ddq21=response.ddq21 + m1 * response1.ddq21 + m2 * response2.ddq21,
+        ax=response.ax + m1 * response1.ax + m2 * response2.ax,
+        ay=response.ay + m1 * response1.ay + m2 * response2.ay,
+        lambda1=response.lambda1 + m1 * response1.lambda1 + m2 * response2.lambda1,
+        lambda2=response.lambda2 + m1 * response1.lambda2 + m2 * response2.lambda2,
     )
 
 

@@ -99,9 +99,9 @@ def inverse_condition_rate(state: State) -> float:
 
 def type1_margin(state: State) -> float:
     """Return min |sin q_i2|, from 0 at Type 1 (a leg stretched or folded, det B = 0) to 1."""
-    one, two = abs(state.leg1.sin_q2), abs(state.leg2.sin_q2)
+    sine1, sine2 = abs(state.leg1.sin_q2), abs(state.leg2.sin_q2)
     # min() would drop the NaN of a leg that is out of reach
-    return one if one < two or math.isnan(one) else two
+    return sine1 if sine1 < sine2 or math.isnan(sine1) else sine2
 
 
 def type1_distance(robot: FiveBar, state: State) -> float:

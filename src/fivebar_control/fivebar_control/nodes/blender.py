@@ -21,7 +21,9 @@ from fivebar_control.ros.node_settings import SHORTEST_DEADLINE_MS, BlenderSetti
 from fivebar_control.ros.releasing import Releasing
 from fivebar_control.ros.run_file import start_values
 from fivebar_control.safety.watchdog import PauseCompensatedClock, Watchdog
+from fivebar_control.scenario.guard_settings import guard_settings
 from fivebar_control.scenario.keys import STOPPING
+from fivebar_control.scenario.law_settings import section_law
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -111,13 +113,13 @@ class Blender(SamplingNode):
         super().__init__("blender")
         settings = self.declare_settings(BlenderSettings)
         keys = (*STOPPING, "camera.on", "ekf.camera", "ekf.seen_start")
-        scenario = FileParameters(self, ControlScenario, keys, ControlScenario.section_law).file
+        scenario = FileParameters(self, ControlScenario, keys, section_law).file
         agreement = RunAgreement(self, scenario.rate_hz, start_values(scenario))
         self._empty = self._robot = one_robot(scenario.five_bar())
         compiled = runs_compiled(settings.mode, scenario.rate_hz, settings.compiled)
         with loading(compiled, self.get_logger().info):
             kind = guard_part(compiled)
-            self._guard = kind(self._robot, scenario.working_mode, scenario.rate_hz, scenario.safety_settings())
+            self._guard = kind(self._robot, scenario.working_mode, scenario.rate_hz, guard_settings(scenario))
         deadlines = deadlines_of(scenario, settings)
         shortest = min(deadlines)
         self._deadline_clock = PauseCompensatedClock(time.monotonic, shortest / MIN_CHECKS_PER_DEADLINE)

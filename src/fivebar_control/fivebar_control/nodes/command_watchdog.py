@@ -66,7 +66,7 @@ class CommandWatchdog(GraphNode):
 
     def metrics(self) -> Mapping[str, object]:
         """Return how often a torque had to be ended, and whose commands are heard."""
-        heard = (one.gid.hex() for one in publishers_of(self, self._topic) if not is_own(self, one))
+        heard = (publisher.gid.hex() for publisher in publishers_of(self, self._topic) if not is_own(self, publisher))
         return {"torques_ended": self._ended, HEARS: SEPARATOR.join(sorted(heard))}
 
     def _on_command(self, message: Float64MultiArray) -> None:

@@ -138,11 +138,14 @@ class ProgramRunner(GraphNode):
     def _heard(self) -> bool:
         """Return whether whoever answers requests hears them: what is published before that is lost."""
         answered_by = {
-            (one.node_namespace, one.node_name) for one in self.get_publishers_info_by_topic(GOAL_STATUS.name)
+            (publisher.node_namespace, publisher.node_name)
+            for publisher in self.get_publishers_info_by_topic(GOAL_STATUS.name)
         }
         topics = (GOAL, GOAL_TRAJECTORY) if self._files else (GOAL,)
         subscriptions = (self.get_subscriptions_info_by_topic(topic.name) for topic in topics)
-        heard_by = ({(one.node_namespace, one.node_name) for one in found} for found in subscriptions)
+        heard_by = (
+            {(listener.node_namespace, listener.node_name) for listener in listeners} for listeners in subscriptions
+        )
         return all(nodes & answered_by for nodes in heard_by)
 
     def _do(self, action: Action) -> None:

@@ -19,7 +19,6 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from fivebar_control.controller.estimator import instruments_of
 from fivebar_control.estimation.constants import CAMERA_LATENCY, history_samples
 from fivebar_control.estimation.encoder import count_angle
 from fivebar_control.estimation.homing import HomingContradicted
@@ -32,7 +31,7 @@ from fivebar_control.ros.node_settings import ChainSettings, runs_compiled
 from fivebar_control.ros.run_file import start_values
 from fivebar_control.scenario.keys import ROBOT, SENSORS
 from fivebar_control.scenario.scenario import ControlScenario
-from fivebar_control.scenario.sensors import homing_of
+from fivebar_control.scenario.sensors import homing_of, sensing_of
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
     ALL_WELL,
@@ -121,8 +120,8 @@ class StateEstimatorNode(SamplingNode):
         settings = self.declare_settings(ChainSettings)
         lockstep = settings.mode == LOCKSTEP
         scenario = FileParameters(self, ControlScenario, (*ROBOT, "estimator", "waypoints", *SENSORS)).file
-        self._homing, self._instruments = homing_of(scenario), instruments_of(scenario)
-        rate_hz, drives, ekf, _, passive, known, extra = self._instruments
+        self._homing, self._sensing = homing_of(scenario), sensing_of(scenario)
+        rate_hz, drives, ekf, _, passive, known, extra, *_ = self._sensing
         agreed = {
             **start_values(scenario),
             HOMING: [self._homing.x, self._homing.y],
@@ -135,7 +134,7 @@ class StateEstimatorNode(SamplingNode):
         self._kind, self._robot = estimator_part(compiled), self._empty
         self._clock_offset = known.imu_clock * rate_hz
         self._joint = passive.joint if passive.leg else ""
-        self._estimator = self._kind(self._robot, self._homing, self._instruments)
+        self._estimator = self._kind(self._robot, self._homing, self._sensing)
         with loading(compiled, self.get_logger().info):
             self._estimator.warm_up()
         self._waiting: tuple[int, tuple[float, float, float, float], tuple[Reading, ...] | None] | None = None
@@ -193,7 +192,7 @@ class StateEstimatorNode(SamplingNode):
 
     def restart(self) -> None:
         """Start again from the homing posture; a latched fault is cleared."""
-        self._estimator = self._kind(self._robot, self._homing, self._instruments)
+        self._estimator = self._kind(self._robot, self._homing, self._sensing)
         self._resting = self._no_rest()
         self._publish_state(ALL_WELL)
         self._waiting = None
@@ -235,7 +234,7 @@ class StateEstimatorNode(SamplingNode):
         sample, _, released = self._waiting
         if sample == 0 and self._sees_start and not any(sensor == CAMERA_FRAME for sensor, _ in self._late):
             return
-        if not self._estimator.awaits(sample) and all(one in self._late for one in released or ()):
+        if not self._estimator.awaits(sample) and all(reading in self._late for reading in released or ()):
             self._end_wait()
 
     def _on_imu(self, message: Imu) -> None:
@@ -243,7 +242,7 @@ class StateEstimatorNode(SamplingNode):
             return
         vector = message.angular_velocity
         turning = (vector.x, vector.y, vector.z)
-        if not all(-LARGEST <= one <= LARGEST for one in turning):
+        if not all(-LARGEST <= rate <= LARGEST for rate in turning):
             self.drop(IMU_DATA, f"angular velocity is {turning}, expected finite numbers of at most {LARGEST:g}")
             return
         self._keep(IMU_DATA, IMU_FRAME, message, (self._imu.usable_rate(turning),))
@@ -315,15 +314,17 @@ class StateEstimatorNode(SamplingNode):
             return
         (sample, motors, released), self._waiting = self._waiting, None
         # in real time what has come and was made by now
-        taken = sorted(one for one in self._late if self._made(one) <= sample) if released is None else released
+        taken = (
+            sorted(reading for reading in self._late if self._made(reading) <= sample) if released is None else released
+        )
         readings = [
-            LateReading(SENSOR_OF.get(name, PASSIVE), made, *self._late.pop((name, made)))
-            for name, made in taken
-            if (name, made) in self._late
+            LateReading(SENSOR_OF.get(sensor, PASSIVE), moment, *self._late.pop((sensor, moment)))
+            for sensor, moment in taken
+            if (sensor, moment) in self._late
         ]
         # readings that no sample announces, as repeated ones, must not accumulate
         oldest = sample - self._longest_delay
-        self._late = {one: value for one, value in self._late.items() if self._made(one) >= oldest}
+        self._late = {reading: value for reading, value in self._late.items() if self._made(reading) >= oldest}
         self._rest_by(sample, motors)
         known = self._estimator.fault
         try:
@@ -367,7 +368,7 @@ class StateEstimatorNode(SamplingNode):
             self._resting.read(MotorReading(sample, q11, q21))
 
     def _no_rest(self) -> Resting:
-        return Resting(self._robot, self._mode, self._instruments.rate_hz, self._count)
+        return Resting(self._robot, self._mode, self._sensing.rate_hz, self._count)
 
     def _on_reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Begin again where the robot rests, with the next sample."""

@@ -15,6 +15,7 @@ from fivebar_control.ros.node_settings import HOLD, TrajectorySettings
 from fivebar_control.ros.run_file import declared_motion, plan_values
 from fivebar_control.ros.shown_motions import show_plan
 from fivebar_control.scenario.keys import GOALS
+from fivebar_control.scenario.law_settings import section_law, tuned_controller
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.hold import Hold
 from fivebar_description.interface import (
@@ -48,7 +49,7 @@ class TrajectoryGenerator(SamplingNode):
     def __init__(self) -> None:
         """Make the node."""
         super().__init__("trajectory_generator")
-        run_file = FileParameters(self, ControlScenario, GOALS, ControlScenario.section_law)
+        run_file = FileParameters(self, ControlScenario, GOALS, section_law)
         scenario = run_file.file
         settings = self.declare_settings(TrajectorySettings)
         self._motion = declared_motion(self, scenario)
@@ -67,7 +68,7 @@ class TrajectoryGenerator(SamplingNode):
         self._reference = self.advertise(REFERENCE)
         self.advertise(RUN_PLAN).publish(String(data=plan_text(plan_values(self._motion, scenario))))
         show_plan(self, self._motion.plan.path, self._motion.rate_hz)
-        self._samples_ahead = scenario.tuned().samples_ahead
+        self._samples_ahead = tuned_controller(scenario).samples_ahead
         if self._samples_ahead:
             self._ahead = self.advertise(REFERENCE_AHEAD)
         self._announces = scenario.scheme().follows_motions
@@ -140,8 +141,8 @@ class TrajectoryGenerator(SamplingNode):
                 JointSample(
                     stamp,
                     ahead_names(len(ahead)),
-                    position=[value for one in ahead for value in one[:4]],
-                    velocity=[value for one in ahead for value in one[2:]],
+                    position=[value for platform in ahead for value in platform[:4]],
+                    velocity=[value for platform in ahead for value in platform[2:]],
                 )
             )
         x, y, vx, vy, ax, ay = reference

@@ -40,7 +40,7 @@ def concerns_tolerances(verdict: Feasibility) -> bool:
 def judge_of(robot: FiveBar, plan: Plan, rate_hz: int, follower: TunedController, limits: MotionLimits) -> Judge:
     """Return what judges a plan with other sensings, where nothing but tolerances speaks against it."""
     predicted = predict_run(robot, plan, rate_hz, follower, limits.torque, limits.judge)
-    return lambda sensing: with_sensing(Feasibility(()), predicted, robot, plan, rate_hz, limits, sensing).feasible
+    return lambda sensing: with_sensing(Feasibility(()), predicted, robot, plan, limits, sensing).feasible
 
 
 def advice(
@@ -65,8 +65,8 @@ def advice(
         _speed(verdict, path, possible),
         _calibration(sensing, judge),
     )
-    found = [next(kind, "") for kind in kinds]
-    return ", or ".join(words for words in found if words)
+    suggestions = [next(kind, "") for kind in kinds]
+    return ", or ".join(words for words in suggestions if words)
 
 
 def _gyroscope(sensing: Sensing, judge: Judge) -> Iterator[str]:

@@ -177,7 +177,7 @@ def screen_run(
         return verdict
     predicted = predict(robot, plan, rate_hz, follower, limits.torque, limits.judge)
     verdict = explained(with_prediction(verdict, predicted, plan, limits), robot, plan)
-    return with_sensing(verdict, predicted, robot, plan, rate_hz, limits, sensing)
+    return with_sensing(verdict, predicted, robot, plan, limits, sensing)
 
 
 def is_predictable(plan: Plan) -> bool:
@@ -234,7 +234,6 @@ def with_sensing(
     predicted: PredictedRun,
     robot: FiveBar,
     plan: Plan,
-    rate_hz: int,
     limits: MotionLimits,
     sensing: Sensing | None,
 ) -> Feasibility:
@@ -247,7 +246,7 @@ def with_sensing(
     # here, because it needs the whole estimator
     from fivebar_control.planning.predicted_estimate import predict_estimate, wrong_mode_probability
 
-    estimate = predict_estimate(robot, plan, rate_hz, sensing, predicted, limits.judge)
+    estimate = predict_estimate(robot, plan, sensing, predicted, limits.judge)
     mirror, position, risk = estimate.mirror, estimate.position, limits.risk
     wrong_at_most = min(LIKELIEST_WRONG_MODE, wrong_mode_probability(sensing.settings.mirror_deviations))
     error = predicted.judged.value + estimate.exceeded_by(risk.position)

@@ -156,12 +156,12 @@ Duration = TypeVar("Duration")
 Motion = TypeVar("Motion", bound=JudgedMotion)
 
 
-def nearest(found: Sequence[Motion]) -> Motion:
+def nearest(motions: Sequence[Motion]) -> Motion:
     """Return the first of some feasible motions, unless a later one keeps nearer to its reference by a tenth."""
-    best = found[0]
-    for one in found[1:]:
-        if one.feasibility.expected_distance < WORTH_A_CHANGE * best.feasibility.expected_distance:
-            best = one
+    best = motions[0]
+    for motion in motions[1:]:
+        if motion.feasibility.expected_distance < WORTH_A_CHANGE * best.feasibility.expected_distance:
+            best = motion
     return best
 
 
@@ -181,12 +181,12 @@ def first_feasible(
     """
     reason = ""
     for duration in durations:
-        found = timed(duration)
-        if isinstance(found, str):
-            reason = reason or found
+        motion = timed(duration)
+        if isinstance(motion, str):
+            reason = reason or motion
             continue
         slower = unhurried(duration)
         if slower is None or isinstance(slower, str):
-            return found
-        return slower if slower.feasibility.expected_distance <= found.feasibility.expected_distance else found
+            return motion
+        return slower if slower.feasibility.expected_distance <= motion.feasibility.expected_distance else motion
     return reason

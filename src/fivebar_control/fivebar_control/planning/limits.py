@@ -197,7 +197,7 @@ def reach_within(robot: FiveBar, tolerances: Tolerances) -> float:
         return chosen
     sines = [GIVEN_SERIAL]
     for leg in (robot.leg1, robot.leg2):
-        one, two = leg.proximal, leg.distal
-        cosine = ((one + two - short) ** 2 - one * one - two * two) / (2.0 * one * two)
+        proximal, distal = leg.proximal, leg.distal
+        cosine = ((proximal + distal - short) ** 2 - proximal * proximal - distal * distal) / (2.0 * proximal * distal)
         sines.append(math.sqrt(max(1.0 - cosine * cosine, 0.0)) if cosine > 0.0 else 1.0)
     return min(max(sines), chosen)

@@ -78,26 +78,26 @@ def read_goal(names: Sequence[str], values: Sequence[float]) -> Goal:
             " via1_y, via1_blend_radius and so on"
         )
     exact = dict(zip(names, values, strict=True))
-    given = {name: 0.0 if math.isnan(value) else value for name, value in exact.items()}
+    fields = {name: 0.0 if math.isnan(value) else value for name, value in exact.items()}
     x, y = exact["x"], exact["y"]
     if not (math.isfinite(x) and math.isfinite(y)):
         raise GoalRefused(f"goal ({x}, {y}): expected finite coordinates in m")
-    assembly, mode1, mode2 = (_sign(name, given.get(name, 0.0)) for name in ("assembly_mode", "mode1", "mode2"))
-    duration = given.get("duration", 0.0)
+    assembly, mode1, mode2 = (_sign(name, fields.get(name, 0.0)) for name in ("assembly_mode", "mode1", "mode2"))
+    duration = fields.get("duration", 0.0)
     if not (duration == 0.0 or SHORTEST_MOTION <= duration <= LONGEST_MOTION):
         raise GoalRefused(
             f"duration {duration}: expected {SHORTEST_MOTION:g} to {LONGEST_MOTION:g} s, or 0 for as it comes"
         )
-    torque, speed = (given.get(name, 0.0) or 1.0 for name in ("torque_share", "speed_share"))
+    torque, speed = (fields.get(name, 0.0) or 1.0 for name in ("torque_share", "speed_share"))
     if not (0.0 < torque <= 1.0 and 0.0 < speed <= 1.0):
         raise GoalRefused(f"torque_share {torque}, speed_share {speed}: expected numbers above 0, at most 1")
-    via, radii = _read_via(exact, given.get("blend_radius", 0.0))
+    via, radii = _read_via(exact, fields.get("blend_radius", 0.0))
     return Goal(x, y, assembly, mode1, mode2, duration, torque, speed, via, radii)
 
 
-def _read_via(given: Mapping[str, float], radius: float) -> tuple[tuple[Point, ...], tuple[float, ...]]:
+def _read_via(fields: Mapping[str, float], radius: float) -> tuple[tuple[Point, ...], tuple[float, ...]]:
     """Return the via points of a request and their blend radii (m), `radius` unless one has its own."""
-    numbers = {int(found[1]) for name in given if (found := VIA_NAME.fullmatch(name))}
+    numbers = {int(match[1]) for name in fields if (match := VIA_NAME.fullmatch(name))}
     count = len(numbers)
     if numbers != set(range(1, count + 1)) or count > MOST_VIA:
         raise GoalRefused(f"via points {sorted(numbers)}: expected them numbered from 1, at most {MOST_VIA}")
@@ -105,7 +105,7 @@ def _read_via(given: Mapping[str, float], radius: float) -> tuple[tuple[Point, .
         raise GoalRefused(f"blend_radius {radius}: expected with via points, whose corners are rounded")
     via, radii = [], []
     for number in range(1, count + 1):
-        x, y, own = (given.get(f"via{number}_{field}", math.nan) for field in ("x", "y", "blend_radius"))
+        x, y, own = (fields.get(f"via{number}_{field}", math.nan) for field in ("x", "y", "blend_radius"))
         if not (math.isfinite(x) and math.isfinite(y)):
             raise GoalRefused(f"via point {number} ({x}, {y}): expected finite coordinates in m")
         via.append((x, y))

@@ -44,8 +44,8 @@ def planner_of(conditions: Conditions) -> Callable[[Order], Planned]:
     """Return what plans requests under some conditions: `plan_once`, or the planner that they name."""
     if not conditions.planner:
         return partial(plan_once, conditions)
-    found: Callable[[Order], Planned] = load_part(conditions.planner)(conditions)
-    return found
+    planner: Callable[[Order], Planned] = load_part(conditions.planner)(conditions)
+    return planner
 
 
 @lru_cache(maxsize=256)
@@ -120,18 +120,18 @@ def plan_order(conditions: Conditions, order: Order) -> Planned:
     return Planned("", course, durations, plan.path.segments, followed=followed, references=references)
 
 
-def _stopped(found: Stop, follower: TunedController, rate_hz: int) -> Planned:
+def _stopped(stop: Stop, follower: TunedController, rate_hz: int) -> Planned:
     """Return the answer to a request to stop."""
-    resumed = found.resumed
+    resumed = stop.resumed
     later = () if resumed is None else _references(follower, resumed.as_path(), rate_hz)
-    return Planned(stop=found, references=_references(follower, found.stop.as_path(), rate_hz), resumed=later)
+    return Planned(stop=stop, references=_references(follower, stop.stop.as_path(), rate_hz), resumed=later)
 
 
 def _references(follower: TunedController, path: Path, rate_hz: int) -> tuple[float, ...]:
     """Return all references of a motion in one row, for a law that has to know them; else nothing."""
     if not follower.controller.follows_motions:
         return ()
-    return tuple(value for one in references_along(path, rate_hz) for value in one)
+    return tuple(value for reference in references_along(path, rate_hz) for value in reference)
 
 
 def _limits(

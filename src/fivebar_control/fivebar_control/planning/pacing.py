@@ -206,10 +206,10 @@ def longest_bearing(task: Task, plan: Plan, share: float, loads: Loads) -> Borne
             return math.inf
         return displaced(task.robot, quicker, task.rate_hz, task.follower, limits, loads).value - bound
 
-    found = longest_within(excess, longest)
-    if found.duration == longest:
-        return found
-    return found._replace(duration=max(1.0, math.floor(found.duration * task.rate_hz + 1e-6)) / task.rate_hz)
+    borne = longest_within(excess, longest)
+    if borne.duration == longest:
+        return borne
+    return borne._replace(duration=max(1.0, math.floor(borne.duration * task.rate_hz + 1e-6)) / task.rate_hz)
 
 
 def longest_within(excess: Callable[[float], float], longest: float) -> Borne:

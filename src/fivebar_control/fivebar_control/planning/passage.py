@@ -245,8 +245,8 @@ def largest_response(
     instants = _instants(passage, times, references, held)
     worst = 0.0
     for number in range(len(loads)):
-        one = loads[number]
-        load_case = LoadCase(float(one[0]), float(one[1]), float(one[2]), float(one[3]))
+        load = loads[number]
+        load_case = LoadCase(float(load[0]), float(load[1]), float(load[2]), float(load[3]))
         worst = max(worst, _response(passage, instants, path, load_case))
     return worst
 
@@ -256,12 +256,12 @@ def _instants(
 ) -> list[PassageInstant]:
     """Return the reference at the times; arguments as for `largest_response`."""
     limit = passage.limit
-    found = []
+    instants = []
     for number in range(len(times)):
         reference = reference_of(references[number])
         state = reference.state
         svd = parallel_svd(state)
-        found.append(
+        instants.append(
             PassageInstant(
                 float(times[number]),
                 state.x,
@@ -279,7 +279,7 @@ def _instants(
                 _passive_load(passage.robot, reference, passage.here, passage.friction),
             )
         )
-    return found
+    return instants
 
 
 def _response(passage: JudgedPassage, instants: list[PassageInstant], path: FloatArray, load_case: LoadCase) -> float:
@@ -381,12 +381,12 @@ def _passive_load(robot: FiveBar, reference: Reference, here: ParallelSvd, frict
     if friction == 0.0:
         return 0.0
     state = reference.state
-    one, two = _rates(robot.leg1, state.leg1, here), _rates(robot.leg2, state.leg2, here)
+    rates1, rates2 = _rates(robot.leg1, state.leg1, here), _rates(robot.leg2, state.leg2, here)
     total = 0.0
     for rate, slope in (
-        (state.leg1.dtheta - state.leg1.dq1, one[1] - one[0]),
-        (state.leg2.dtheta - state.leg2.dq1, two[1] - two[0]),
-        (state.leg2.dtheta - state.leg1.dtheta, two[1] - one[1]),
+        (state.leg1.dtheta - state.leg1.dq1, rates1[1] - rates1[0]),
+        (state.leg2.dtheta - state.leg2.dq1, rates2[1] - rates2[0]),
+        (state.leg2.dtheta - state.leg1.dtheta, rates2[1] - rates1[1]),
     ):
         total += math.tanh(rate / SMOOTHING) * slope
     return -friction / robot.mass * total

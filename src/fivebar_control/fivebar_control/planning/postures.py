@@ -73,21 +73,21 @@ def assembly_problem(
     robot: FiveBar, working_mode: WorkingMode, x: float, y: float, assembly: int, limits: MotionLimits
 ) -> str | None:
     """Say why a reachable place does not belong to an assembly mode in a working mode; None where it does."""
-    found = place_at(robot, working_mode, x, y).assembly
-    if found == assembly:
+    own_assembly = place_at(robot, working_mode, x, y).assembly
+    if own_assembly == assembly:
         return None
-    others = [
+    suitable = [
         mode
         for mode in WORKING_MODES
         if rest_problem(robot, mode, x, y, limits) is None and place_at(robot, mode, x, y).assembly == assembly
     ]
     start = (
-        f"{place(x, y)} has assembly mode {sign_name(found)} in working mode {mode_name(working_mode)};"
+        f"{place(x, y)} has assembly mode {sign_name(own_assembly)} in working mode {mode_name(working_mode)};"
         f" assembly mode {sign_name(assembly)}"
     )
-    if not others:
+    if not suitable:
         return f"{start} is not there in any working mode"
-    names = " or ".join(mode_name(mode) for mode in others)
+    names = " or ".join(mode_name(mode) for mode in suitable)
     return f"{start} needs working mode {names}, which is reached only through a Type 1 singularity"
 
 

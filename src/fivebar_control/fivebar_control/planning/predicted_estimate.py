@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fivebar_control.compiling import as_machine_code, bound, bound_apart
 from fivebar_control.estimation.camera import CAMERA_GATE, seen_at
-from fivebar_control.estimation.constants import EstimatorModel, Instrumentation, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.covariance import Matrix, X, Y, propagated
 from fivebar_control.estimation.ekf import NO_ERRORS, Belief, Estimate, transition
 from fivebar_control.estimation.encoder import Angle, angle_variance, first_angle
@@ -36,6 +36,7 @@ from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.extra_sensor import ExpectedReading
 from fivebar_description.parameters import FiveBar, with_floats
+from fivebar_description.sensors import NOTHING_KNOWN
 
 IntArray = NDArray[np.int64]
 
@@ -69,31 +70,27 @@ def wrong_mode_probability(deviations: float) -> float:
 
 
 def predict_estimate(
-    robot: FiveBar, plan: Plan, rate_hz: int, sensing: Sensing, predicted: PredictedRun, judge: str = TIMED
+    robot: FiveBar, plan: Plan, sensing: Sensing, predicted: PredictedRun, judge: str = TIMED
 ) -> PredictedEstimate:
     """Return what the estimate of a predicted run is worth; readings arrive as soon as they are made.
 
     Args:
         robot: of controllers and estimator.
         plan: in one working mode.
-        rate_hz: of the estimator.
         sensing: what it has.
         predicted: the run, of at least one sample.
         judge: by which distance the motion is judged.
     """
-    instruments = Instrumentation(
-        rate_hz, sensing.drives, sensing.settings, sensing.tolerances, sensing.passive, extra=sensing.extra
-    )
-    model = estimator_model(with_floats(robot), plan.mode, instruments)
+    model = estimator_model(with_floats(robot), plan.mode, sensing._replace(known=NOTHING_KNOWN))
     every = np.zeros(SENSORS, dtype=np.int64)
-    every[PASSIVE] = sensing.passive.schedule(rate_hz).every if model.elbow else 0
+    every[PASSIVE] = sensing.passive.schedule(sensing.rate_hz).every if model.elbow else 0
     every[GYROSCOPE] = sensing.gyro_every if sensing.settings.gyro else 0
     every[CAMERA] = sensing.camera_every if sensing.settings.camera else 0
-    every[EXTRA] = 0 if sensing.extra is None else sensing.extra.schedule(rate_hz).every
+    every[EXTRA] = 0 if sensing.extra is None else sensing.extra.schedule(sensing.rate_hz).every
     first = predicted.moments[0]
     belief = homed_belief(model.filter, first.x, first.y, first_angle(model.resolution, 0.0).variance + model.play)
     moments = np.array(predicted.moments, dtype=np.float64)
-    counted = _across(plan, rate_hz, len(moments)) if judge == PATH else np.zeros((len(moments), 2))
+    counted = _across(plan, sensing.rate_hz, len(moments)) if judge == PATH else np.zeros((len(moments), 2))
     worth = worth_along if sensing.extra is None else _worth_with(sensing.extra.kind.expected)
     return as_machine_code(worth)(model, every, moments, counted, belief.covariance)
 

@@ -151,7 +151,7 @@ def judged_by(judge: str, predicted: PredictedRun, plan: Plan, rate_hz: int) -> 
         return predicted
     instants = (plan.path.at(sample / rate_hz) for sample in range(plan.path.samples(rate_hz) + 1))
     places = np.array([(instant.x, instant.y) for instant in instants])
-    numbers = [sample for one in stretches_of(plan, rate_hz) for sample in range(one.first, one.last + 1)]
+    numbers = [sample for stretch in stretches_of(plan, rate_hz) for sample in range(stretch.first, stretch.last + 1)]
     platform = np.full((numbers[-1] + 1, 2), math.nan)
     platform[numbers[: len(predicted.moments)]] = np.array(predicted.moments)[:, :2]
     last = len(places) - 1
@@ -171,21 +171,21 @@ class Stretch(NamedTuple):
 
 def stretches_of(plan: Plan, rate_hz: int) -> list[Stretch]:
     """Return the stretches of a plan that are predicted; what follows the end, too, belongs to the last one."""
-    found: list[Stretch] = []
+    stretches: list[Stretch] = []
     joined = False
     for index, segment in enumerate(plan.path.segments):
         if isinstance(segment, JointSegment):
             joined = False
             continue
         mode = plan.modes[index] if plan.modes else plan.mode
-        first = found.pop().first if joined else math.ceil(segment.start_time * rate_hz - 1e-6)
+        first = stretches.pop().first if joined else math.ceil(segment.start_time * rate_hz - 1e-6)
         # the instant between two segments belongs to the later one
         last = math.ceil((segment.start_time + segment.duration) * rate_hz - 1e-6) - 1
-        found.append(Stretch(first, last, mode))
+        stretches.append(Stretch(first, last, mode))
         joined = True
     if joined:
-        found[-1] = found[-1]._replace(last=plan.path.samples(rate_hz) + math.ceil(HOLD * rate_hz))
-    return found
+        stretches[-1] = stretches[-1]._replace(last=plan.path.samples(rate_hz) + math.ceil(HOLD * rate_hz))
+    return stretches
 
 
 class _Stretch:

@@ -87,30 +87,30 @@ class Step(StrictModel):
     def _one_action(cls, content: Any) -> Any:
         if not isinstance(content, dict):
             raise ValueError(f"expected a step such as {{dwell: 0.5}}, found {type(content).__name__}")
-        found = [key for key in ACTIONS if key in content]
-        if len(found) != 1:
-            raise ValueError(f"expected one of {', '.join(ACTIONS)}, found {', '.join(found) or 'none of them'}")
-        if content[found[0]] is None:
-            raise ValueError(f"{found[0]}: expected a value")
+        actions = [key for key in ACTIONS if key in content]
+        if len(actions) != 1:
+            raise ValueError(f"expected one of {', '.join(ACTIONS)}, found {', '.join(actions) or 'none of them'}")
+        if content[actions[0]] is None:
+            raise ValueError(f"{actions[0]}: expected a value")
         for option, action in OPTIONS.items():
-            if option in content and action != found[0]:
-                raise ValueError(f"{option}: expected with {action}, not with {found[0]}")
-        if found[0] == "repeat" and content.get("steps") is None:
+            if option in content and action != actions[0]:
+                raise ValueError(f"{option}: expected with {action}, not with {actions[0]}")
+        if actions[0] == "repeat" and content.get("steps") is None:
             raise ValueError("repeat: expected steps to repeat")
         return content
 
     @model_validator(mode="after")
     def _rounds_corners_or_rests(self) -> Step:
-        given = self._radii()
+        radii = self._radii()
         if not self.via:
-            if any(given):
+            if any(radii):
                 raise ValueError("blend_radius: expected with via, whose corners are rounded")
             return self
-        if len(given) not in (1, len(self.via)):
-            raise ValueError(f"blend_radius: {len(given)} given: expected one number, or one for each point of via")
-        if any(given) and len(self.via) > MOST_VIA:
+        if len(radii) not in (1, len(self.via)):
+            raise ValueError(f"blend_radius: {len(radii)} given: expected one number, or one for each point of via")
+        if any(radii) and len(self.via) > MOST_VIA:
             raise ValueError(f"via: {len(self.via)} points with a blend_radius: expected at most {MOST_VIA}")
-        if self.duration is not None and not any(given):
+        if self.duration is not None and not any(radii):
             raise ValueError(
                 "duration: expected without via, or with a blend_radius, since each stretch between rests is timed for"
                 " itself"
@@ -266,7 +266,7 @@ def read_program(text: str, source: str) -> LoadedProgram:
 def _with_followed(content: Any, folder: Path) -> Any:
     """Return the content of a program, or of steps in it, in which names of files to follow are paths."""
     if isinstance(content, list):
-        return [_with_followed(one, folder) for one in content]
+        return [_with_followed(part, folder) for part in content]
     if not isinstance(content, Mapping):
         return content
     placed = placed_beside(folder, content, ("follow",))
@@ -281,7 +281,7 @@ def with_files(text: str, names: Mapping[tuple[str, ...], str], followed: Mappin
         names: of those of its scenario, by their keys.
         followed: of those that it follows, by their names in the text.
     """
-    found = [
+    replacements = [
         (node.start_mark.index, node.end_mark.index, followed[node.value])
         for node in _followed_in(yaml_nodes(text, "program"))
         if node.value in followed
@@ -291,8 +291,8 @@ def with_files(text: str, names: Mapping[tuple[str, ...], str], followed: Mappin
         for key in ("scenario", *keys):
             node = None if node is None else _value(node, key)
         if node is not None:
-            found.append((node.start_mark.index, node.end_mark.index, name))
-    for start, end, name in sorted(found, reverse=True):
+            replacements.append((node.start_mark.index, node.end_mark.index, name))
+    for start, end, name in sorted(replacements, reverse=True):
         text = text[:start] + name + text[end:]
     return text
 

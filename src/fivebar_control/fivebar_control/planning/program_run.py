@@ -91,7 +91,7 @@ class ProgramRun:
         at = self.present
         content: dict[str, Any] = {"state": self.state.value, "program": self.name}
         if at is not None:
-            content |= {"step": at.number, "line": at.line, "rounds": [list(one) for one in at.rounds]}
+            content |= {"step": at.number, "line": at.line, "rounds": [list(counted) for counted in at.rounds]}
             # only moves with via points report these
             fields = {key: value for key, value in at.action._asdict().items() if value != ()}
             content["action"] = {type(at.action).__name__: fields}

@@ -146,10 +146,10 @@ def write_samples(robot: FiveBar, references: FloatArray, samples: FloatArray) -
             samples[number, index] = value
 
 
-def larger(one: float, two: float) -> float:
+def larger(first: float, second: float) -> float:
     """Return the larger magnitude, NaN if one is NaN (`max` alone would lose it)."""
-    one, two = abs(one), abs(two)
-    return one if one >= two or math.isnan(one) else two
+    first, second = abs(first), abs(second)
+    return first if first >= second or math.isnan(first) else second
 
 
 class Dwell(NamedTuple):
@@ -186,7 +186,7 @@ class ReferenceScan:
             return -math.inf if math.isnan(value) else sign * value
 
         first = self._coarse
-        measured = [measure(one) for one in first]
+        measured = [measure(coarse) for coarse in first]
         place = measured.index(min(measured))
         around = range(first[max(place - 1, 0)], first[min(place + 1, len(first) - 1)] + 1)
         self._evaluate(around)
@@ -229,12 +229,12 @@ class ReferenceScan:
 
         Rests, turns and near passes are minima of kappa in time, which the samples need not meet.
         """
-        found = [
+        near_passes = [
             (kappa, t) for kappa, t in self._minima() if kappa < NEAR_PASS and not (self._blended and self._guarded(t))
         ]
-        if not found:
+        if not near_passes:
             return None
-        kappa, t = min(found)
+        kappa, t = min(near_passes)
         platform = self._plan.path.at(t)
         return Figure(NEAREST, kappa, limit, False, t, platform.x, platform.y)
 

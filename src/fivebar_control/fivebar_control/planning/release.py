@@ -201,8 +201,8 @@ def _pressed(task: ReleaseTask, q11: float, q21: float, stand: Standstill) -> Re
     e1, e2 = elbow_position(robot.leg1, q11), elbow_position(robot.leg2, q21)
     # the press has the direction of the gap's gradient by the motors
     slope1, slope2 = (
-        (-1.0 if stand.stretched else 1.0) * one
-        for one in (_slope(robot.leg1, q11, stand, -1.0), _slope(robot.leg2, q21, stand, 1.0))
+        (-1.0 if stand.stretched else 1.0) * slope
+        for slope in (_slope(robot.leg1, q11, stand, -1.0), _slope(robot.leg2, q21, stand, 1.0))
     )
     squared = slope1 * slope1 + slope2 * slope2
     if not squared > 0.0:
@@ -298,15 +298,15 @@ def _timed(task: ReleaseTask, drive: ReleaseDrive) -> Generator[None, None, Rele
             yield
         time = number / INSTANTS * drive.duration
         state = state_at(robot, drive, time)
-        one, two = state.leg1, state.leg2
+        leg1, leg2 = state.leg1, state.leg2
         rest = state_from_platform(robot, drive.mode, state.x, state.y, 0.0, 0.0)
         if not math.isfinite(det_a(state)):
             return None
         if first_fault(strict, robot, drive.mode, rest, rest.x, rest.y, ZERO) != NO_FAULT:
             return None
-        needed = drive_torque(free, unlimited, time, one.q1, two.q1, one.dq1, two.dq1)
+        needed = drive_torque(free, unlimited, time, leg1.q1, leg2.q1, leg1.dq1, leg2.dq1)
         torque = max(torque, abs(needed.tau1), abs(needed.tau2))
-        speed, rate = max(speed, abs(one.dq1), abs(two.dq1)), max(rate, abs(one.dtheta), abs(two.dtheta))
+        speed, rate = max(speed, abs(leg1.dq1), abs(leg2.dq1)), max(rate, abs(leg1.dtheta), abs(leg2.dtheta))
     cap = DRIVE_SHARE * limits.torque_limit
     left = cap - largest_friction(robot)
     if not left > 0.0:
@@ -359,11 +359,11 @@ def _slope(leg: LegParameters, q1: float, stand: Standstill, sign: float) -> flo
 
 def gap_of(robot: FiveBar, stretched: bool, kappa: float) -> float:
     """Return by how much (m) the elbows are nearer, or folded farther apart, at a 1/cond(A) than on the locus."""
-    one, two = robot.leg1.distal, robot.leg2.distal
+    distal1, distal2 = robot.leg1.distal, robot.leg2.distal
     cosine = math.cos(2.0 * math.atan(kappa))
     if stretched:
-        return one + two - math.sqrt(one * one + two * two + 2.0 * one * two * cosine)
-    return math.sqrt(one * one + two * two - 2.0 * one * two * cosine) - abs(one - two)
+        return distal1 + distal2 - math.sqrt(distal1 * distal1 + distal2 * distal2 + 2.0 * distal1 * distal2 * cosine)
+    return math.sqrt(distal1 * distal1 + distal2 * distal2 - 2.0 * distal1 * distal2 * cosine) - abs(distal1 - distal2)
 
 
 def _opened(
@@ -440,13 +440,13 @@ def _release(
     inertias = [leg.inertia + robot.mass * leg.proximal**2 for leg in legs]
     frictions = [leg.coulomb + abs(leg.offset) for leg in legs]
     # the force acts at the end of the proximal link, at the best across it
-    caps = [one + force * leg.proximal for one, leg in zip(frictions, legs, strict=True)]
+    caps = [friction + force * leg.proximal for friction, leg in zip(frictions, legs, strict=True)]
     if not all(most <= torque_limit for most in caps):
         raise ReleaseRefused(
             f"the motors need {max(caps):.3g} Nm against friction and to press: expected no more than the torque"
             f" limit, {torque_limit:.3g} Nm"
         )
-    travel = [abs(one) * way for one in per_way]
+    travel = [abs(ratio) * way for ratio in per_way]
     return Release(
         robot=with_floats(robot),
         period=1.0 / task.rate_hz,
@@ -483,9 +483,9 @@ def _end_within(task: ReleaseTask, release: Release, mode: int, ways: tuple[floa
     strict = limits._replace(type1_margin=max(limits.type1_margin, TYPE_1_MARGIN))
     end = math.nan, math.nan
     for state, modes in _postures(robot, release, mode, ways):
-        found = first_fault(strict, robot, modes, state, state.x, state.y, ZERO)
-        if found != NO_FAULT:
-            fault = fault_of(found, strict, robot, modes, state, state.x, state.y, ZERO, 0.0)
+        number = first_fault(strict, robot, modes, state, state.x, state.y, ZERO)
+        if number != NO_FAULT:
+            fault = fault_of(number, strict, robot, modes, state, state.x, state.y, ZERO, 0.0)
             raise ReleaseRefused(
                 f"in assembly mode {'+' if mode > 0 else '-'} the robot would come to where a limit is: {fault}"
             )

@@ -94,18 +94,18 @@ def drive_torque(
     """
     change = rest_to_rest(time / drive.duration)[2] * drive.length / (drive.duration * drive.duration)
     state = state_at(robot, drive, time)
-    one, two = state.leg1, state.leg2
-    per1, per2 = _per_way(drive, one), _per_way(drive, two)
-    slower = (per1 * (one.dq1 - speed1) + per2 * (two.dq1 - speed2)) / (per1 * per1 + per2 * per2)
+    leg1, leg2 = state.leg1, state.leg2
+    per1, per2 = _per_way(drive, leg1), _per_way(drive, leg2)
+    slower = (per1 * (leg1.dq1 - speed1) + per2 * (leg2.dq1 - speed2)) / (per1 * per1 + per2 * per2)
     more = drive.bandwidth * (drive.bandwidth * behind(drive, state, q11, q21) + 2.0 * slower)
     svd = parallel_svd(state)
     # lambda along U_1 alone: its other part is the press
     along = svd.v_x * drive.d_x + svd.v_y * drive.d_y
     force = robot.mass * (change + more) * along / (math.sqrt(2.0) * svd.s1)
     ax, ay = change * drive.d_x, change * drive.d_y
-    tau1 = robot.leg1.inertia * (joint_acceleration(one, ax, ay) + per1 * more) + one.b * force
-    tau2 = robot.leg2.inertia * (joint_acceleration(two, ax, ay) + per2 * more) + two.b * svd.fold * force
-    tau1, tau2 = tau1 + friction_torque(robot.leg1, one.dq1), tau2 + friction_torque(robot.leg2, two.dq1)
+    tau1 = robot.leg1.inertia * (joint_acceleration(leg1, ax, ay) + per1 * more) + leg1.b * force
+    tau2 = robot.leg2.inertia * (joint_acceleration(leg2, ax, ay) + per2 * more) + leg2.b * svd.fold * force
+    tau1, tau2 = tau1 + friction_torque(robot.leg1, leg1.dq1), tau2 + friction_torque(robot.leg2, leg2.dq1)
     return Torque(max(-drive.cap1, min(drive.cap1, tau1)), max(-drive.cap2, min(drive.cap2, tau2)))
 
 
@@ -123,10 +123,10 @@ def _per_way(drive: ReleaseDrive, leg: Leg) -> float:
 
 def height_of(robot: FiveBar, state: State) -> float:
     """Return the platform's distance (m) from the elbows' line, positive on the side of assembly mode +."""
-    one, two = robot.leg1.distal, robot.leg2.distal
-    e_x = two * state.leg2.u_x - one * state.leg1.u_x
-    e_y = two * state.leg2.u_y - one * state.leg1.u_y
-    return one * two * det_a(state) / math.hypot(e_x, e_y)
+    distal1, distal2 = robot.leg1.distal, robot.leg2.distal
+    e_x = distal2 * state.leg2.u_x - distal1 * state.leg1.u_x
+    e_y = distal2 * state.leg2.u_y - distal1 * state.leg1.u_y
+    return distal1 * distal2 * det_a(state) / math.hypot(e_x, e_y)
 
 
 def reach_of(robot: FiveBar, drive: ReleaseDrive, loads: Loads) -> Generator[None, None, float]:
@@ -163,8 +163,8 @@ def _dragged(robot: FiveBar, drive: ReleaseDrive, moment: float) -> Generator[No
 
 def _rates(state: State) -> tuple[float, float, float]:
     """Return the rates (rad/s) of both elbows and of the platform's joint."""
-    one, two = state.leg1, state.leg2
-    return one.dtheta - one.dq1, two.dtheta - two.dq1, two.dtheta - one.dtheta
+    leg1, leg2 = state.leg1, state.leg2
+    return leg1.dtheta - leg1.dq1, leg2.dtheta - leg2.dq1, leg2.dtheta - leg1.dtheta
 
 
 def wrong_side(robot: FiveBar, stand: Standstill, reach: float) -> float:
@@ -172,9 +172,11 @@ def wrong_side(robot: FiveBar, stand: Standstill, reach: float) -> float:
 
     Either side is as likely, and the elbows' distance is known as the standstill says.
     """
-    one, two = robot.leg1.distal, robot.leg2.distal
-    if not 0.0 < reach < min(one, two):
+    distal1, distal2 = robot.leg1.distal, robot.leg2.distal
+    if not 0.0 < reach < min(distal1, distal2):
         return 0.5
-    gap = one + two - math.sqrt(one * one - reach * reach) - math.sqrt(two * two - reach * reach)
+    gap = (
+        distal1 + distal2 - math.sqrt(distal1 * distal1 - reach * reach) - math.sqrt(distal2 * distal2 - reach * reach)
+    )
     deviation = max(stand.gap_deviation, LEAST_DEVIATION)
     return 0.25 * math.erfc((gap - stand.gap) / (math.sqrt(2.0) * deviation))

@@ -88,25 +88,25 @@ def retimed_points(task: Task, points: TimedPoints, start: Point) -> TimedPoints
     # in a unit of time in which torques along the path are about 1, since the solver's tolerances are absolute
     unit = math.sqrt(float(np.nanmedian(np.abs(rows[1, :, :2]))))
     rows[1:] /= unit * unit
-    found = passage_on(grid, rows, lambda whole: min(WINDOW / (whole * unit), LARGEST_WINDOW))
-    if found is None:
+    passage = passage_on(grid, rows, lambda whole: min(WINDOW / (whole * unit), LARGEST_WINDOW))
+    if passage is None:
         raise PlanRefused(
             "--retime: the path has no passage of bounded torque that only goes forwards, at any pace: expected a path"
             " without a corner or a turn on the Type 2 locus"
         )
     reasons = []
     for factor in SLOWER:
-        duration = math.ceil(factor * found.duration * unit * task.rate_hz) / task.rate_hz
+        duration = math.ceil(factor * passage.duration * unit * task.rate_hz) / task.rate_hz
         if duration > LONGEST_MOTION:
             continue
         # the push of gravity does not go with the square of the duration, as all else does
         pushed = [push * duration * duration for push in pushes]
-        law = bent_about(found.law, path, pushed, REACH * found.law.window)
+        law = bent_about(passage.law, path, pushed, REACH * passage.law.window)
         if law is None or not goes_forwards(law):
             reasons.append(f"in {duration:.3g} s it does not go forwards where it crosses the Type 2 locus")
             continue
         timed = _sampled(way, crossed, law, duration, task.rate_hz)
-        knots = Knots(np.array([(one.time, *one.position, *one.velocity, *one.acceleration) for one in timed]))
+        knots = Knots(np.array([(knot.time, *knot.position, *knot.velocity, *knot.acceleration) for knot in timed]))
         segment = SplineSegment(knots, task.robot, 0)
         plan = plan_along(task.robot, Path([segment]), task.working_mode, task.rate_hz)
         verdict = task.judge_run(plan)
@@ -137,9 +137,9 @@ def way_through(rows: Sequence[Point]) -> SplineWay:
     return SplineWay(completed(lengths, kept, ends, [straight, *[None] * (len(kept) - 2), straight]))
 
 
-def _direction(one: Point, other: Point) -> Point:
-    length = math.dist(one, other)
-    return (other[0] - one[0]) / length, (other[1] - one[1]) / length
+def _direction(begin: Point, end: Point) -> Point:
+    length = math.dist(begin, end)
+    return (end[0] - begin[0]) / length, (end[1] - begin[1]) / length
 
 
 def _grid_of(way: SplineWay) -> FloatArray:

@@ -103,6 +103,6 @@ def _along(
 def _effect(robot: FiveBar, state: State) -> list[list[float]]:
     """Return d xddot / d tau (1/(kg m)), rows x and y, columns motor 1 and 2."""
     none = direct_dynamics(robot, state, 0.0, 0.0, 0.0, 0.0)
-    one = direct_dynamics(robot, state, 1.0, 0.0, 0.0, 0.0)
-    two = direct_dynamics(robot, state, 0.0, 1.0, 0.0, 0.0)
-    return [[one.ax - none.ax, two.ax - none.ax], [one.ay - none.ay, two.ay - none.ay]]
+    by_motor1 = direct_dynamics(robot, state, 1.0, 0.0, 0.0, 0.0)
+    by_motor2 = direct_dynamics(robot, state, 0.0, 1.0, 0.0, 0.0)
+    return [[by_motor1.ax - none.ax, by_motor2.ax - none.ax], [by_motor1.ay - none.ay, by_motor2.ay - none.ay]]

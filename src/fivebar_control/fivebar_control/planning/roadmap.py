@@ -101,15 +101,15 @@ class Roadmap:
                 neighbour = self._grid.get((i + step[0], j + step[1]))
                 if neighbour is not None and neighbour.assembly == place.assembly:
                     self._join((place.x, place.y), (neighbour.x, neighbour.y))
-        found = self._gates(places)
-        self.gates = list(found)
-        for gate, folded in found.items():
+        gates = self._gates(places)
+        self.gates = list(gates)
+        for gate, folded in gates.items():
             self._join(*gate, GATE_COST + (PASSING_COST if folded and elbows_pass == UNKNOWN else 0.0))
             for point in gate:
                 for other in self._neighbours(point):
                     self._join(point, other)
         self._across = {frozenset(gate): gate for gate in self.gates}
-        self._folded = frozenset(frozenset(gate) for gate, folded in found.items() if folded)
+        self._folded = frozenset(frozenset(gate) for gate, folded in gates.items() if folded)
 
     def folded(self, gate: Gate) -> bool:
         """Return whether the elbows pass each other at a gate, in whichever direction it is passed."""
@@ -152,11 +152,11 @@ class Roadmap:
         joined: dict[Point, list[Point]] = {(place.x, place.y): [] for place in self._grid.values()}
         for pair in self._costs:
             if through_locus or pair not in self._across:
-                one, other = pair
-                joined.setdefault(one, []).append(other)
-                joined.setdefault(other, []).append(one)
+                begin, end = pair
+                joined.setdefault(begin, []).append(end)
+                joined.setdefault(end, []).append(begin)
         grid = {(place.x, place.y) for place in self._grid.values()}
-        found, left = [], set(joined)
+        regions, left = [], set(joined)
         while left:
             region, edge = set[Point](), [left.pop()]
             while edge:
@@ -164,22 +164,22 @@ class Roadmap:
                 fresh = left.intersection(joined[point])
                 left -= fresh
                 edge += fresh
-            found.append(frozenset(region & grid))
-        return [region for region in found if region]
+            regions.append(frozenset(region & grid))
+        return [region for region in regions if region]
 
-    def _join(self, one: Point, other: Point, extra_cost: float = 0.0) -> None:
-        self._costs[frozenset((one, other))] = math.dist(one, other) + extra_cost
+    def _join(self, point: Point, other: Point, extra_cost: float = 0.0) -> None:
+        self._costs[frozenset((point, other))] = math.dist(point, other) + extra_cost
 
     def _neighbours(self, point: Point) -> list[Point]:
         """Return the nearest points of the grid that are seen from a rest in its own region."""
-        found: list[Point] = []
+        neighbours: list[Point] = []
         for place in sorted(self._grid.values(), key=lambda place: math.dist(point, (place.x, place.y))):
             other = (place.x, place.y)
-            if len(found) == JOINS or math.dist(point, other) > JOIN_REACH:
+            if len(neighbours) == JOINS or math.dist(point, other) > JOIN_REACH:
                 break
             if self.sees(point, other):
-                found.append(other)
-        return found
+                neighbours.append(other)
+        return neighbours
 
     def sees(self, start: Point, end: Point) -> bool:
         """Return whether a straight line leads from one rest to another (m) without a crossing."""
@@ -248,10 +248,10 @@ def _grid(robot: FiveBar, working_mode: WorkingMode, serial_margin: float) -> di
     """Return all places on a grid that keep the Type 1 margin, by their numbers in x and y."""
     left, right, bottom, top = workspace_bounds(robot)
     columns, rows = math.ceil((right - left) / SPACING), math.ceil((top - bottom) / SPACING)
-    found = {}
+    places = {}
     for i in range(columns + 1):
         for j in range(rows + 1):
             place = place_at(robot, working_mode, left + i * SPACING, j * SPACING + bottom)
             if place.serial >= serial_margin:
-                found[i, j] = place
-    return found
+                places[i, j] = place
+    return places

@@ -68,19 +68,19 @@ class Standstill(NamedTuple):
 
 def standstill_at(robot: FiveBar, tolerances: Tolerances, q11: float, q21: float) -> Standstill | None:
     """Return where a robot stands with its motors at q11, q21 (rad); None where both elbows are in one place."""
-    one, two = robot.leg1, robot.leg2
-    (x1, y1), (x2, y2) = elbow_position(one, q11), elbow_position(two, q21)
+    leg1, leg2 = robot.leg1, robot.leg2
+    (x1, y1), (x2, y2) = elbow_position(leg1, q11), elbow_position(leg2, q21)
     distance = math.hypot(x2 - x1, y2 - y1)
     if distance == 0.0:
         return None
     e_x, e_y = (x2 - x1) / distance, (y2 - y1) / distance
-    longest, shortest = one.distal + two.distal, abs(one.distal - two.distal)
-    cosine = (one.distal**2 + two.distal**2 - distance * distance) / (2.0 * one.distal * two.distal)
+    longest, shortest = leg1.distal + leg2.distal, abs(leg1.distal - leg2.distal)
+    cosine = (leg1.distal**2 + leg2.distal**2 - distance * distance) / (2.0 * leg1.distal * leg2.distal)
     stretched = distal_links_of(cosine) == STRETCHED
     gap = longest - distance if stretched else distance - shortest
     # d D / d q_i and d D / d l_i1
     c1, s1, c2, s2 = math.cos(q11), math.sin(q11), math.cos(q21), math.sin(q21)
-    by_q1, by_q2 = -one.proximal * (c1 * e_y - s1 * e_x), two.proximal * (c2 * e_y - s2 * e_x)
+    by_q1, by_q2 = -leg1.proximal * (c1 * e_y - s1 * e_x), leg2.proximal * (c2 * e_y - s2 * e_x)
     along1, along2 = e_x * c1 + e_y * s1, e_x * c2 + e_y * s2
     known = error_deviations(tolerances)
     deviation = math.hypot(
@@ -93,12 +93,12 @@ def standstill_at(robot: FiveBar, tolerances: Tolerances, q11: float, q21: float
         e_x * known.base1,
         e_x * known.base2,
     )
-    centre = 0.5 * (distance + (one.distal - two.distal) * longest / distance)
+    centre = 0.5 * (distance + (leg1.distal - leg2.distal) * longest / distance)
     normal_x, normal_y = -e_y, e_x
     # the platform on the line, from which leg 2's distal link has its direction
-    u_x, u_y = (x1 + centre * e_x - x2) / two.distal, (y1 + centre * e_y - y2) / two.distal
+    u_x, u_y = (x1 + centre * e_x - x2) / leg2.distal, (y1 + centre * e_y - y2) / leg2.distal
     sin_q22 = c2 * u_y - s2 * u_x
-    turn = -(c2 * normal_x + s2 * normal_y) / (two.distal * sin_q22) if sin_q22 != 0.0 else math.nan
+    turn = -(c2 * normal_x + s2 * normal_y) / (leg2.distal * sin_q22) if sin_q22 != 0.0 else math.nan
     press = (-1.0 if stretched else 1.0) * PRESS * largest_friction(robot) / max(abs(by_q1), abs(by_q2))
     return Standstill(
         stretched=stretched,
@@ -118,8 +118,8 @@ def standstill_at(robot: FiveBar, tolerances: Tolerances, q11: float, q21: float
 
 def _height(robot: FiveBar, distance: float) -> float:
     """Return the platform's distance (m) from the line through elbows so far apart (m), 0 where it has none."""
-    one, two = robot.leg1.distal, robot.leg2.distal
-    squared = ((one + two) ** 2 - distance * distance) * (distance * distance - (one - two) ** 2)
+    distal1, distal2 = robot.leg1.distal, robot.leg2.distal
+    squared = ((distal1 + distal2) ** 2 - distance * distance) * (distance * distance - (distal1 - distal2) ** 2)
     return math.sqrt(max(squared, 0.0)) / (2.0 * distance)
 
 

@@ -26,6 +26,7 @@ from fivebar_control.trajectory.spline import Knots, SplineSegment, completed
 from fivebar_description.interface import ACTIVE_JOINTS, PLATFORM_NAMES
 from fivebar_description.outside_text import one_line
 from fivebar_description.parameters import FiveBar
+from fivebar_description.whole_turns import nearest_turn
 
 MOST_POINTS = 100_000
 """Points of a request."""
@@ -76,13 +77,13 @@ def read_points(joints: Sequence[str], points: Sequence[TimedPoint], labels: Poi
         GoalRefused: names are unknown, there are too few or too many points, times do not rise, or a number is missing,
             not finite or too large.
     """
-    found = next((known for known in (PLATFORM_NAMES, ACTIVE_JOINTS) if sorted(joints) == sorted(known)), None)
-    if found is None:
+    coordinates = next((known for known in (PLATFORM_NAMES, ACTIVE_JOINTS) if sorted(joints) == sorted(known)), None)
+    if coordinates is None:
         names = ", ".join(one_line(name, 30) for name in joints[:4])
         raise GoalRefused(f"joint_names [{names}]: expected x and y for the platform, or q11 and q21 for the motors")
     if not 1 <= len(points) <= MOST_POINTS:
         raise GoalRefused(f"{len(points)} points: expected 1 to {MOST_POINTS}")
-    order = [list(joints).index(name) for name in found]
+    order = [list(joints).index(name) for name in coordinates]
     read = tuple(
         _read_point(f"{labels.of(number)}{labels.joint}", point, points[0], order)
         for number, point in enumerate(points)
@@ -96,7 +97,7 @@ def read_points(joints: Sequence[str], points: Sequence[TimedPoint], labels: Poi
     if not (read[0].time >= 0.0 and read[-1].time <= LONGEST_MOTION):
         times = f"{labels.time[1:].strip()}: {read[0].time:g} to {read[-1].time:g} s"
         raise GoalRefused(f"{times}: expected times from 0 to {LONGEST_MOTION:g} s")
-    return TimedPoints(found, read, labels)
+    return TimedPoints(coordinates, read, labels)
 
 
 def _read_point(label: str, point: TimedPoint, first: TimedPoint, order: Sequence[int]) -> TimedPoint:
@@ -141,8 +142,10 @@ def request_from(
     unit, near = ("rad", SAME_ANGLE) if by_motors else ("m", SAME_PLACE)
     if first.time == 0.0:
         if math.dist(first.position, rest) > near:
-            given, robot_rests = (f"({one:.4f}, {two:.4f}) {unit}" for one, two in (first.position, rest))
-            raise GoalRefused(f"{labels.of(0)} at time 0: {given}: expected where the robot rests, {robot_rests}")
+            requested, robot_rests = (
+                f"({value1:.4f}, {value2:.4f}) {unit}" for value1, value2 in (first.position, rest)
+            )
+            raise GoalRefused(f"{labels.of(0)} at time 0: {requested}: expected where the robot rests, {robot_rests}")
         points[0] = first._replace(position=rest)
     else:
         points.insert(0, TimedPoint(0.0, rest, (0.0, 0.0), (0.0, 0.0)))
@@ -194,19 +197,15 @@ def _pair(values: Sequence[float]) -> Pair | None:
 def _motors_at(robot: FiveBar, mode: WorkingMode, place: Point, angles: Pair) -> Pair:
     """Return the motors' angles at a place of the platform (rad), in the turns in which they are measured."""
     state = state_from_platform(robot, mode, *place, 0.0, 0.0)
-    q11, q21 = (
-        angle + math.tau * round((measured - angle) / math.tau) if math.isfinite(measured) else angle
-        for angle, measured in zip((state.leg1.q1, state.leg2.q1), angles, strict=True)
-    )
-    return q11, q21
+    return nearest_turn(state.leg1.q1, angles[0]), nearest_turn(state.leg2.q1, angles[1])
 
 
 def end_of(robot: FiveBar, request: TrajectoryRequest) -> Point:
     """Return where the platform ends (m); NaN where its distal links cannot meet."""
-    one, two = request.points[-1].position
+    first, second = request.points[-1].position
     if request.joints == PLATFORM_NAMES:
-        return one, two
-    return direct_geometry(robot, _assembly(robot, request), one, two)
+        return first, second
+    return direct_geometry(robot, _assembly(robot, request), first, second)
 
 
 def _assembly(robot: FiveBar, request: TrajectoryRequest) -> int:

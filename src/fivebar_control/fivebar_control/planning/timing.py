@@ -52,10 +52,10 @@ def courses_for(course: Course, duration: float | Speed) -> list[Course]:
     return course.by_each_law() if duration is Speed.FASTEST else [course]
 
 
-def quickest(found: Sequence[Timed | str]) -> Timed | str:
+def quickest(motions: Sequence[Timed | str]) -> Timed | str:
     """Return the quickest of motions along the same way, or the reason against the first where there is none."""
-    timed = [one for one in found if isinstance(one, Timed)]
-    return min(timed, key=lambda one: sum(one.durations)) if timed else found[0]
+    timed = [motion for motion in motions if isinstance(motion, Timed)]
+    return min(timed, key=lambda motion: sum(motion.durations)) if timed else motions[0]
 
 
 class DurationSearch:
@@ -70,30 +70,30 @@ class DurationSearch:
         """Choose the durations along a course, given the slowest feasible plan of each part from rest to rest."""
         task = self._task
         parts = course.between_rests()
-        paces = [pace_of(task, one) for one in slowest]
-        found = first_feasible(
+        paces = [pace_of(task, plan) for plan in slowest]
+        motion = first_feasible(
             self._durations(paces),
             lambda chosen: self._by_each_law(course, self._shared(parts, chosen)),
             lambda chosen: self._unhurried(course, chosen, slowest),
         )
-        if isinstance(self._duration, Speed) or not isinstance(found, str):
-            return found
+        if isinstance(self._duration, Speed) or not isinstance(motion, str):
+            return motion
         shortest, longest = sum(pace.fastest for pace in paces), sum(pace.slowest for pace in paces)
-        return f"in {self._duration:g} s {found} (possible are about {shortest:.2f} to {longest:.2f} s)"
+        return f"in {self._duration:g} s {motion} (possible are about {shortest:.2f} to {longest:.2f} s)"
 
     def _by_each_law(self, course: Course, durations: tuple[float, ...], advised: bool = True) -> Timed | str:
         """Return the motion in the given durations (s) of its legs, under declared loads by the best time law."""
-        found: list[Timed] = []
+        motions: list[Timed] = []
         reason = ""
-        for one in course.by_each_law() if self._task.limits.loads.declared else [course]:
-            tried = self._tried(one, durations, advised)
+        for variant in course.by_each_law() if self._task.limits.loads.declared else [course]:
+            tried = self._tried(variant, durations, advised)
             if isinstance(tried, str):
                 reason = reason or tried
                 continue
-            found.append(tried)
+            motions.append(tried)
             if not tried.plan.crossings:
                 break
-        return nearest(found) if found else reason
+        return nearest(motions) if motions else reason
 
     def _unhurried(self, course: Course, chosen: tuple[float, ...], slowest: Sequence[Plan]) -> Timed | str | None:
         """Return the motion in longer durations (s) of its parts, where loads may have made a crossing quick.
@@ -103,8 +103,8 @@ class DurationSearch:
         if self._duration is not Speed.COMFORTABLE or not self._task.limits.loads.declared:
             return None
         longer = tuple(
-            self._whole(min(UNHURRIED * one, plan.path.duration)) if plan.crossings else one
-            for one, plan in zip(chosen, slowest, strict=True)
+            self._whole(min(UNHURRIED * duration, plan.path.duration)) if plan.crossings else duration
+            for duration, plan in zip(chosen, slowest, strict=True)
         )
         if longer == chosen:
             return None
@@ -116,7 +116,7 @@ class DurationSearch:
 
     def _shared(self, parts: Sequence[Course], durations: Sequence[float]) -> tuple[float, ...]:
         """Return the durations (s) of the legs of the parts between rests, given those of the parts."""
-        shared = (part.sampled(one, self._task.rate_hz) for part, one in zip(parts, durations, strict=True))
+        shared = (part.sampled(duration, self._task.rate_hz) for part, duration in zip(parts, durations, strict=True))
         return tuple(chain.from_iterable(shared))
 
     def _tried(self, course: Course, durations: tuple[float, ...], advised: bool) -> Timed | str:
@@ -137,9 +137,9 @@ class DurationSearch:
         """
         if self._advised:
             return ""
-        found = self._task.advice(plan, verdict)
-        self._advised = bool(found)
-        return f"; within the limits with {found}" if found else ""
+        suggestion = self._task.advice(plan, verdict)
+        self._advised = bool(suggestion)
+        return f"; within the limits with {suggestion}" if suggestion else ""
 
     def _durations(self, paces: Sequence[Pace]) -> list[tuple[float, ...]]:
         """Return the durations of the parts to try, whole numbers of samples."""
@@ -150,13 +150,13 @@ class DurationSearch:
             chosen = [pace.comfortable for pace in paces]
         if not isinstance(self._duration, Speed):
             share = self._duration / sum(chosen)
-            return [tuple(max(1, round(one * share * rate_hz)) / rate_hz for one in chosen)]
-        given = self._task.sensing
-        factors = QUICKER_OR_SLOWER if given is not None and given.declared else SLOWER
+            return [tuple(max(1, round(duration * share * rate_hz)) / rate_hz for duration in chosen)]
+        sensing = self._task.sensing
+        factors = QUICKER_OR_SLOWER if sensing is not None and sensing.declared else SLOWER
         return [
             tuple(
-                self._whole(min(max(one * factor, pace.fastest), pace.slowest))
-                for one, pace in zip(chosen, paces, strict=True)
+                self._whole(min(max(duration * factor, pace.fastest), pace.slowest))
+                for duration, pace in zip(chosen, paces, strict=True)
             )
             for factor in factors
         ]

@@ -119,11 +119,11 @@ def plan_transfer(
         )
     if via:
         course = Course.through(points, radii_at(blend_radius, len(via))).for_robot(robot)
-        found = _given(task, course, duration)
+        motion = _given(task, course, duration)
     else:
         search = _Search(task, start, goal, duration)
-        found = search.found(needed=0 if signs[0] == signs[1] else 1)
-    return Transfer(found.plan, found.feasibility, found.course, found.durations, signs[0], signs[1])
+        motion = search.found(needed=0 if signs[0] == signs[1] else 1)
+    return Transfer(motion.plan, motion.feasibility, motion.course, motion.durations, signs[0], signs[1])
 
 
 def transfer_along(task: Task, timed: TimedCourse) -> Transfer:
@@ -143,13 +143,13 @@ def transfer_along(task: Task, timed: TimedCourse) -> Transfer:
 
 def _given(task: Task, course: Course, duration: float | Speed) -> Timed:
     """Return the motion along a course that is given."""
-    found = along(task, course, duration)
-    if isinstance(found, Timed):
-        return found
+    motion = along(task, course, duration)
+    if isinstance(motion, Timed):
+        return motion
     start, *via, goal = (place(*point) for point in course.waypoints)
     raise TransferRefused(
         f"no feasible motion from {start} to {goal} in working mode {mode_name(task.working_mode)} by way of"
-        f" {', '.join(via)}: {found}"
+        f" {', '.join(via)}: {motion}"
     )
 
 
@@ -198,7 +198,7 @@ class _Search:
                 # rather than to find the others one way at a time
                 passes = {gate: self._pass(*gate) for gate in chart.gates}
                 reason += f", as {passes[shut[0]]}" if not barred else ""
-                shut = [gate for gate, found in passes.items() if isinstance(found, NoPace)]
+                shut = [gate for gate, pace in passes.items() if isinstance(pace, NoPace)]
             else:
                 timed = self._timed(self._straightened(way))
                 if isinstance(timed, Timed) or not way.gates:
@@ -241,13 +241,13 @@ class _Search:
     def _timed(self, waypoints: tuple[Point, ...]) -> Timed | str:
         """Choose the durations along straight segments."""
         course = Course.through(waypoints).for_robot(self._task.robot)
-        return quickest([self._timed_along(one) for one in courses_for(course, self._duration)])
+        return quickest([self._timed_along(variant) for variant in courses_for(course, self._duration)])
 
     def _timed_along(self, course: Course) -> Timed | str:
         slowest = []
         for part in course.between_rests():
-            found = self._slowest_along(part)
-            if isinstance(found, NoPace):
-                return found.reason
-            slowest.append(found)
+            pace = self._slowest_along(part)
+            if isinstance(pace, NoPace):
+                return pace.reason
+            slowest.append(pace)
         return self._durations.timed(course, slowest)

@@ -17,17 +17,17 @@ def along(task: Task, course: Course, duration: float | Speed) -> Timed | str:
         course: to be kept to.
         duration: of the whole motion (s), or how to choose it.
     """
-    found = _quickest(task, course, duration)
-    if isinstance(found, Timed) or not course.rounded:
-        return found
+    motion = _quickest(task, course, duration)
+    if isinstance(motion, Timed) or not course.rounded:
+        return motion
     rests = _quickest(task, Course.through(course.waypoints).for_robot(task.robot), duration)
     if isinstance(rests, Timed):
-        return f"{found}; with blend_radius 0, a rest in each of them, it takes {sum(rests.durations):.3g} s"
-    return found
+        return f"{motion}; with blend_radius 0, a rest in each of them, it takes {sum(rests.durations):.3g} s"
+    return motion
 
 
 def _quickest(task: Task, course: Course, duration: float | Speed) -> Timed | str:
-    return quickest([_tried(task, one, duration) for one in courses_for(course, duration)])
+    return quickest([_tried(task, variant, duration) for variant in courses_for(course, duration)])
 
 
 def _tried(task: Task, course: Course, duration: float | Speed) -> Timed | str:
@@ -38,8 +38,8 @@ def _tried(task: Task, course: Course, duration: float | Speed) -> Timed | str:
         return str(refusal)
     slowest = []
     for part in course.between_rests():
-        found = slowest_pace(task, part)
-        if isinstance(found, NoPace):
-            return found.reason
-        slowest.append(found)
+        pace = slowest_pace(task, part)
+        if isinstance(pace, NoPace):
+            return pace.reason
+        slowest.append(pace)
     return DurationSearch(task, duration).timed(course, slowest)

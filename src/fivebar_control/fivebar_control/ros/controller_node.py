@@ -19,6 +19,7 @@ from fivebar_control.ros.machine_code import loading
 from fivebar_control.ros.node_settings import ChainSettings, runs_compiled
 from fivebar_control.ros.run_file import declared_motion
 from fivebar_control.scenario.keys import LAWS, MOTION
+from fivebar_control.scenario.law_settings import section_law, tuned_controller
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.interface import (
     ACTIVE_JOINTS,
@@ -69,7 +70,7 @@ class ControllerNode(SamplingNode):
         """
         super().__init__(name)
         settings = self.declare_settings(ChainSettings)
-        self._file = FileParameters(self, ControlScenario, (*MOTION, *LAWS), ControlScenario.section_law, True, default)
+        self._file = FileParameters(self, ControlScenario, (*MOTION, *LAWS), section_law, True, default)
         scenario = self._file.file
         self._tuned = self._own_law()
         self._law_entry = self._tuned.law
@@ -102,7 +103,7 @@ class ControllerNode(SamplingNode):
         self.listen_to_payload(self._carry)
 
     def _own_law(self) -> TunedLaw:
-        name, controller = self.get_name(), self._file.file.tuned()
+        name, controller = self.get_name(), tuned_controller(self._file.file)
         own = controller.law_of_node(name)
         if own is None:
             needed = " and ".join(tuned.law.executable for tuned in controller.laws)

@@ -45,7 +45,10 @@ ACTIVITY = "Controllers Activity"
 
 def has_controller(node: Node, link: JointsLink) -> bool:
     """Return whether the controller of a drives file listens to its commands, as far as a node sees."""
-    return any(node_name(one) == link.controller for one in node.get_subscriptions_info_by_topic(link.commands))
+    return any(
+        node_name(subscription) == link.controller
+        for subscription in node.get_subscriptions_info_by_topic(link.commands)
+    )
 
 
 class ControllerWatch:
@@ -114,9 +117,11 @@ class ControllerWatch:
             # empty where the controller has none of these parameters
             joints, interface, *_ = (*map(parameter_value_to_python, parameters.values), None, None)
             if joints and tuple(joints) != self._link.joints:
-                found, expected = (", ".join(names) for names in (joints, self._link.joints))
+                claimed, expected = (", ".join(names) for names in (joints, self._link.joints))
                 raise DriveError(
-                    Fault("controller_differs", f"{self._link.controller} has the joints {found}, expected {expected}")
+                    Fault(
+                        "controller_differs", f"{self._link.controller} has the joints {claimed}, expected {expected}"
+                    )
                 )
             if interface and interface != EFFORT and self._link.takes == EFFORT:
                 raise DriveError(
@@ -131,9 +136,9 @@ class ControllerWatch:
         if ListControllers is None:
             return
         answer = self._ask(ListControllers, f"{self._link.manager}/list_controllers", ListControllers.Request())
-        for one in () if answer is None else answer.controller:
-            if one.name == self._short_name:
-                self._state = one.state
+        for controller in () if answer is None else answer.controller:
+            if controller.name == self._short_name:
+                self._state = controller.state
 
     def _ask(self, kind: Any, name: str, request: Any) -> Any:
         """Return the answer of a service, None where it does not answer."""
@@ -156,7 +161,7 @@ class ControllerWatch:
         return has_controller(self._node, self._link)
 
     def _has_watchdog(self) -> bool:
-        return any(one.node == self._watchdog for one in publishers_of(self._node, self._link.commands))
+        return any(publisher.node == self._watchdog for publisher in publishers_of(self._node, self._link.commands))
 
     def _is_heard(self) -> bool:
         publishers = publishers_of(self._node, self._link.commands)

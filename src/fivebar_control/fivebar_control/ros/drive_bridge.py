@@ -31,6 +31,7 @@ from fivebar_control.ros.inner_loop_targets import InnerLoopTargets
 from fivebar_control.ros.node_settings import BridgeSettings
 from fivebar_control.safety.brake import BRAKED_FAULTS
 from fivebar_control.scenario.keys import STOPPING
+from fivebar_control.scenario.law_settings import section_law
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.scenario.stopping import brake_limit, stop_cycles
 from fivebar_description.errors import unwrapped
@@ -105,7 +106,7 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         GraphNode.__init__(self, name)
         settings = self.declare_settings(BridgeSettings, drives=default)
         known = connect(settings.drives)
-        scenario = FileParameters(self, ControlScenario, STOPPING, ControlScenario.section_law).file
+        scenario = FileParameters(self, ControlScenario, STOPPING, section_law).file
         self._rate_hz = scenario.rate_hz
         if self._rate_hz * known.period_us != MICROSECONDS:
             raise InputError(
@@ -115,9 +116,9 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
         self._run = TimeKeeper(self, self._rate_hz)
         self._brake_limit = brake_limit(scenario)
         self._tend_period = known.tend_period
-        given = settings.command_timeout_ms
+        timeout_ms = settings.command_timeout_ms
         held = stop_cycles(scenario)
-        timeout = held / self._rate_hz if given is None else given / 1e3
+        timeout = held / self._rate_hz if timeout_ms is None else timeout_ms / 1e3
         # less than the blender tolerates, so that the bridge, which knows what is missing, reports the fault
         opens = functools.partial(known.open, max(0, held - SOONER))
         self._session = DriveSession(
@@ -170,11 +171,11 @@ class DriveBridge(LifecycleNodeMixin, GraphNode):
     def _LifecycleNodeMixin__change_state(self, transition_id: int) -> TransitionCallbackReturn:
         """Refuse a transition that is invalid in the current state; rclpy would terminate the node."""
         try:
-            made: TransitionCallbackReturn = super()._LifecycleNodeMixin__change_state(transition_id)
+            outcome: TransitionCallbackReturn = super()._LifecycleNodeMixin__change_state(transition_id)
         except rclpy_implementation.RCLError as error:
             self.get_logger().error(f"transition {transition_id} refused: {unwrapped(error)}")
             return FAILURE
-        return made
+        return outcome
 
     @_logged
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:

@@ -273,23 +273,23 @@ class GoalServer:
         if planned is None:
             return
         self._stopping = None
-        found = planned.stop
-        if found is not None and motion.first + found.stop.begin * self._rate_hz < self._sample + NOTICE:
+        stop = planned.stop
+        if stop is not None and motion.first + stop.stop.begin * self._rate_hz < self._sample + NOTICE:
             self._notice *= 2.0
             self._ask_to_stop(motion)
             return
-        if found is None:
+        if stop is None:
             reason = one_line(planned.refused)
             self._pauses = False
             self._report("moving", self._target, self._id, last_sample=self._arrival, reason=reason)
             return
-        self._queue.stop(found.stop.as_path(), self._sample + NOTICE, planned.references)
+        self._queue.stop(stop.stop.as_path(), self._sample + NOTICE, planned.references)
         self._rest_references = planned.resumed
         self._arrival = self._queue.resting_from()
-        self._rest, self._cancelled = (found.resumed, False) if self._pauses else (None, True)
-        first = motion.first + round(found.stop.begin * self._rate_hz)
+        self._rest, self._cancelled = (stop.resumed, False) if self._pauses else (None, True)
+        first = motion.first + round(stop.stop.begin * self._rate_hz)
         state = "pausing" if self._pauses else "stopping"
-        timing = {"first_sample": first, "last_sample": self._arrival, "slowing_s": found.stop.slowing}
+        timing = {"first_sample": first, "last_sample": self._arrival, "slowing_s": stop.stop.slowing}
         self._report(state, self._target, self._id, **timing)
 
     def _carry(self, payload: float) -> None:

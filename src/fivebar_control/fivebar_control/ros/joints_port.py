@@ -246,8 +246,8 @@ class JointsPort:
 
 def _where_finite(message: JointSample, names: tuple[str, ...], field: str) -> tuple[float, float]:
     """Return a field of both joints, with NaN where it has no finite value."""
-    given = getattr(message, field)
-    if len(given) != len(message.name):
+    values = getattr(message, field)
+    if len(values) != len(message.name):
         return math.nan, math.nan
-    first, second = (given[message.name.index(name)] for name in names)
+    first, second = (values[message.name.index(name)] for name in names)
     return first if math.isfinite(first) else math.nan, second if math.isfinite(second) else math.nan

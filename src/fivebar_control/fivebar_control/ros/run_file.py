@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from fivebar_control.loop.shared_results import one_robot
 from fivebar_control.scenario.keys import parameters_of
 from fivebar_control.scenario.motion_file import MotionFile
+from fivebar_control.scenario.start import initial_joints
 from fivebar_control.trajectory.planner import Plan, PlanRefused
 from fivebar_description.parameters import FiveBar
 from fivebar_description.ros.node import GraphNode
@@ -68,7 +69,7 @@ def plan_values(motion: DeclaredMotion, scenario: ControlScenario) -> dict[str, 
         HOMING: motion.agreed["waypoints"][:2],
         LEAD_SAMPLES: motion.lead_samples,
         START: MotionStart(
-            motion.plan.path.samples(motion.rate_hz), scenario.initial_joints(), scenario.reads_late
+            motion.plan.path.samples(motion.rate_hz), initial_joints(scenario), scenario.reads_late
         )._asdict(),
     }
 

@@ -39,8 +39,8 @@ def stay_between(low: float, high: float, value: float, rate: float) -> Stay:
     """Return when a value is between two bounds; never where it enters after it has left."""
     if rate == 0.0:
         return Stay(-math.inf, math.inf) if low <= value <= high else Stay(math.inf, -math.inf)
-    one, other = (low - value) / rate, (high - value) / rate
-    return Stay(min(one, other), max(one, other))
+    at_low, at_high = (low - value) / rate, (high - value) / rate
+    return Stay(min(at_low, at_high), max(at_low, at_high))
 
 
 def stay_at_angle(low: float, high: float, angle: float, rate: float) -> Stay:

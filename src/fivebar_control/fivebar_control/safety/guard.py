@@ -158,14 +158,14 @@ class Guard:
         requested = blend(sigma, nominal, constraint)
         self._excess = excess_samples(limits, requested, self._excess)
         number = first_fault(limits, robot, mode, state, *desired, requested, self._excess)
-        found = None
+        fault = None
         if number != NO_FAULT:
-            found = fault_of(number, limits, robot, mode, state, *desired, requested, sigma)
+            fault = fault_of(number, limits, robot, mode, state, *desired, requested, sigma)
         if self.fault is not None:
-            self._obstacle = str(found) if found is not None else motion_left(state, self._settings.rest_speed)
+            self._obstacle = str(fault) if fault is not None else motion_left(state, self._settings.rest_speed)
             return Decision(None, ZERO)
-        if found is not None:
-            self._latch(Fault(found.name, f"at sample {sample}: {found.detail}"))
+        if fault is not None:
+            self._latch(Fault(fault.name, f"at sample {sample}: {fault.detail}"))
             self._braking = braking_after(self._brake, number)
             return Decision(requested, self.stop(state))
         torque = limited_torque(limits, requested, self._last_command)

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from fivebar_control.planning.limits import MotionLimits
 from fivebar_control.planning.orders import Conditions
+from fivebar_control.scenario.guard_settings import motor_torque_limit
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.scenario import ControlScenario
-from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.scenario.sensors import sensing_if_estimated
 from fivebar_control.scenario.stopping import stop_cycles
 
 
@@ -16,7 +18,7 @@ def conditions_of(scenario: ControlScenario, by_the_clock: bool = False) -> Cond
     Raises:
         InputError: the robot's file cannot be read, or the motion is refused, which decides how long that is.
     """
-    limit = scenario.torque_limit
+    limit = motor_torque_limit(scenario)
     return Conditions(
         scenario.robot,
         scenario.rate_hz,
@@ -25,12 +27,12 @@ def conditions_of(scenario: ControlScenario, by_the_clock: bool = False) -> Cond
         scenario.judge,
         scenario.error_tolerance,
         scenario.risk,
-        sensing_of(scenario),
+        sensing_if_estimated(scenario),
         scenario.to_bear(),
         stop_cycles(scenario) / scenario.rate_hz if by_the_clock else 0.0,
         scenario.tracking_error_limit,
         scenario.safety.area,
         scenario.safety.forbidden,
         scenario.controller,
-        scenario.tuned().nominal.settings,
+        tuned_controller(scenario).nominal.settings,
     )

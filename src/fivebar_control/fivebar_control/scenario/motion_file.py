@@ -80,11 +80,15 @@ def _with_ends(content: Any) -> Any:
     from fivebar_control.planning.trajectory_file import FollowedFile, TrajectoryFile, points_in, request_of
 
     file = TrajectoryFile.at(name)
-    points, given = points_in(file), content.get("waypoints")
-    begin = given[0] if isinstance(given, list | tuple) and given else points.start()
+    points, declared = points_in(file), content.get("waypoints")
+    begin = declared[0] if isinstance(declared, list | tuple) and declared else points.start()
     if begin is None:
         raise InputError(f"waypoints: expected where the platform starts, [[x, y]]: {name} does not say so")
-    if not (isinstance(begin, list | tuple) and len(begin) == 2 and all(isinstance(one, float | int) for one in begin)):
+    if not (
+        isinstance(begin, list | tuple)
+        and len(begin) == 2
+        and all(isinstance(coordinate, float | int) for coordinate in begin)
+    ):
         return content
     mode = content.get("working_mode", [1, -1])
     if not (isinstance(mode, list | tuple) and len(mode) == 2 and all(sign in (-1, 1) for sign in mode)):
@@ -93,8 +97,8 @@ def _with_ends(content: Any) -> Any:
     followed = FollowedFile(file, (float(begin[0]), float(begin[1])), (int(mode[0]), int(mode[1])))
     request = request_of(robot, followed)
     waypoints = [list(followed.place), list(end_of(robot, request))]
-    if given is not None and len(given) > 1 and [list(one) for one in given] != waypoints:
-        raise InputError(f"waypoints: {quoted(given)}: expected with a trajectory where the platform starts alone")
+    if declared is not None and len(declared) > 1 and [list(point) for point in declared] != waypoints:
+        raise InputError(f"waypoints: {quoted(declared)}: expected with a trajectory where the platform starts alone")
     return {"segment_duration": request.duration, **content, "waypoints": waypoints}
 
 
@@ -207,7 +211,7 @@ class MotionFile(StrictModel):
                 f" {list(self.working_mode)}, in which the robot starts"
             )
         if not self.scheme().meets_type_1:
-            able = ", ".join(one.name for one in CONTROLLERS.values() if one.meets_type_1)
+            able = ", ".join(controller.name for controller in CONTROLLERS.values() if controller.meets_type_1)
             raise ValueError(
                 f"working_modes: controller {self.controller} cannot meet Type 1: expected controller {able}"
             )
@@ -326,9 +330,11 @@ class MotionFile(StrictModel):
 
     def scheme(self) -> Controller:
         """Return how the controller is put together."""
-        found = unopened_controller(self.controller) if self._law_unopened else find_controller(self.controller)
+        controller = unopened_controller(self.controller) if self._law_unopened else find_controller(self.controller)
         chosen = self.zone.supervision
-        return found if chosen == OF_CONTROLLER or not found.blended else found._replace(weighting=chosen)
+        return (
+            controller if chosen == OF_CONTROLLER or not controller.blended else controller._replace(weighting=chosen)
+        )
 
     @property
     def law_unopened(self) -> bool:

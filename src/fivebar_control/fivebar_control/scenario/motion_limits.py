@@ -7,8 +7,11 @@ import math
 
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.planning.limits import MotionLimits, motion_limits_of, reach_within, speed_step_of
+from fivebar_control.scenario.guard_settings import forbidden_postures, guard_settings
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_control.trajectory.planner import Plan
+from fivebar_description.robot_file import read_robot
 
 ZONE_PASSAGES = 3.0
 """Longest stay of a blended controller in a zone, as a multiple of the planned time at sigma = 1. A passage at constant
@@ -31,10 +34,9 @@ def scenario_limits(
         torque: what each motor can give (Nm), by default the scenario's limit.
         motor_speed: of either motor (rad/s), by default the scenario's limit.
     """
-    drives = scenario.torque_limit if torque is None else torque
     limits = motion_limits_of(
-        scenario.tuned() if follower is None else follower,
-        math.inf if drives is None else drives,
+        tuned_controller(scenario) if follower is None else follower,
+        guard_settings(scenario).torque_limit if torque is None else torque,
         scenario.safety.joint_speed_limit if motor_speed is None else motor_speed,
         speed_step_of(scenario.rate_hz, scenario.plant.encoder_counts),
         # the run of a motion through Type 1 is not predicted
@@ -45,9 +47,9 @@ def scenario_limits(
             error_tolerance=scenario.error_tolerance,
             risk=scenario.risk,
             loads=scenario.to_bear(),
-            forbidden=scenario.kept_clear_of(),
+            forbidden=forbidden_postures(scenario),
             workspace=scenario.safety.area,
-            elbows_pass=scenario.elbows_pass(),
+            elbows_pass=read_robot(scenario.robot).elbows_pass,
         ),
     )
     if plan is None:

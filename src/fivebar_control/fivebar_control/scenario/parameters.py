@@ -8,7 +8,8 @@ from typing import Any
 
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.scenario.keys import GOALS
-from fivebar_control.scenario.scenario import SECTIONS, ControlScenario
+from fivebar_control.scenario.law_settings import SECTIONS, section_law
+from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.settings import Declared, keys_of, section_keys, with_keys
 from fivebar_description.strict_yaml import validate
 
@@ -23,7 +24,7 @@ def parameters_in(scenario: ControlScenario, values: Mapping[str, Any]) -> dict[
     keys = {
         key.name: key for key in keys_of(model, [name for name in model.model_fields if name not in ("law", "format")])
     }
-    for section, settings in scenario.section_law().items():
+    for section, settings in section_law(scenario).items():
         keys |= {key.name: key for key in section_keys(type(settings), f"{section}.")}
     return {name: keys[name].to_file(value) for name, value in values.items() if name in keys}
 
@@ -38,5 +39,5 @@ def scenario_of(values: Mapping[str, Any]) -> ControlScenario:
     law = find_controller(str(values.get("controller"))).nominal
     if law.name not in SECTIONS:
         keys |= {key.name: key for key in section_keys(law.settings, "law.")}
-    given = {name: keys[name].to_file(value) for name, value in values.items() if name in keys}
-    return validate(with_keys({"name": "parameters"}, given), ControlScenario, "parameters")
+    settings = {name: keys[name].to_file(value) for name, value in values.items() if name in keys}
+    return validate(with_keys({"name": "parameters"}, settings), ControlScenario, "parameters")

@@ -16,8 +16,10 @@ from fivebar_control.planning.release_step import (
     release_step,
 )
 from fivebar_control.safety.stages import guard_limits_of
+from fivebar_control.scenario.guard_settings import guard_settings
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.parameters import FiveBar
+from fivebar_description.robot_file import read_robot
 
 
 def scenario_release(
@@ -42,8 +44,8 @@ def release_in_slices(
     task = ReleaseTask(
         scenario.five_bar(),
         scenario.known_within(),
-        guard_limits_of(scenario.safety_settings(), scenario.rate_hz),
-        scenario.elbows_pass(),
+        guard_limits_of(guard_settings(scenario), scenario.rate_hz),
+        read_robot(scenario.robot).elbows_pass,
         scenario.rate_hz,
         scenario.to_bear(),
     )

@@ -62,28 +62,28 @@ def expected_force(robot: FiveBar, loads: Loads) -> float:
 def robot_tolerances(file: RobotFile) -> dict[str, float]:
     """Return the distances from the reference (m) by which a robot succeeds and is stopped, as keys of a scenario."""
     tolerance = round(ERROR_TOLERANCE * size_ratio(file.five_bar()), 6)
-    found = {"error_tolerance": tolerance}
-    return found | {"tracking_error_limit": STOPPED_BEYOND * tolerance} if file.declares_errors else found
+    tolerances = {"error_tolerance": tolerance}
+    return tolerances | {"tracking_error_limit": STOPPED_BEYOND * tolerance} if file.declares_errors else tolerances
 
 
 def derived_tuning(file: RobotFile) -> dict[str, float]:
     """Return the section `tuning` of a robot: what its file says, and what follows from its transmission and loads."""
     elastic, ratio = file.transmission != RIGID, torque_ratio(file)
-    found: dict[str, float] = {}
+    tuning: dict[str, float] = {}
     bandwidth = bandwidth_for(file)
     if bandwidth is not None:
-        found["bandwidth"] = bandwidth
+        tuning["bandwidth"] = bandwidth
     if file.declares_errors:
         usual = EkfSettings()
-        found |= {
+        tuning |= {
             "acceleration_noise": ELASTIC_NOISE if elastic else usual.acceleration_noise,
             "disturbance_rate": _rounded((ELASTIC_DISTURBANCE_RATE if elastic else RIGID_DISTURBANCE_RATE) * ratio),
             "force_deviation": _rounded(expected_force(file.five_bar(), file.loads)),
             "play": _rounded(ELASTIC_PLAY + PER_BACKLASH * file.transmission.backlash) if elastic else usual.play,
         }
         if file.imu is not None and elastic:
-            found["gyro_noise"] = max(ELASTIC_NOISE, file.imu.gyro_noise)
-    return {**found, **{name: value for name, value in file.tuning._asdict().items() if value is not None}}
+            tuning["gyro_noise"] = max(ELASTIC_NOISE, file.imu.gyro_noise)
+    return {**tuning, **{name: value for name, value in file.tuning._asdict().items() if value is not None}}
 
 
 def _rounded(value: float) -> float:
@@ -99,12 +99,12 @@ def robot_defaults(file: RobotFile, estimated: bool) -> dict[str, dict[str, Any]
     """
     usual, ratio = EkfSettings(), torque_ratio(file)
     ekf: dict[str, Any] = {}
-    found: dict[str, dict[str, Any]] = {"unified": law_sizes(file)["unified"], "ekf": ekf}
+    sections: dict[str, dict[str, Any]] = {"unified": law_sizes(file)["unified"], "ekf": ekf}
     gains = blended_gains(file)
     if gains is not None:
-        found["gains"] = gains._asdict()
+        sections["gains"] = gains._asdict()
     if file.drives.joint_speed_limit is not None:
-        found["safety"] = {"joint_speed_limit": file.drives.joint_speed_limit}
+        sections["safety"] = {"joint_speed_limit": file.drives.joint_speed_limit}
     if ratio != 1.0:
         ekf["disturbance_rate"] = usual.disturbance_rate * ratio
         ekf["disturbance_initial"] = usual.disturbance_initial * ratio
@@ -116,4 +116,4 @@ def robot_defaults(file: RobotFile, estimated: bool) -> dict[str, dict[str, Any]
             ekf["gyro_noise"] = file.imu.gyro_noise
     # last, because a noise in the robot's tuning comes before that of its sensor
     ekf |= {name: value for name, value in derived_tuning(file).items() if name in EkfSettings._fields}
-    return found
+    return sections

@@ -8,6 +8,8 @@ from fivebar_control.estimation.settings import Sensing
 from fivebar_control.scenario.scenario import ControlScenario
 from fivebar_description.errors import InputError
 from fivebar_description.extra_sensor import SECTION
+from fivebar_description.robot_file import read_robot
+from fivebar_description.sensors import KnownSensors
 
 
 def check_sensors(scenario: ControlScenario) -> None:
@@ -25,13 +27,29 @@ def check_sensors(scenario: ControlScenario) -> None:
         raise InputError("ekf.camera: there is no camera: expected camera: {on: true}")
 
 
-def sensing_of(scenario: ControlScenario) -> Sensing | None:
+def known_sensors(scenario: ControlScenario) -> KnownSensors:
+    """Return what the robot's file says of its sensors, and by how much the gyroscope's low-pass lags behind."""
+    return read_robot(scenario.robot).sensors.lagging(scenario.imu.gyro_lag(1.0 / scenario.rate_hz))
+
+
+def sensing_of(scenario: ControlScenario) -> Sensing:
+    """Return what the estimator of a scenario has to work with."""
+    return Sensing(
+        scenario.rate_hz,
+        scenario.drives(),
+        scenario.ekf,
+        scenario.known_within(),
+        scenario.passive,
+        known_sensors(scenario),
+        scenario.extra(),
+        scenario.imu.schedule(scenario.rate_hz).every,
+        scenario.camera.every(scenario.rate_hz),
+    )
+
+
+def sensing_if_estimated(scenario: ControlScenario) -> Sensing | None:
     """Return what a scenario's estimator has to work with; None without one."""
-    if not scenario.estimated:
-        return None
-    every, camera_every = scenario.imu.schedule(scenario.rate_hz).every, scenario.camera.every(scenario.rate_hz)
-    drives, tolerances = scenario.drives(), scenario.known_within()
-    return Sensing(drives, scenario.ekf, tolerances, every, scenario.passive, camera_every, scenario.extra())
+    return sensing_of(scenario) if scenario.estimated else None
 
 
 def homing_of(scenario: ControlScenario) -> Homing:

@@ -7,6 +7,8 @@ import functools
 import math
 
 from fivebar_control.planning.ride_through import longest_hold
+from fivebar_control.scenario.guard_settings import guard_settings
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.scenario import ControlScenario
 
 _held = functools.lru_cache(maxsize=16)(longest_hold)
@@ -25,10 +27,15 @@ def stop_cycles(scenario: ControlScenario) -> int:
         return scenario.safety.stop_cycles
     held_ms = scenario.safety.stop_time_ms
     if held_ms is None:
-        limit = scenario.safety_settings().torque_limit
-        held_ms = _held(scenario.five_bar(), scenario.plan(), scenario.tuned(), limit).time * 1e3
+        limit = guard_settings(scenario).torque_limit
+        held_ms = _held(scenario.five_bar(), scenario.plan(), tuned_controller(scenario), limit).time * 1e3
     # a period that does not divide the time must not lose a cycle to rounding
     return max(LEAST_STOP_CYCLES, math.floor(held_ms * scenario.rate_hz / 1e3 + 1e-9))
+
+
+def stops_by_its_law(scenario: ControlScenario) -> bool:
+    """Return whether no setting says for how many cycles a torque is held, so that the motion and its law decide."""
+    return scenario.safety.stop_cycles is None and scenario.safety.stop_time_ms is None
 
 
 def brake_limit(scenario: ControlScenario) -> float:

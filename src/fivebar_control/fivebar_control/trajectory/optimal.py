@@ -173,8 +173,8 @@ def optimal_law(robot: FiveBar, mode: WorkingMode, path: CrossedWay) -> OptimalL
     # loaded by plans with this time law only
     from fivebar_control.trajectory.passage_torques import torques_along
 
-    found = quickest_passage(path.way, torques_along(robot, mode, path.way, POINTS))
-    return None if found is None else bent_at_crossings(found.law, path)
+    passage = quickest_passage(path.way, torques_along(robot, mode, path.way, POINTS))
+    return None if passage is None else bent_at_crossings(passage.law, path)
 
 
 def quickest_passage(way: Way, rows: FloatArray) -> QuickPassage | None:
@@ -247,8 +247,8 @@ def _bent_at(law: OptimalLaw, way: float, rho: float) -> OptimalLaw | None:
     # here, because other motions need no library for it
     from scipy.optimize import newton
 
-    found, state = newton(beyond, 0.0, x1=1e-2, tol=1e-9, maxiter=CORRECTIONS, full_output=True, disp=False)
-    return law._replace(bump=float(found)) if state.converged else None
+    root, state = newton(beyond, 0.0, x1=1e-2, tol=1e-9, maxiter=CORRECTIONS, full_output=True, disp=False)
+    return law._replace(bump=float(root)) if state.converged else None
 
 
 def bent_about(
@@ -310,7 +310,7 @@ def _speeds(grid: FloatArray, rows: FloatArray) -> FloatArray | None:
 
     from fivebar_control.trajectory.passage_torques import TorqueLimits
 
-    def found(scale: float) -> FloatArray | None:
+    def speeds_at(scale: float) -> FloatArray | None:
         """Return the passage under the limits as rows that are multiplied by a number."""
         share = SplineInterpolator(QUARTERS, QUARTERS[:, None])
         search = TOPPRA([TorqueLimits(rows, scale)], share, gridpoints=grid, solver_wrapper="seidel")
@@ -319,12 +319,12 @@ def _speeds(grid: FloatArray, rows: FloatArray) -> FloatArray | None:
             return None
         return np.asarray(speeds, dtype=np.float64)
 
-    speeds = found(1.0)
+    speeds = speeds_at(1.0)
     if speeds is not None:
         return speeds
     # the solver's tolerances are absolute: small torques, of a light robot or a short way, are lost in them
     size = np.nanmedian(np.abs(rows[1]))
-    return found(float(1.0 / size)) if size > 0.0 else None
+    return speeds_at(float(1.0 / size)) if size > 0.0 else None
 
 
 def least_torque(untimed: Untimed) -> Segment | RoundedSegment:

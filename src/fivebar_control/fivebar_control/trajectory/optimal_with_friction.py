@@ -68,8 +68,8 @@ def optimal_law_with_friction(
     laws = [optimal_law(robot, mode, path)]
     for held in (False, True):
         share = _share(robot, mode, path, held, duration)
-        found = _passage(robot, mode, path, held, share)
-        laws.append(None if found is None else bent_at_crossings(found.law, path))
+        passage = _passage(robot, mode, path, held, share)
+        laws.append(None if passage is None else bent_at_crossings(passage.law, path))
     return min(
         (law for law in laws if law is not None),
         key=lambda law: _torque(robot, mode, path.way, law, duration),

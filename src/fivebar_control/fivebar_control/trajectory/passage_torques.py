@@ -31,13 +31,13 @@ def torques_along(robot: FiveBar, mode: WorkingMode, way: AnyWay, grid: FloatArr
     They are those at rest, what comes on top with sddot = 1, and with sdot = 1 (1/s^2, 1/s), NaN where there are none.
     """
     places = np.array([way.at(s) for s in grid.tolist()])
-    found = _torques_at(robot, mode, places)
-    undefined = ~np.all(np.isfinite(found), axis=(0, 2))
+    torques = _torques_at(robot, mode, places)
+    undefined = ~np.all(np.isfinite(torques), axis=(0, 2))
     if np.any(undefined):
         places[undefined] = [way.at(s + OFF_LOCUS) for s in grid[undefined].tolist()]
-        found = _torques_at(robot, mode, places)
-    found[1:] -= found[0]
-    return found
+        torques = _torques_at(robot, mode, places)
+    torques[1:] -= torques[0]
+    return torques
 
 
 def friction_along(robot: FiveBar, mode: WorkingMode, way: AnyWay, grid: FloatArray) -> FloatArray:

@@ -52,11 +52,11 @@ def path_place(places: FloatArray, last: int, planned: int, x: float, y: float) 
         planned: the line on which the reference is.
         x, y: of the platform (m).
     """
-    one, start = _nearer(places, last, x, y), min(planned, places.shape[0] - 2)
-    if not line_distance(places, start, x, y) <= FAR * one.distance:
-        return one
-    two = _nearer(places, start, x, y)
-    return one if one.distance <= two.distance else two
+    from_last, start = _nearer(places, last, x, y), min(planned, places.shape[0] - 2)
+    if not line_distance(places, start, x, y) <= FAR * from_last.distance:
+        return from_last
+    from_planned = _nearer(places, start, x, y)
+    return from_last if from_last.distance <= from_planned.distance else from_planned
 
 
 def _nearer(places: FloatArray, line: int, x: float, y: float) -> PathPlace:
@@ -98,11 +98,11 @@ def path_distances(places: FloatArray, platform: FloatArray) -> FloatArray:
     # a rest is one place, so that no search has to pass all its samples
     there[1:] &= (places[1:, :2] != places[:-1, :2]).any(axis=1)
     known, numbers = places[there], np.maximum(np.cumsum(there) - 1, 0).tolist()
-    found = np.full(len(platform), math.nan)
+    distances = np.full(len(platform), math.nan)
     if len(known) < 2:
-        return found
+        return distances
     line = 0
     for number, (x, y) in enumerate(platform[:, :2].tolist()):
         if math.isfinite(x + y):
-            found[number], line = path_place(known, line, numbers[number], x, y)
-    return found
+            distances[number], line = path_place(known, line, numbers[number], x, y)
+    return distances

@@ -143,7 +143,7 @@ class TorqueRows(NamedTuple):
 @lru_cache(maxsize=64)
 def torque_rows(robot: FiveBar, mode: WorkingMode, way: Way) -> TorqueRows:
     """Return the torques along a way at `WAYS` + 1 even shares."""
-    found: list[tuple[float, ...]] = []
+    torques: list[tuple[float, ...]] = []
     for number in range(WAYS + 1):
         # beside the locus, on which there are none
         x, y, d_x, d_y, b_x, b_y = way.at(min(number / WAYS + 1e-9, 1.0))
@@ -156,8 +156,8 @@ def torque_rows(robot: FiveBar, mode: WorkingMode, way: Way) -> TorqueRows:
             weight_torque(robot, robot.leg1, rests.leg1.r_x, rests.leg1.r_y),
             weight_torque(robot, robot.leg2, rests.leg2.r_x, rests.leg2.r_y),
         )
-        found.append((det_a(rests), *still, *pushed, *moved, *legs))
-    rows = np.array(found)
+        torques.append((det_a(rests), *still, *pushed, *moved, *legs))
+    rows = np.array(torques)
     determinant = rows[:, :1]
     still = rows[:, 1:3] * determinant
     return TorqueRows(
@@ -237,7 +237,7 @@ def pushed_law(robot: FiveBar, mode: WorkingMode, way: Way, demand: Demand) -> P
         points = np.where(better[:, None], moved[np.arange(len(points)), chosen], points)
         step = np.where((least < (1.0 - WORTH) * costs)[:, None], step, 0.5 * step)
         costs = np.where(better, least, costs)
-    before, after = (one[np.argmin(costs)].tolist() for one in coefficients_of(points, demand))
+    before, after = (coefficients[np.argmin(costs)].tolist() for coefficients in coefficients_of(points, demand))
     end, crossed = math.exp(points[np.argmin(costs), 0]), float(points[np.argmin(costs), 1])
     return PushedLaw(crossed * end, end, tuple(before), tuple(after))
 
@@ -252,7 +252,7 @@ def starts_for(demand: Demand) -> FloatArray:
         fall = 1.0 / (math.sqrt(abs(demand.terms.push)) * demand.duration) if demand.terms.push != 0.0 else 1.0
         ends = {*ENDS, *(min(1.0, number * fall) for number in FALLS)}
         thirds = SPEEDS
-    points = [(math.log(end), crossed, one, 0.0) for end in sorted(ends) for crossed in CROSSED for one in thirds]
+    points = [(math.log(end), crossed, third, 0.0) for end in sorted(ends) for crossed in CROSSED for third in thirds]
     return np.array(points)
 
 
@@ -284,7 +284,7 @@ def largest_torques(points: FloatArray, demand: Demand, rows: TorqueRows) -> Flo
         rows: torques along the way.
     """
     end, crossed = np.exp(points[:, 0]), points[:, 1]
-    found, possible = np.zeros(len(points)), np.ones(len(points), bool)
+    largest, possible = np.zeros(len(points)), np.ones(len(points), bool)
     before, after = coefficients_of(points, demand)
     for coefficients, part, back in ((before, crossed * end, False), (after, (1.0 - crossed) * end, True)):
         seconds = (part * demand.duration)[:, None]
@@ -303,5 +303,5 @@ def largest_torques(points: FloatArray, demand: Demand, rows: TorqueRows) -> Flo
         divisor = np.where(off, determinant, 1.0)
         for still, per_acceleration, per_speed, legs in (of_motors[:4], of_motors[4:]):
             whole = (still + per_acceleration * change + per_speed * rate**2) / divisor + legs
-            found = np.maximum(found, np.max(np.where(off, np.abs(whole), 0.0), axis=1))
-    return np.where(possible, found, np.inf)
+            largest = np.maximum(largest, np.max(np.where(off, np.abs(whole), 0.0), axis=1))
+    return np.where(possible, largest, np.inf)

@@ -37,8 +37,8 @@ RESTS = (0.0,)
 
 def blend_radius_problem(radii: float | Sequence[float]) -> str | None:
     """Return what is wrong with blend radii (m), None for nothing; whether they fit the path the planner knows."""
-    given = (radii,) if isinstance(radii, float | int) else radii
-    if given and all(math.isfinite(one) and (one == 0.0 or one >= LEAST_RADIUS) for one in given):
+    listed = (radii,) if isinstance(radii, float | int) else radii
+    if listed and all(math.isfinite(radius) and (radius == 0.0 or radius >= LEAST_RADIUS) for radius in listed):
         return None
     return f"expected 0 for a rest, or at least {LEAST_RADIUS:g} m"
 
@@ -52,23 +52,23 @@ BLEND_RADIUS = Setting(
 """How corners are rounded."""
 
 
-def radii_at(given: Sequence[float], count: int) -> tuple[float, ...]:
-    """Return one blend radius (m) for each of `count` waypoints between the first and the last, given so or as one.
+def radii_at(radii: Sequence[float], count: int) -> tuple[float, ...]:
+    """Return one blend radius (m) for each of `count` waypoints between the first and the last, from as many or one.
 
     Raises:
         PlanRefused: one of them is impossible, or there are more or fewer.
     """
-    problem = blend_radius_problem(given)
+    problem = blend_radius_problem(radii)
     if problem is not None:
-        raise PlanRefused(f"blend_radius: {list(given)}: {problem}")
-    if len(given) == 1:
-        return (given[0],) * count
-    if len(given) != count:
+        raise PlanRefused(f"blend_radius: {list(radii)}: {problem}")
+    if len(radii) == 1:
+        return (radii[0],) * count
+    if len(radii) != count:
         raise PlanRefused(
-            f"blend_radius: {len(given)} given for {count} waypoints between the first and the last: expected one"
+            f"blend_radius: {len(radii)} given for {count} waypoints between the first and the last: expected one"
             " number or one for each"
         )
-    return tuple(given)
+    return tuple(radii)
 
 
 class RoundedPolyline(NamedTuple):
@@ -189,20 +189,20 @@ def stretches(
     Raises:
         PlanRefused: a corner is too sharp, or two corners do not fit on the leg between them.
     """
-    found: list[RoundedSegment | None] = []
+    segments: list[RoundedSegment | None] = []
     first, time = 0, 0.0
     for last in range(1, len(waypoints)):
         if last < len(waypoints) - 1 and radii[last - 1] != 0.0:
             continue
         duration = sum(durations[first:last])
         if last == first + 1:
-            found.append(None)
+            segments.append(None)
         else:
             curve = RoundedPolyline.through(waypoints[first : last + 1], radii[first : last - 1])
             _refuse_misfit(curve, first)
-            found.append(RoundedSegment(curve, time, duration))
+            segments.append(RoundedSegment(curve, time, duration))
         first, time = last, time + duration
-    return found
+    return segments
 
 
 def _refuse_misfit(curve: RoundedPolyline, first: int) -> None:

@@ -95,17 +95,17 @@ class SplineSegment(NamedTuple):
                 return Knot(since, end.one, end.two, 0.0, 0.0, 0.0, 0.0)
         number = bisect_right(self.knots.times, since)
         begin, end = self.knots[number - 1], self.knots[number]
-        one = _between(begin, end, 1, since)
-        two = _between(begin, end, 2, since)
-        return Knot(since, one[0], two[0], one[1], two[1], one[2], two[2])
+        first = _between(begin, end, 1, since)
+        second = _between(begin, end, 2, since)
+        return Knot(since, first[0], second[0], first[1], second[1], first[2], second[2])
 
     def at(self, t: float) -> Platform:
         """Return the reference at time t (s); NaN where the distal links cannot meet."""
-        _, one, two, rate_one, rate_two, bend_one, bend_two = self.coordinates_at(t)
+        _, value1, value2, rate1, rate2, bend1, bend2 = self.coordinates_at(t)
         if self.assembly == 0:
-            return Platform(one, two, rate_one, rate_two, bend_one, bend_two)
-        state = state_from_motors(self.robot, self.assembly, one, two, rate_one, rate_two)
-        return Platform(state.x, state.y, state.vx, state.vy, *platform_acceleration(state, bend_one, bend_two))
+            return Platform(value1, value2, rate1, rate2, bend1, bend2)
+        state = state_from_motors(self.robot, self.assembly, value1, value2, rate1, rate2)
+        return Platform(state.x, state.y, state.vx, state.vy, *platform_acceleration(state, bend1, bend2))
 
     def line_at(self, t: float) -> Line:
         """Return NaN: the way in the plane is no line."""
@@ -198,8 +198,8 @@ def _column(
     h, gap = np.diff(np.asarray(times, dtype=np.float64)), np.diff(np.asarray(places, dtype=np.float64))
     # of each condition, for a rate or a bend, the factors of what the knot before, the knot, and the one after have
     factors, right = np.zeros((count, 2, 6)), np.zeros((count, 2))
-    for which, given, order in ((0, rates, 4), (1, bends, 3)):
-        known = np.array([one is not None for one in given])
+    for which, end_values, order in ((0, rates, 4), (1, bends, 3)):
+        known = np.array([end_value is not None for end_value in end_values])
         ends, constants = _derivatives(order, h, gap, at_end=True)
         begins, other = _derivatives(order, h, gap, at_end=False)
         factors[1:, which, :4] += ends
@@ -208,7 +208,7 @@ def _column(
         right[:-1, which] += other
         factors[known, which] = 0.0
         factors[known, which, 2 + which] = 1.0
-        right[known, which] = [one for one in given if one is not None]
+        right[known, which] = [end_value for end_value in end_values if end_value is not None]
     # rates and bends have other units: without scales the matrix is ill-conditioned for short intervals
     scale = (times[-1] - times[0]) / max(count - 1, 1)
     weights = np.array([1.0, 1.0 / scale])
@@ -226,8 +226,8 @@ def _column(
                 band[diagonal, columns[inside]] = factors[inside, which, place]
     solved = solve_banded((3, 3), band, (right / largest).ravel()).reshape(count, 2) * weights
     return [
-        (found[0] if rate is None else rate, found[1] if bend is None else bend)
-        for found, rate, bend in zip(solved.tolist(), rates, bends, strict=True)
+        (solution[0] if rate is None else rate, solution[1] if bend is None else bend)
+        for solution, rate, bend in zip(solved.tolist(), rates, bends, strict=True)
     ]
 
 
@@ -237,14 +237,16 @@ def _derivatives(order: int, h: FloatArray, gap: FloatArray, at_end: bool) -> tu
     Returns:
         Their factors of rate and bend at the beginning and at the end, float64[N, 4], and the constants, float64[N].
     """
-    one = np.ones_like(h)
+    ones = np.ones_like(h)
     if order == 3:
         rows = (
-            (-24.0 * one, -3.0 * h, -36.0 * one, 9.0 * h) if at_end else (-36.0 * one, -9.0 * h, -24.0 * one, 3.0 * h)
+            (-24.0 * ones, -3.0 * h, -36.0 * ones, 9.0 * h)
+            if at_end
+            else (-36.0 * ones, -9.0 * h, -24.0 * ones, 3.0 * h)
         )
         return np.stack(rows, axis=1) / h[:, None] ** 2, 60.0 * gap / h**3
     if at_end:
-        rows = (-168.0 * one, -24.0 * h, -192.0 * one, 36.0 * h)
+        rows = (-168.0 * ones, -24.0 * h, -192.0 * ones, 36.0 * h)
     else:
-        rows = (192.0 * one, 36.0 * h, 168.0 * one, -24.0 * h)
+        rows = (192.0 * ones, 36.0 * h, 168.0 * ones, -24.0 * h)
     return np.stack(rows, axis=1) / h[:, None] ** 3, (360.0 if at_end else -360.0) * gap / h**4

@@ -148,7 +148,7 @@ def meetings_of(segment: JointSegment) -> list[Meeting]:
         return _sines(segment.state_at(t))[leg - 1]
 
     times = [segment.start_time + segment.duration * step / STEPS for step in range(STEPS + 1)]
-    found = []
+    meetings = []
     for leg in (1, 2):
         values = [sine(t, leg) for t in times]
         at_end = [times[-1]] if abs(values[-1]) < ROUNDING else []
@@ -162,8 +162,8 @@ def meetings_of(segment: JointSegment) -> list[Meeting]:
         ]
         for t in on_way + at_end:
             state = segment.state_at(t)
-            found.append(Meeting(leg, t, state.x, state.y))
-    return found
+            meetings.append(Meeting(leg, t, state.x, state.y))
+    return meetings
 
 
 def planned_mode_changes(segments: Sequence[AnySegment]) -> int:

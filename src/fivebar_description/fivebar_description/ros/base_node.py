@@ -49,7 +49,7 @@ class BaseNode(Node):
 
     def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters; one that keeps its value is no change, so that a node loads what it has dumped."""
-        changed = [one for one in parameter_list if not self._has(one)]
+        changed = [parameter for parameter in parameter_list if not self._has(parameter)]
         return super().set_parameters_atomically(changed) if changed else SetParametersResult(successful=True)
 
     def _has(self, parameter: Parameter) -> bool:
@@ -81,7 +81,10 @@ class BaseNode(Node):
             InputError: a value given from outside is not allowed.
         """
         own = declared(settings)
-        values = {one.name: one.to_parameter(defaults.get(one.name, one.default)) for one in own}
+        values = {
+            declaration.name: declaration.to_parameter(defaults.get(declaration.name, declaration.default))
+            for declaration in own
+        }
         return from_parameters(settings, self.declare_checked(own, values))
 
     def declare_checked(
@@ -106,11 +109,11 @@ class BaseNode(Node):
 
         def receive(message: String) -> None:
             try:
-                found = read(message.data)
+                value = read(message.data)
             except MessageError as error:
                 self.drop(topic, str(error))
                 return
-            take(found)
+            take(value)
 
         return receive
 

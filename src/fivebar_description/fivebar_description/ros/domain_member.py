@@ -70,13 +70,13 @@ class DomainMember:
 
         def receive(message: Any) -> None:
             try:
-                found = read(message.data)
+                value = read(message.data)
             except MessageError as error:
                 self.refused[topic.name] += 1
                 if self.refused[topic.name] == 1:
                     self.node.get_logger().warning(f"left out a message on {topic.name}: {one_line(str(error))}")
                 return
-            take(found)
+            take(value)
 
         self.listen(topic, receive)
 

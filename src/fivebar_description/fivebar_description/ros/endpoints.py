@@ -18,8 +18,8 @@ def node_name(endpoint: TopicEndpointInfo) -> str:
 
 def publishers_of(node: Node, topic: str) -> list[PublisherOf]:
     """Return the publishers of a topic, by its full name, that a node knows."""
-    found = node.get_publishers_info_by_topic(topic)
-    return [PublisherOf(node_name(one), bytes(one.endpoint_gid)) for one in found]
+    publishers = node.get_publishers_info_by_topic(topic)
+    return [PublisherOf(node_name(publisher), bytes(publisher.endpoint_gid)) for publisher in publishers]
 
 
 def is_own(node: Node, publisher: PublisherOf) -> bool:

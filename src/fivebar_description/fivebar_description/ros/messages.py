@@ -268,7 +268,7 @@ def _flat(content: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
             yield f"{prefix}{key}.length", str(len(value))
             continue
         if isinstance(value, list):
-            value = {str(number): one for number, one in enumerate(value)}
+            value = {str(number): element for number, element in enumerate(value)}
         if isinstance(value, Mapping):
             yield from _flat(value, f"{prefix}{key}.")
         else:

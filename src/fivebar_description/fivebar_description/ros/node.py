@@ -186,7 +186,7 @@ class GraphNode(BaseNode):
         return self._watch.is_published(self.resolve_topic_name(topic.name))
 
     def _relies_on(self, topic: str) -> bool:
-        return self.commands_robot or any(topic == one.name for one in READ_BESIDES)
+        return self.commands_robot or any(topic == read_topic.name for read_topic in READ_BESIDES)
 
     def _on_second_publisher(self, topic: str, fault: str) -> None:
         """Refuse to begin, or after the first sample stop the robot, unless another node does."""
@@ -265,7 +265,7 @@ class GraphNode(BaseNode):
         Raises:
             InputError: there is one.
         """
-        known = {one.name for one in self.declared}
+        known = {parameter.name for parameter in self.declared}
         for name in self._parameter_overrides:
             if self.has_parameter(name):
                 continue
@@ -290,7 +290,9 @@ class GraphNode(BaseNode):
 
         `after_each` is called after each message.
         """
-        for subscription in (part for one in (*self._inputs, *self._besides) for part in one.subscriptions):
+        for subscription in (
+            part for topic_subscription in (*self._inputs, *self._besides) for part in topic_subscription.subscriptions
+        ):
             handle = subscription.handle
             with handle:
                 for _ in range(subscription.qos_profile.depth):
@@ -303,14 +305,14 @@ class GraphNode(BaseNode):
 
     def destroy_node(self) -> None:
         """Destroy the node and all that it has."""
-        for one in (*self._inputs, *self._besides):
-            one.prepare_to_end()
+        for subscription in (*self._inputs, *self._besides):
+            subscription.prepare_to_end()
         super().destroy_node()
 
     def count_lost(self) -> None:
         """Have counted what was lost of each topic, where no executor spins and no more messages come."""
-        for one in (*self._inputs, *self._besides):
-            one.count_lost()
+        for subscription in (*self._inputs, *self._besides):
+            subscription.count_lost()
 
     def look_for_others(self) -> None:
         """Take what has come and see whether the node is ready, from a callback for which its executor waits."""
@@ -424,7 +426,9 @@ class GraphNode(BaseNode):
     def _lacking(self) -> str:
         """Return what the node is not ready for: inputs that it does not hear, the plan, its preparation."""
         inputs = dict.fromkeys(
-            one.problem or f"{one.topic_name} has no publisher" for one in self._inputs if not one.get_publisher_count()
+            subscription.problem or f"{subscription.topic_name} has no publisher"
+            for subscription in self._inputs
+            if not subscription.get_publisher_count()
         )
         if self.agreement is not None and not self.agreement.agrees:
             inputs[self.agreement.problem or f"{self.resolve_topic_name(RUN_PLAN.name)} has not come"] = None
@@ -454,7 +458,9 @@ class GraphNode(BaseNode):
             return DiagnosticStatus.ERROR, self.agreement.problem
         if self._lacked:
             return DiagnosticStatus.WARN, f"not ready: {self._lacked}"
-        unheard = next((one.problem for one in (*self._inputs, *self._besides) if one.problem), "")
+        unheard = next(
+            (subscription.problem for subscription in (*self._inputs, *self._besides) if subscription.problem), ""
+        )
         if unheard:
             return DiagnosticStatus.WARN, unheard
         if self._drops > self._thresholds.warn_dropped:

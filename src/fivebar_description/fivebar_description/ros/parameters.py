@@ -23,22 +23,22 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound=StrictModel)
 
 
-def descriptor_of(one: Declared, default: Any, tunable: bool) -> ParameterDescriptor:
+def descriptor_of(declaration: Declared, default: Any, tunable: bool) -> ParameterDescriptor:
     """Return the descriptor of the parameter that holds a setting, which `ros2 param describe` shows."""
-    setting, none = one.setting, one.none
+    setting, none = declaration.setting, declaration.none
     constraints = []
     if setting.unit:
         constraints.append(f"unit: {setting.unit}")
-    if setting.choices and not one.shape.depth:
+    if setting.choices and not declaration.shape.depth:
         constraints.append(f"one of: {', '.join(setting.choices)}")
     descriptor = ParameterDescriptor(
-        name=one.name,
+        name=declaration.name,
         description=setting.description if none is None else f"{setting.description} {none!r} for none.",
         additional_constraints="; ".join(constraints),
         read_only=not tunable,
-        dynamic_typing=one.shape.single,
+        dynamic_typing=declaration.shape.single,
     )
-    lower, upper = _range(one)
+    lower, upper = _range(declaration)
     if lower is not None and upper is not None:
         if isinstance(default, float):
             descriptor.floating_point_range = [FloatingPointRange(from_value=float(lower), to_value=float(upper))]
@@ -47,9 +47,9 @@ def descriptor_of(one: Declared, default: Any, tunable: bool) -> ParameterDescri
     return descriptor
 
 
-def _range(one: Declared) -> tuple[float | None, float | None]:
+def _range(declaration: Declared) -> tuple[float | None, float | None]:
     """Return the range of the parameter that holds a setting, with what stands for none."""
-    setting, none = one.setting, one.none
+    setting, none = declaration.setting, declaration.none
     lower = setting.at_least if setting.above is None else setting.above
     upper = setting.at_most if setting.below is None else setting.below
     if lower is not None and isinstance(none, float | int):
@@ -100,11 +100,11 @@ def declare(
 
 def _read_tuple(node: Node, name: str, default: Any) -> None:
     """Read an array that was given as launch_ros writes that of a SetParameter: as a tuple of Python."""
-    given = node._parameter_overrides.get(name)
-    if given is None or given.type_ != Parameter.Type.STRING or not isinstance(as_tuple(default), tuple):
+    override = node._parameter_overrides.get(name)
+    if override is None or override.type_ != Parameter.Type.STRING or not isinstance(as_tuple(default), tuple):
         return
     with suppress(ValueError, SyntaxError):
-        value = ast.literal_eval(given.value)
+        value = ast.literal_eval(override.value)
         if isinstance(value, tuple):
             if any(isinstance(part, float) for part in value):
                 value = tuple(map(float, value))
@@ -120,8 +120,8 @@ def check_changes(settings: Sequence[Declared], parameters: Sequence[Parameter])
     """Return whether a change of parameters may be made; types and ranges are checked by rclpy itself."""
     by_name = {setting.name: setting for setting in settings}
     for parameter in parameters:
-        one = by_name.get(parameter.name)
-        problem = one.problem(as_tuple(parameter.value)) if one is not None else None
+        declaration = by_name.get(parameter.name)
+        problem = declaration.problem(as_tuple(parameter.value)) if declaration is not None else None
         if problem is not None:
             return SetParametersResult(successful=False, reason=f"{parameter.name}: {problem}")
     return SetParametersResult(successful=True)

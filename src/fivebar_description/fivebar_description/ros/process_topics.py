@@ -141,7 +141,7 @@ class ProcessTopics:
                     if id(listeners) not in known:
                         passed.append((iter(listeners), message, self._depth))
                         busy.append(listeners)
-                later += [one for one in published if id(one[0]) in known]
+                later += [publication for publication in published if id(publication[0]) in known]
                 published.clear()
             if not passed:
                 if not later:

@@ -71,16 +71,16 @@ Matched = Callable[[Any], None]
 class PublisherWatch:
     """The topics of a node that have one publisher, and what was found to contradict that."""
 
-    def __init__(self, node: BaseNode, found: Callable[[str, str], None], relies: Callable[[str], bool]) -> None:
+    def __init__(self, node: BaseNode, on_conflict: Callable[[str, str], None], relies: Callable[[str], bool]) -> None:
         """Watch on behalf of a node.
 
         Args:
             node: the node.
-            found: called with a topic and the text of the fault.
+            on_conflict: called with a topic and the text of the fault.
             relies: returns whether it is this node that has to stop, or to have others stop, for a topic.
         """
         self._node = node
-        self._found = found
+        self._on_conflict = on_conflict
         self._relies = relies
         self._living = Living(time.monotonic)
         self._machine = b""
@@ -142,9 +142,9 @@ class PublisherWatch:
             elif several and name not in self._look_again:
                 self._suspect(name)
         now = time.monotonic()
-        for topic in [one for one, when in self._look_again.items() if when <= now]:
+        for topic in [watched for watched, when in self._look_again.items() if when <= now]:
             self._suspect(topic)
-        for topic in [one for one, when in self._unreported.items() if when <= now]:
+        for topic in [watched for watched, when in self._unreported.items() if when <= now]:
             del self._unreported[topic]
             self._node.stop_robot(self.conflicts[topic])
 
@@ -186,7 +186,7 @@ class PublisherWatch:
     def is_published(self, topic: str) -> bool:
         """Return whether a topic, by its full name, has a publisher whose process is not known to have ended."""
         machine = self._own_machine()
-        return any(not self._living.is_gone(one, machine) for one in publishers_of(self._node, topic))
+        return any(not self._living.is_gone(publisher, machine) for publisher in publishers_of(self._node, topic))
 
     def contradiction(self, topic: str, moment: str) -> str:
         """Return the text of the fault that two different messages of a moment are."""
@@ -249,7 +249,7 @@ class PublisherWatch:
         before = self.conflicts.get(topic, "")
         self.conflicts[topic] = fault
         if not before:
-            self._found(self._short(topic), fault)
+            self._on_conflict(self._short(topic), fault)
             if self._node.answered and not self._relies(self._short(topic)) and topic not in self._reported:
                 self._unreported[topic] = time.monotonic() + REPORT_TIME
         elif UNNAMED in before:

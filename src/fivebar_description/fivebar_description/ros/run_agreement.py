@@ -134,11 +134,11 @@ class RunAgreement:
 
     def _take_plan(self, plan: RunPlan) -> None:
         self._plan = plan
-        found = difference(self._own, plan)
-        self.problem = "" if found is None else f"plan_differs: {found}"
-        if found is not None:
+        disagreement = difference(self._own, plan)
+        self.problem = "" if disagreement is None else f"plan_differs: {disagreement}"
+        if disagreement is not None:
             source = "" if plan.pid is None else f"; that plan is of {describe_process(plan.pid)}"
-            self._node.get_logger().error(f"refuses to answer: {found}{source}")
+            self._node.get_logger().error(f"refuses to answer: {disagreement}{source}")
         self.on_plan()
 
     def _take_epoch(self, epoch_ns: int | None) -> None:

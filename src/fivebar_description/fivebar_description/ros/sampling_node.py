@@ -169,11 +169,11 @@ class SamplingNode(GraphNode):
         self._run = self.agreement
         self._run.on_begin = self._begin_epoch
         self.rate_hz = rate_hz
-        self._join = StampJoin([one.topic.name for one in inputs], depth or CAPACITY)
+        self._join = StampJoin([source.topic.name for source in inputs], depth or CAPACITY)
         self._driver = inputs[0].topic
         # the driving input last: when its message arrives, the others of the sample are more likely to be there
-        for one in (*inputs[1:], inputs[0]):
-            self.listen(one.topic, self._receiver(one), depth)
+        for source in (*inputs[1:], inputs[0]):
+            self.listen(source.topic, self._receiver(source), depth)
 
     @abstractmethod
     def answer(self, sample: int, *values: Any) -> None:
@@ -209,8 +209,8 @@ class SamplingNode(GraphNode):
         """Return how many samples wait for a topic."""
         return self._join.waiting(topic.name)
 
-    def _receiver(self, one: Input) -> Callable[[Any], None]:
-        topic, read, later = one
+    def _receiver(self, source: Input) -> Callable[[Any], None]:
+        topic, read, later = source
         driving, name = topic is self._driver, topic.name
         run, join, watch = self._run, self._join, self._watch
         external = name in self.external_inputs

@@ -282,8 +282,10 @@ class TopicSubscription:
             # whose joints the others are is not known, and those that are heard may be the robot's
             return ""
         asked = self._first.qos_profile
-        found = self._node.get_publishers_info_by_topic(self.topic_name)
-        names = ", ".join(sorted({node_name(one) for one in found if _offers_less(one.qos_profile, asked)}))
+        publishers = self._node.get_publishers_info_by_topic(self.topic_name)
+        names = ", ".join(
+            sorted({node_name(publisher) for publisher in publishers if _offers_less(publisher.qos_profile, asked)})
+        )
         if not names:
             return ""
         word = self._policy.lower()
@@ -301,7 +303,9 @@ class TopicSubscription:
             self._follow_offer()
 
     def _follow_offer(self) -> None:
-        offers = {one.qos_profile.reliability for one in self._node.get_publishers_info_by_topic(self.topic_name)}
+        offers = {
+            publisher.qos_profile.reliability for publisher in self._node.get_publishers_info_by_topic(self.topic_name)
+        }
         wanted = ReliabilityPolicy.RELIABLE if offers == {ReliabilityPolicy.RELIABLE} else ReliabilityPolicy.BEST_EFFORT
         (present,) = self.subscriptions
         if present.qos_profile.reliability == wanted:

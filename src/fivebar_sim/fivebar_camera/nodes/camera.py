@@ -96,22 +96,22 @@ class CameraNode(GraphNode):
         elif sample < self._last:
             return
         # a repeated sample: its pictures may have been lost
-        for one in self._delivered:
-            self._publish(one)
+        for delivered in self._delivered:
+            self._publish(delivered)
 
     def _is_late(self, sample: int) -> bool:
         age_ns = self.get_clock().now().nanoseconds - self._run.stamp(sample)
         return self._by_the_clock and sample > 0 and age_ns > LATEST_START * NANOSECONDS
 
-    def _publish(self, one: Delivered) -> None:
-        stamp = self._camera.stamp_ns(self._run.stamp(one.sample))
-        if one.picture is None:
+    def _publish(self, delivered: Delivered) -> None:
+        stamp = self._camera.stamp_ns(self._run.stamp(delivered.sample))
+        if delivered.picture is None:
             spread = self._settings.deviation
-            self._positions.publish(JointSample(stamp, VISION_NAMES, (one.x, one.y, spread, spread, 0.0)))
+            self._positions.publish(JointSample(stamp, VISION_NAMES, (delivered.x, delivered.y, spread, spread, 0.0)))
             return
         self._info.header.stamp = to_stamp(stamp)
         self._infos.publish(self._info)
-        self._images.publish(_image(one.picture, stamp, self.frame(PICTURE_FRAME)))
+        self._images.publish(_image(delivered.picture, stamp, self.frame(PICTURE_FRAME)))
 
 
 def _image(picture: Picture, stamp_ns: int, frame: str) -> Image:

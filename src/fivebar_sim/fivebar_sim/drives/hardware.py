@@ -35,7 +35,7 @@ class DrivesOnBus:
             raise InputError(can_problem(file.bus.interface, file.bus.channel, error)) from error
         self.emulation = Emulation(file, self._bus)
         self.place = f"{file.bus.interface} {file.bus.channel}"
-        self.resolution = max(math.tau / (one.counts_per_revolution * one.gear_ratio) for one in file.pair)
+        self.resolution = max(math.tau / (drive.counts_per_revolution * drive.gear_ratio) for drive in file.pair)
         """Size (rad) of the coarser encoder's count at the joint."""
 
         self.waits = False

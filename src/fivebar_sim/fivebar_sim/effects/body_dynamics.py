@@ -125,9 +125,9 @@ def chain(leg: LegNumbers, angles: LinkAngles, load: LegLoad) -> LegDynamics:
     )
 
 
-def closing_force(one: LegDynamics, two: LegDynamics, x: float, y: float) -> Force:
+def closing_force(chain1: LegDynamics, chain2: LegDynamics, x: float, y: float) -> Force:
     """Return the force (N) on the tip of leg 1, its opposite on leg 2, that adds (x, y) to the tips' difference."""
-    w_xx, w_xy, w_yy = one.xx + two.xx, one.xy + two.xy, one.yy + two.yy
+    w_xx, w_xy, w_yy = chain1.xx + chain2.xx, chain1.xy + chain2.xy, chain1.yy + chain2.yy
     inverse = 1.0 / (w_xx * w_yy - w_xy * w_xy)
     return Force(inverse * (w_yy * x - w_xy * y), inverse * (w_xx * y - w_xy * x))
 
@@ -159,10 +159,10 @@ def accelerations(
     weight, mass = felt_weight(mechanism.shaking, mechanism.weight_x, mechanism.weight_y, time), mechanism.tip_mass
     load1 = LegLoad(torque1 + elbow1, -elbow1 - between, weight.x, weight.y, mass)
     load2 = LegLoad(torque2 + elbow2, between - elbow2, weight.x, weight.y, mass)
-    one = chain(leg1, LinkAngles(at.link1, at.distal1, rate.link1, rate.distal1), load1)
-    two = chain(leg2, LinkAngles(at.link2, at.distal2, rate.link2, rate.distal2), load2)
-    push = push_at(mechanism.push, time, one.u_x, one.u_y)
-    pull = cable_force(mechanism.cable, 0.5 * (one.x + two.x), 0.5 * (one.y + two.y))
+    chain1 = chain(leg1, LinkAngles(at.link1, at.distal1, rate.link1, rate.distal1), load1)
+    chain2 = chain(leg2, LinkAngles(at.link2, at.distal2, rate.link2, rate.distal2), load2)
+    push = push_at(mechanism.push, time, chain1.u_x, chain1.u_y)
+    pull = cable_force(mechanism.cable, 0.5 * (chain1.x + chain2.x), 0.5 * (chain1.y + chain2.y))
     half_x = 0.5 * (push.x + pull.x + mechanism.force_x)
     half_y = 0.5 * (push.y + pull.y + mechanism.force_y)
     if mechanism.compliant:
@@ -170,27 +170,27 @@ def accelerations(
             mechanism.joint_stiffness,
             mechanism.joint_damping,
             mechanism.clearance,
-            one.x - two.x,
-            one.y - two.y,
-            one.vx - two.vx,
-            one.vy - two.vy,
+            chain1.x - chain2.x,
+            chain1.y - chain2.y,
+            chain1.vx - chain2.vx,
+            chain1.vy - chain2.vy,
         )
         joint = Force(-joint.x, -joint.y)
     else:
         joint = closing_force(
-            one,
-            two,
-            two.ax - one.ax + (two.xx - one.xx) * half_x + (two.xy - one.xy) * half_y,
-            two.ay - one.ay + (two.xy - one.xy) * half_x + (two.yy - one.yy) * half_y,
+            chain1,
+            chain2,
+            chain2.ax - chain1.ax + (chain2.xx - chain1.xx) * half_x + (chain2.xy - chain1.xy) * half_y,
+            chain2.ay - chain1.ay + (chain2.xy - chain1.xy) * half_x + (chain2.yy - chain1.yy) * half_y,
         )
     f1_x, f1_y, f2_x, f2_y = half_x + joint.x, half_y + joint.y, half_x - joint.x, half_y - joint.y
-    link1 = one.link + one.link_x * f1_x + one.link_y * f1_y
-    link2 = two.link + two.link_x * f2_x + two.link_y * f2_y
+    link1 = chain1.link + chain1.link_x * f1_x + chain1.link_y * f1_y
+    link2 = chain2.link + chain2.link_x * f2_x + chain2.link_y * f2_y
     return PerBody(
         link1,
-        one.distal + one.distal_x * f1_x + one.distal_y * f1_y,
+        chain1.distal + chain1.distal_x * f1_x + chain1.distal_y * f1_y,
         link2,
-        two.distal + two.distal_x * f2_x + two.distal_y * f2_y,
+        chain2.distal + chain2.distal_x * f2_x + chain2.distal_y * f2_y,
         rotor1 if elastic else link1,
         rotor2 if elastic else link2,
     )

@@ -88,8 +88,8 @@ def span(begin: float, length: float, rate_hz: int) -> SampleSpan:
 
 def frozen_samples(faults: GyroscopeFaults, rate_hz: int) -> SampleSpan:
     """Return the samples whose readings repeat the one before; never sample 0, which has none before."""
-    found = span(faults.frozen_from, faults.frozen_length, rate_hz)
-    return SampleSpan(max(1, found.first), found.end)
+    samples = span(faults.frozen_from, faults.frozen_length, rate_hz)
+    return SampleSpan(max(1, samples.first), samples.end)
 
 
 def missing_samples(faults: GyroscopeFaults, rate_hz: int) -> SampleSpan:

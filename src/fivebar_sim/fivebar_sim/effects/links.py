@@ -120,11 +120,11 @@ def with_links(robot: FiveBar, links: LinkErrors) -> FiveBar:
     apart, turn = _apart(robot, links), axis_turn(robot, links)
     further = math.hypot(apart, links.base_rise) - abs(apart)
 
-    def leg(one: LegParameters, base: float, proximal: float, distal: float) -> LegParameters:
-        flat = one.distal + distal
+    def leg(nominal: LegParameters, base: float, proximal: float, distal: float) -> LegParameters:
+        flat = nominal.distal + distal
         if links.base_height > 0.0:
             flat = _flat(flat, 0.5 * links.base_height)
-        return one._replace(base_x=one.base_x + base, proximal=one.proximal + proximal, distal=flat)
+        return nominal._replace(base_x=nominal.base_x + base, proximal=nominal.proximal + proximal, distal=flat)
 
     # what acts all the time is given along the modelled axes
     gravity_x, gravity_y = _turned(robot.gravity_x, robot.gravity_y, -turn)

@@ -109,26 +109,26 @@ def _changed(state: MechanismState, at: PerBody, rate: PerBody, bristles: Bristl
 def closed(mechanism: Mechanism, state: MechanismState) -> Moved:
     """Put a state back onto a rigid loop, as impulses at the tips would; an elastic one is only measured."""
     at, rate = state.at, state.rate
-    one = chain(mechanism.leg1, LinkAngles(at.link1, at.distal1, rate.link1, rate.distal1), UNLOADED)
-    two = chain(mechanism.leg2, LinkAngles(at.link2, at.distal2, rate.link2, rate.distal2), UNLOADED)
-    gap_x, gap_y = one.x - two.x, one.y - two.y
+    chain1 = chain(mechanism.leg1, LinkAngles(at.link1, at.distal1, rate.link1, rate.distal1), UNLOADED)
+    chain2 = chain(mechanism.leg2, LinkAngles(at.link2, at.distal2, rate.link2, rate.distal2), UNLOADED)
+    gap_x, gap_y = chain1.x - chain2.x, chain1.y - chain2.y
     gap = math.sqrt(gap_x * gap_x + gap_y * gap_y)
     if mechanism.compliant:
         return Moved(state, gap)
-    place = closing_force(one, two, -gap_x, -gap_y)
-    speed = closing_force(one, two, two.vx - one.vx, two.vy - one.vy)
-    at, rate = _pulled(mechanism, at, one, two, place), _pulled(mechanism, rate, one, two, speed)
+    place = closing_force(chain1, chain2, -gap_x, -gap_y)
+    speed = closing_force(chain1, chain2, chain2.vx - chain1.vx, chain2.vy - chain1.vy)
+    at, rate = _pulled(mechanism, at, chain1, chain2, place), _pulled(mechanism, rate, chain1, chain2, speed)
     return Moved(_changed(state, at, rate, state.bristles), gap)
 
 
-def _pulled(mechanism: Mechanism, values: PerBody, one: LegDynamics, two: LegDynamics, force: Force) -> PerBody:
-    link1 = values.link1 + one.link_x * force.x + one.link_y * force.y
-    link2 = values.link2 - two.link_x * force.x - two.link_y * force.y
+def _pulled(mechanism: Mechanism, values: PerBody, chain1: LegDynamics, chain2: LegDynamics, force: Force) -> PerBody:
+    link1 = values.link1 + chain1.link_x * force.x + chain1.link_y * force.y
+    link2 = values.link2 - chain2.link_x * force.x - chain2.link_y * force.y
     return PerBody(
         link1,
-        values.distal1 + one.distal_x * force.x + one.distal_y * force.y,
+        values.distal1 + chain1.distal_x * force.x + chain1.distal_y * force.y,
         link2,
-        values.distal2 - two.distal_x * force.x - two.distal_y * force.y,
+        values.distal2 - chain2.distal_x * force.x - chain2.distal_y * force.y,
         values.rotor1 if mechanism.elastic else link1,
         values.rotor2 if mechanism.elastic else link2,
     )
@@ -163,8 +163,8 @@ def advanced(mechanism: Mechanism, state: MechanismState, number: int, wanted1: 
 def _read(mechanism: Mechanism, state: MechanismState, time: float) -> MechanismState:
     """Return the state whose encoders have just been read for the sample at a time (s)."""
     at, rate, before, speed = state.at, state.rate, state.read_at, state.read_rate
-    one = read_at(mechanism.leg1.disc, at.rotor1, rate.rotor1, time, EncoderReading(before.rotor1, speed.rotor1))
-    two = read_at(mechanism.leg2.disc, at.rotor2, rate.rotor2, time, EncoderReading(before.rotor2, speed.rotor2))
+    reading1 = read_at(mechanism.leg1.disc, at.rotor1, rate.rotor1, time, EncoderReading(before.rotor1, speed.rotor1))
+    reading2 = read_at(mechanism.leg2.disc, at.rotor2, rate.rotor2, time, EncoderReading(before.rotor2, speed.rotor2))
     return MechanismState(
         at,
         rate,
@@ -173,8 +173,8 @@ def _read(mechanism: Mechanism, state: MechanismState, time: float) -> Mechanism
         state.current2,
         state.wanted1,
         state.wanted2,
-        PerBody(at.link1, at.distal1, at.link2, at.distal2, one.angle, two.angle),
-        PerBody(rate.link1, rate.distal1, rate.link2, rate.distal2, one.speed, two.speed),
+        PerBody(at.link1, at.distal1, at.link2, at.distal2, reading1.angle, reading2.angle),
+        PerBody(rate.link1, rate.distal1, rate.link2, rate.distal2, reading1.speed, reading2.speed),
     )
 
 
@@ -234,15 +234,17 @@ def started(mechanism: Mechanism, q11: float, q12: float, q21: float, q22: float
     The robot has been brought there by its encoders: the platform is off by what encoders and lengths are. The gap is
     what Newton's method has left of it; it is large where the legs cannot meet.
     """
-    one, two = angle_seen_as(mechanism.leg1.disc, q11), angle_seen_as(mechanism.leg2.disc, q21)
-    at = PerBody(one, q11 + q12, two, q21 + q22, one, two)
+    motor1, motor2 = angle_seen_as(mechanism.leg1.disc, q11), angle_seen_as(mechanism.leg2.disc, q21)
+    at = PerBody(motor1, q11 + q12, motor2, q21 + q22, motor1, motor2)
     leg1, leg2 = mechanism.leg1, mechanism.leg2
     gap = math.inf
     for _ in range(NEWTON_STEPS):
         c1, s1, c2, s2 = math.cos(at.distal1), math.sin(at.distal1), math.cos(at.distal2), math.sin(at.distal2)
-        gap_x = leg1.base_x + leg1.proximal * math.cos(one) + leg1.distal * c1
-        gap_x -= leg2.base_x + leg2.proximal * math.cos(two) + leg2.distal * c2
-        gap_y = leg1.proximal * math.sin(one) + leg1.distal * s1 - leg2.proximal * math.sin(two) - leg2.distal * s2
+        gap_x = leg1.base_x + leg1.proximal * math.cos(motor1) + leg1.distal * c1
+        gap_x -= leg2.base_x + leg2.proximal * math.cos(motor2) + leg2.distal * c2
+        gap_y = (
+            leg1.proximal * math.sin(motor1) + leg1.distal * s1 - leg2.proximal * math.sin(motor2) - leg2.distal * s2
+        )
         gap = math.sqrt(gap_x * gap_x + gap_y * gap_y)
         # l1 (-s1, c1) d1 - l2 (-s2, c2) d2 = -gap
         sine = c1 * s2 - s1 * c2
@@ -250,5 +252,5 @@ def started(mechanism: Mechanism, q11: float, q12: float, q21: float, q22: float
             break
         d1 = -(gap_x * c2 + gap_y * s2) / (leg1.distal * sine)
         d2 = -(gap_x * c1 + gap_y * s1) / (leg2.distal * sine)
-        at = PerBody(one, at.distal1 + d1, two, at.distal2 + d2, one, two)
-    return Moved(_read(mechanism, resting(one, at.distal1 - one, two, at.distal2 - two), -1.0), gap)
+        at = PerBody(motor1, at.distal1 + d1, motor2, at.distal2 + d2, motor1, motor2)
+    return Moved(_read(mechanism, resting(motor1, at.distal1 - motor1, motor2, at.distal2 - motor2), -1.0), gap)

@@ -53,8 +53,10 @@ def motor_seen(state: MechanismState) -> tuple[EncoderReading, EncoderReading]:
 def joints_seen(state: MechanismState) -> JointMotion:
     """Return what encoders on all four joints saw: the motors' through their transmissions and errors."""
     exact = _joints(state.read_at, state.read_rate)
-    one, two = motor_seen(state)
-    return JointMotion(one.angle, exact.q12, two.angle, exact.q22, one.speed, exact.dq12, two.speed, exact.dq22)
+    motor1, motor2 = motor_seen(state)
+    return JointMotion(
+        motor1.angle, exact.q12, motor2.angle, exact.q22, motor1.speed, exact.dq12, motor2.speed, exact.dq22
+    )
 
 
 class ImuMotion(NamedTuple):

@@ -74,9 +74,9 @@ class SimulatedMotor:
 
     def state_at(self, joint_angle: float) -> ShaftState:
         """Return the state where the encoder is read at a joint angle (rad), between two times of the period."""
-        found = self.state
+        state = self.state
         turn = math.tau / self.facts.counts_per_revolution
-        return found if self.frozen else found._replace(position=self._read(joint_angle) * turn)
+        return state if self.frozen else state._replace(position=self._read(joint_angle) * turn)
 
     def joint_torque(self) -> float:
         """Return the torque (Nm) at the joint."""
@@ -186,10 +186,10 @@ class EmulatedMotors(MovedRobot):
             now: the time (s).
         """
         motor = self.motors[number]
-        found = motor.state
+        state = motor.state
         if self._file.pace != "commands":
             self._move_to(now)
-            found = motor.state_at(self._angle_at(number, now))
+            state = motor.state_at(self._angle_at(number, now))
             self._note_torque(number, self._clock, now)
         motor.command(power, torque)
         self._commanded_at = now
@@ -197,7 +197,7 @@ class EmulatedMotors(MovedRobot):
         if self._commanded == {0, 1} and self._file.pace == "commands":
             self._clock = now
             self._advance()
-        return found
+        return state
 
     def tend(self, now: float) -> None:
         """Do what is due at this time: the watchdog, and time that no command moves on."""

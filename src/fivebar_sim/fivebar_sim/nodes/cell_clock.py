@@ -59,7 +59,7 @@ class CellClock(GraphNode):
 
     def _repeat(self) -> None:
         begun = [robot for robot, at in self._times.items() if at]
-        for robot in [one for one in begun if not self.count_publishers(self._clocks[one].name)]:
+        for robot in [name for name in begun if not self.count_publishers(self._clocks[name].name)]:
             del self._times[robot]
             self.get_logger().info(f"{robot} has ended")
         self._advance()

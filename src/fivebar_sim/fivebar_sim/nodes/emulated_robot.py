@@ -175,13 +175,13 @@ class EmulatedRobot(GraphNode):
             return max(abs(record.angles[0] - q11), abs(record.angles[1] - q21)) < self._tolerance
 
         records = list(self._emulation.history)
-        counted = next((one for one in records if one.number == sample + self._ahead), None)
+        counted = next((record for record in records if record.number == sample + self._ahead), None)
         if counted is not None and sample > 1 and fits(counted):
             return counted
-        found = next((one for one in reversed(records) if fits(one)), None)
-        if found is not None:
-            self._ahead = found.number - sample
-        return found
+        latest = next((record for record in reversed(records) if fits(record)), None)
+        if latest is not None:
+            self._ahead = latest.number - sample
+        return latest
 
     def _on_command(self, message: JointSample) -> None:
         sample = self._run.sample(message.stamp_ns)

@@ -77,11 +77,11 @@ class LateSensors:
         Call it once per sample. Sensors of one value need the exact joint angles (rad).
         """
         scalars = [
-            (one.topic, JointSample(self._run.stamp(one.made), (one.name,), (one.value,)))
+            (reading.topic, JointSample(self._run.stamp(reading.made), (reading.name,), (reading.value,)))
             for sensor in self.scalars
-            for one in sensor.arrived(sample, position)
+            for reading in sensor.arrived(sample, position)
         ]
-        return Arrived([one for _, one in self._readings.arrived(sample, imu)], scalars)
+        return Arrived([message for _, message in self._readings.arrived(sample, imu)], scalars)
 
     def publish(self, arrived: Arrived) -> None:
         """Publish readings."""

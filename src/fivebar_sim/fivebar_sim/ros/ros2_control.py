@@ -119,7 +119,7 @@ class ControllerManager:
         self._values = self._off
         """The command that the controller holds, in the order of its joints."""
         self._faults: set[str] = set()
-        self._published = 0
+        self._published = self._skipped = 0
         self._began = time.time_ns() + round(link.clock_offset_s * 1e9)
         self._load()
         self.place = f"{link.controller}, {link.states}"
@@ -212,18 +212,21 @@ class ControllerManager:
         record = motors.measure()
         if record.number == self._published:
             return
+        if self._file.pace == "commands" and not any(self._values):
+            # a robot that waits for its first torque waits for a slow machine too
+            self._skipped += record.number - self._published - 1
         self._published = record.number
         # an update first reads, then writes what has come by then
-        found = [motor.state for motor in motors.motors]
+        states = [motor.state for motor in motors.motors]
         if self._file.pace != "commands":
             self._apply(motors)
         if STOPPED in self._faults:
             return
         message = JointState()
-        stamp = self._began + record.number * self._file.period_us * 1000
+        stamp = self._began + (record.number - self._skipped) * self._file.period_us * 1000
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 1_000_000_000)
         values = {name: (math.nan, math.nan, math.nan) for name in OTHER_JOINTS}
-        for motor, state in zip(motors.motors, found, strict=True):
+        for motor, state in zip(motors.motors, states, strict=True):
             values[self._link.joints[motor.facts.id]] = (
                 math.nan if motor.fault == NOT_FINITE else state.position,
                 state.velocity if self._link.velocities else math.nan,

@@ -10,7 +10,6 @@ import re
 import socket
 from collections.abc import Coroutine, Iterator
 from contextlib import ExitStack, suppress
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -27,8 +26,6 @@ from fivebar_live.commands import Command, CommandRefused, read_command
 from fivebar_live.page import live_page, live_scene
 from fivebar_live.samples import COLUMNS, JointStateSample, Messages, row, thinned
 from fivebar_live.server import LiveServer
-
-FAULTS_PAGE = Path(__file__).parents[4] / "docs/reference/graph.md"
 
 
 class Received(list[Command]):

@@ -23,6 +23,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.planning.motion_queue import Goal, read_goal
 from fivebar_control.planning.timing import Speed
+from fivebar_control.scenario.start import initial_joints
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.interface import JOINT_STATES, JOINTS, PAYLOAD
 from fivebar_description.robot_file import robot_path
@@ -205,7 +206,7 @@ def test_it_goes_on_only_where_the_platform_carries_nothing(
     scenario = load_scenario("gyro_middle")
     run = new_run_directory(tmp_path / "run", scenario)
     with BagWriter(run.bag, [JOINT_STATES, PAYLOAD]) as bag:
-        at_rest = serialize.joint_state(1, JOINTS, scenario.initial_joints(), (0.0,) * 4, (0.0,) * 4)
+        at_rest = serialize.joint_state(1, JOINTS, initial_joints(scenario), (0.0,) * 4, (0.0,) * 4)
         bag.write(JOINT_STATES, 1, at_rest)
         for moment, payload in enumerate(payloads):
             bag.write(PAYLOAD, 2 + moment, serialize.float64(payload))

@@ -10,7 +10,7 @@ import pytest
 
 from fivebar_bringup.motions import planner_with_odds
 from fivebar_bringup.motions.planner_with_odds import PlannerWithOdds, planner_of
-from fivebar_bringup.odds import likely
+from fivebar_bringup.odds import alternatives
 from fivebar_bringup.odds.trials import ROBOTS, trials_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.planning.alternative_courses import chart_for
@@ -98,7 +98,7 @@ def test_a_refusal_for_want_of_time_is_not_kept(monkeypatch: pytest.MonkeyPatch)
         return found
 
     with monkeypatch.context() as cut:
-        cut.setattr(likely, "trials_of", first_tried)
+        cut.setattr(alternatives, "trials_of", first_tried)
         refused = hurried.plan(request).refused
     assert refused.endswith("expected at least 90% (risk.success), and no time was left to try others (risk.odds_time)")
     # the same request, with time

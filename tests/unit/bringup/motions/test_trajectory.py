@@ -104,9 +104,9 @@ def test_a_slow_crossing_is_refused_with_its_row_and_made_at_another_pace(tmp_pa
     with at_another_pace(request) as quicker:
         likely = plan_likely(quicker)
         run = new_run_directory(tmp_path / "run", likely.scenario)
-        path = likely.transfer.plan.path
+        path = likely.motion.plan.path
         assert path.duration < 5.0
-        assert len(likely.transfer.crossings) == 2
+        assert len(likely.motion.crossings) == 2
         assert all(abs(path.at(0.01 * n * path.duration).x) < 1e-9 for n in range(101))
     assert not Path(quicker.trajectory).exists()
     assert RunDirectory(run.path).read_scenario().durations() == (path.duration,)

@@ -9,8 +9,9 @@ from types import SimpleNamespace
 import pytest
 
 from fivebar_bringup.odds import alternatives, choice
-from fivebar_bringup.odds.alternatives import Alternatives, Candidate, best_of_all
+from fivebar_bringup.odds.alternatives import Alternatives, best_of_all
 from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.planned_motion import PlannedMotion
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
 from fivebar_bringup.odds.trials import LAST_ROBOTS, OTHER_ROBOTS, ROBOTS, Trials
 from fivebar_bringup.scenario import Scenario
@@ -22,7 +23,7 @@ START, GOAL = (0.0, 0.15), (0.0, 0.02)
 ROUND = Course((START, (0.03, 0.1), (0.03, 0.05), GOAL), (0.0, 0.0), QUINTIC)
 
 
-def motion(timed: TimedCourse) -> Candidate[str]:
+def motion(timed: TimedCourse) -> PlannedMotion[str]:
     course, durations = timed
     content = {
         "name": "motion",
@@ -31,10 +32,10 @@ def motion(timed: TimedCourse) -> Candidate[str]:
         "segment_duration": durations,
         "time_law": course.time_law,
     }
-    return Candidate(course.time_law, Scenario.model_validate(content))
+    return PlannedMotion(course.time_law, Scenario.model_validate(content))
 
 
-def straight(duration: float, time_law: str = QUINTIC) -> Candidate[str]:
+def straight(duration: float, time_law: str = QUINTIC) -> PlannedMotion[str]:
     return motion(TimedCourse(Course((START, GOAL), (), time_law), (duration,)))
 
 

@@ -19,6 +19,7 @@ from fivebar_bringup.odds import choice, relief
 from fivebar_bringup.odds.choice import likeliest
 from fivebar_bringup.odds.misfit_limits import sound_maxima
 from fivebar_bringup.odds.odds import Odds
+from fivebar_bringup.odds.planned_motion import PlannedMotion
 from fivebar_bringup.odds.relief import most_relieved, reliefs
 from fivebar_bringup.odds.robot_errors import (
     ASSUMED,
@@ -186,8 +187,8 @@ def test_the_likeliest_motion_is_found_and_judged_by_robots_that_had_no_part_in_
         return Trials(Odds(made, len(numbers)), made * duration)
 
     monkeypatch.setattr(choice, "trials_of", trials_of)
-    motions = [slow(segment_duration=float(duration)) for duration in (2, 5, 9, 8, 1, 4)]
-    found = likeliest(motions, lambda motion: motion, NO_ERRORS, 1)
+    motions = [PlannedMotion(duration, slow(segment_duration=float(duration))) for duration in (2, 5, 9, 8, 1, 4)]
+    found = likeliest(motions, NO_ERRORS, 1)
     assert found is not None
     assert found.motion is motions[2]
     assert tried[-1] == (9.0, list(range(ROBOTS, 2 * ROBOTS)))
@@ -195,7 +196,7 @@ def test_the_likeliest_motion_is_found_and_judged_by_robots_that_had_no_part_in_
     # those that can be told to be worse by few robots are tried on few
     of_the_worst = [number for duration, numbers in tried if duration == 1.0 for number in numbers]
     assert len(of_the_worst) == choice.FIRST_ROBOTS
-    assert likeliest([], lambda motion: motion, NO_ERRORS, 1) is None
+    assert likeliest([], NO_ERRORS, 1) is None
 
 
 @pytest.mark.parametrize("failed", [range(24, 33), range(39, 48)])

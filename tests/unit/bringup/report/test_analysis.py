@@ -19,13 +19,13 @@ from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.errors import BagError
 from fivebar_bringup.recorded.outcome import RunOutcome, outcome_of
 from fivebar_bringup.recorded.series import RunSeries, read_series
-from fivebar_bringup.recorded.summary import CycleTime, PlannedCrossing, Summary, peak, rms, summarize
+from fivebar_bringup.recorded.summary import CycleTime, PlannedCrossing, Summary, summarize
 from fivebar_bringup.recorded.timing import RunTiming, read_timing
 from fivebar_bringup.report.outcome_words import outcome_details, outcome_rows
 from fivebar_bringup.report.page import html_page
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
-from fivebar_bringup.simulation.column_metrics import sign_changes
+from fivebar_bringup.simulation.column_metrics import peak, rms, sign_changes
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform

@@ -14,9 +14,11 @@ from fivebar_control.planning.order_planning import follower_of, task_of
 from fivebar_control.planning.orders import PlanningRequest
 from fivebar_control.safety.settings import EVERYWHERE, Area
 from fivebar_control.scenario.goal_conditions import conditions_of
+from fivebar_control.scenario.guard_settings import forbidden_postures
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.scenario.motion_limits import scenario_limits
 from fivebar_control.scenario.parameters import scenario_of
-from fivebar_control.scenario.sensors import sensing_of
+from fivebar_control.scenario.sensors import sensing_if_estimated
 from fivebar_control.trajectory.path_distance import PATH
 from fivebar_description.loads import Loads
 from fivebar_description.robot_file import read_robot
@@ -40,7 +42,7 @@ def test_they_are_what_the_scenario_declares() -> None:
     assert (conditions.robot, conditions.rate_hz) == (scenario.robot, scenario.rate_hz)
     assert conditions.error_tolerance == scenario.error_tolerance
     assert conditions.loads == Loads(tilt=0.02, push=0.3)
-    assert conditions.sensing == sensing_of(scenario)
+    assert conditions.sensing == sensing_if_estimated(scenario)
 
 
 def test_they_hold_what_stops_the_robot() -> None:
@@ -60,7 +62,7 @@ def test_they_hold_what_stops_the_robot() -> None:
 def test_they_have_the_controller_of_the_run(controller: str, changed: dict[str, Any]) -> None:
     scenario = load_scenario("unified_middle").model_copy(update={"controller": controller, **changed})
     conditions = conditions_of(scenario)
-    assert follower_of(conditions, read_robot(scenario.robot)) == scenario.tuned()
+    assert follower_of(conditions, read_robot(scenario.robot)) == tuned_controller(scenario)
 
 
 @pytest.mark.extra
@@ -98,11 +100,11 @@ def test_every_planner_has_the_limits_of_its_scenario() -> None:
         limits_for(case, scenario),
         limits_for(case._replace(encoder_counts=20_000), scenario),
     ):
-        assert (limits.workspace, limits.forbidden) == (area, scenario.kept_clear_of())
+        assert (limits.workspace, limits.forbidden) == (area, forbidden_postures(scenario))
         assert (limits.loads, limits.motor_speed) == (Loads(push=0.3), 20.0)
         assert (limits.predicted_error, limits.tracking_error, limits.error_tolerance) == (3e-4, 3e-4, 0.004)
         assert limits.judge == PATH
-    assert len(scenario.kept_clear_of()) == 1
+    assert len(forbidden_postures(scenario)) == 1
 
 
 def test_a_given_motion_that_cannot_be_predicted_keeps_the_limits_of_a_chosen_one() -> None:

@@ -23,6 +23,8 @@ from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.plan_sample import plan_sample
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.safety.guard import Guard
+from fivebar_control.scenario.law_settings import tuned_controller
+from fivebar_control.scenario.start import initial_joints
 from fivebar_description.interface import late_stamp_ns, moment_of_stamp
 from fivebar_sim.plant import Plant
 from fivebar_sim.sensors import ImuReading, ReadingQueue
@@ -31,9 +33,9 @@ from fivebar_sim.sensors import ImuReading, ReadingQueue
 def by_parts(scenario: Scenario, missing: Collection[int]) -> tuple[list[tuple[float, ...]], list[str]]:
     """Return the exact joint angles (rad) at each sample, and the faults, of a run with what the nodes are made of."""
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
-    plant = Plant(robot, scenario.initial_joints(), rate_hz, scenario.plant, scenario.imu)
+    plant = Plant(robot, initial_joints(scenario), rate_hz, scenario.plant, scenario.imu)
     queue: ReadingQueue[ImuReading] = ReadingQueue(scenario.imu, rate_hz, scenario.plant.seed)
-    estimator, (law,) = estimator_of(scenario), scenario.tuned().laws
+    estimator, (law,) = estimator_of(scenario), tuned_controller(scenario).laws
     runner = LawRunner(law, robot, plan, rate_hz)
     guard = Guard(robot, plan.mode, rate_hz, scenario.safety)
     positions, faults, command = [], [], ZERO

@@ -10,14 +10,16 @@ import pytest
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.predicted import predict_on_engine
 from fivebar_control.planning.predicted_run import PredictedRun, predict_run
+from fivebar_control.scenario.guard_settings import motor_torque_limit
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_sim.effects.settings import PlantSettings
 
 
 def both(scenario: Scenario, judge: str = TIMED) -> tuple[PredictedRun, PredictedRun]:
     robot, plan, rate_hz = scenario.five_bar(), scenario.plan(), scenario.rate_hz
-    limit = math.inf if scenario.torque_limit is None else scenario.torque_limit
-    asked = robot, plan, rate_hz, scenario.tuned(), limit
+    limit = math.inf if motor_torque_limit(scenario) is None else motor_torque_limit(scenario)
+    asked = robot, plan, rate_hz, tuned_controller(scenario), limit
     return predict_run(*asked, judge), predict_on_engine(scenario, *asked, judge)
 
 

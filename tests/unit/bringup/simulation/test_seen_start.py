@@ -15,6 +15,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.scenario.sensors import homing_of
+from fivebar_control.scenario.start import initial_joints
 from fivebar_description.camera import CameraSettings
 from fivebar_description.robot_file import load_robot
 from fivebar_description.strict_yaml import InputError
@@ -50,7 +51,7 @@ def test_a_motion_is_planned_from_where_the_camera_sees_the_robot(tmp_path: Path
     assert scenario.working_mode == (1, -1)
     assert homing_of(scenario).assembly == -1
     # the simulated robot stands where it did, not where it is thought to be
-    assert scenario.initial_joints() == inverse_geometry(load_robot("dextar"), (1, -1), -0.02, 0.03)
+    assert initial_joints(scenario) == inverse_geometry(load_robot("dextar"), (1, -1), -0.02, 0.03)
     run = simulate(scenario)
     assert not run.faults
     assert len(run.samples) == 251

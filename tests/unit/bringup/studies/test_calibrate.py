@@ -155,7 +155,7 @@ def test_bags_that_cannot_serve(bag: Path, record: CalibrationRecord, tmp_path: 
     assert (code, "no crossing" in error) == (2, True)
     # without a gyroscope the turning points serve
     result = calibrate_bag(silent, "dextar", encoders_only=True)
-    assert result.found.gap_half_widths().max() < 3e-5
+    assert result.calibration.gap_half_widths().max() < 3e-5
     assert "gyro_bias" not in result.as_json()["parameters"]
 
 
@@ -167,7 +167,7 @@ def test_a_robot_led_by_hand_without_power_shows_its_elbow_gap(tmp_path: Path) -
     file.write_text(scenario.model_copy(update=path).to_yaml(), encoding="utf-8")
     run = tmp_path / "run"
     assert CliRunner().invoke(app, ["guide", str(file), "--out", str(run)]).exit_code == 0
-    found = calibrate_bag(run, encoders_only=True).found
+    found = calibrate_bag(run, encoders_only=True).calibration
     plant = scenario.plant
     errors = np.array([*plant.links[:6], plant.encoders.zero_1, plant.encoders.zero_2])
     gaps = np.array([-row @ errors for _, row in found.crossings])
@@ -239,6 +239,6 @@ def test_angles_that_are_wrapped_to_one_turn_calibrate_alike(
     write(tmp_path / "bag", record._replace(motors=(record.motors - middle) % (2.0 * np.pi) + middle))
     for encoders_only in (False, True):
         plain, wrapped = (
-            calibrate_bag(path, "dextar", encoders_only=encoders_only).found for path in (bag, tmp_path / "bag")
+            calibrate_bag(path, "dextar", encoders_only=encoders_only).calibration for path in (bag, tmp_path / "bag")
         )
         assert np.all(np.abs(wrapped.values - plain.values) < 1e-3 * plain.half_widths + 1e-12)

@@ -21,6 +21,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate, write_bag
 from fivebar_bringup.simulation.run_in_memory import RunInMemory
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.scenario.guard_settings import motor_torque_limit
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_studies.compare.cases import (
     AS_GIVEN,
@@ -67,9 +68,9 @@ def test_a_rig_replaces_the_plant_of_the_scenario_but_not_its_limits() -> None:
     plant = ComparisonCase(given, "ctc", 1.0, "wrong").scenario().plant
     assert (plant.torque_limit, plant.seed, plant.mass_scale, plant.friction_scale) == (3.0, 7, 1.1, 0.8)
     assert ComparisonCase(given, "ctc", 1.0, AS_GIVEN).scenario().plant == given.plant
-    assert ComparisonCase(given, "ctc", 1.0, "wrong", TIGHT_LIMIT).scenario().torque_limit == TIGHT_LIMIT
+    assert motor_torque_limit(ComparisonCase(given, "ctc", 1.0, "wrong", TIGHT_LIMIT).scenario()) == TIGHT_LIMIT
     modest = changed(plant={"torque_limit": 0.5})
-    assert ComparisonCase(modest, "ctc", 1.0, "ideal", TIGHT_LIMIT).scenario().torque_limit == 0.5
+    assert motor_torque_limit(ComparisonCase(modest, "ctc", 1.0, "ideal", TIGHT_LIMIT).scenario()) == 0.5
 
 
 def test_a_scenario_with_a_plant_of_its_own_is_one_more_rig() -> None:
@@ -87,8 +88,8 @@ def changed(**sections: object) -> Scenario:
 
 def test_what_is_run_under_the_tight_limit() -> None:
     extent = ComparisonExtent((MIDDLE,), ("unified", "ctc"), (0.5, 1.0), ("ideal", "realistic"))
-    assert len(extent.cases()) == 8
-    tight = extent.tight_cases()
+    assert len(extent.asked) == 8
+    tight = extent.tight
     assert {case.torque_limit for case in tight} == {TIGHT_LIMIT}
     asked = [(case.rig, case.duration) for case in tight if case.controller == "ctc"]
     assert asked == [("ideal", 0.5), ("ideal", 1.0), ("ideal", None), ("realistic", None)]
@@ -249,13 +250,13 @@ def test_the_screen_has_to_see_what_the_limit_does_not_save(
 def test_no_verdict_is_passed_on_what_cannot_be_run() -> None:
     """Neither an estimator in several working modes, nor a quickest pace there, nor less torque than drives have."""
     extent = ComparisonExtent((load_scenario("type1_working_mode"),), ("unified",), (1.0,))
-    assert {case.rig for case in extent.cases()} == {"ideal", "wrong"}
-    assert extent.tight_cases() == []
+    assert {case.rig for case in extent.asked} == {"ideal", "wrong"}
+    assert extent.tight == []
     weak = ComparisonExtent((changed(plant={"torque_limit": 0.5}),), ("unified",), (1.0,))
-    assert weak.tight_cases() == []
-    small = ComparisonExtent((load_scenario("motkin_middle"),), ("unified",), (1.0,)).tight_cases()
+    assert weak.tight == []
+    small = ComparisonExtent((load_scenario("motkin_middle"),), ("unified",), (1.0,)).tight
     assert [case.torque_limit for case in small] == [pytest.approx(0.035 / 0.55 * TIGHT_LIMIT)] * len(small) != []
-    assert ComparisonExtent((MIDDLE,), ("unified",), (1.0,)).tight_cases()
+    assert ComparisonExtent((MIDDLE,), ("unified",), (1.0,)).tight
 
 
 def test_a_rig_without_bounds_is_only_lost_where_a_run_fails() -> None:
@@ -400,7 +401,7 @@ def test_another_robot_makes_the_motion_in_proportion_and_is_judged_by_its_own_l
     belt = str(Path(__file__).parents[3] / "data" / "belt.yaml")
     given, size, torque = given_on("middle", belt), 0.16375 / 0.09, 0.5 * 8.0 / 0.55
     assert given.waypoints == tuple((pytest.approx(size * x), pytest.approx(size * y)) for x, y in MIDDLE.waypoints)
-    assert (given.torque_limit, given.error_tolerance) == (8.0, pytest.approx(size * MIDDLE.error_tolerance))
+    assert (motor_torque_limit(given), given.error_tolerance) == (8.0, pytest.approx(size * MIDDLE.error_tolerance))
     assert default_rigs(given)[: len(COMPARED_RIGS) + 1] == (*COMPARED_RIGS, f"robot:{belt}")
     on_encoders = ComparisonCase(given, "unified", 1.0, "encoders").scenario()
     assert on_encoders.plant.torque_quantum == pytest.approx(torque * 0.002)

@@ -93,7 +93,7 @@ def counted(folder: Path) -> RunDirectory:
 def errors(findings: IdentificationResult) -> tuple[float, float]:
     """Largest relative error of inertias, mass and Coulomb friction, and largest error of the offsets (Nm)."""
     true = np.array(parameter_values(load_robot(str(Path(findings.bag).parents[1] / "secret.yaml"))))
-    off = np.abs(findings.found.fit.values[:7] - true)
+    off = np.abs(findings.identification.fit.values[:7] - true)
     return float(np.max(off[:5] / true[:5])), float(np.max(off[5:]))
 
 
@@ -105,7 +105,7 @@ def test_exact_sensors_give_the_parameters_within_one_percent(exact: RunDirector
     assert offset < OFFSET_TOLERANCE
     # what it comes to is much less; this is the rounding of its own equations
     assert relative < 2e-4
-    assert findings.found.cutoffs.derivative_hz == 50.0
+    assert findings.identification.cutoffs.derivative_hz == 50.0
 
 
 @pytest.mark.extra
@@ -116,8 +116,8 @@ def test_encoders_of_20000_counts_give_them_within_three_percent(counted: RunDir
     assert offset < OFFSET_TOLERANCE
     assert relative < 0.005
     assert findings.encoder() == "20000 counts per revolution"
-    assert 10.0 < findings.found.cutoffs.derivative_hz < 30.0
-    assert findings.found.fit.condition < 5.0
+    assert 10.0 < findings.identification.cutoffs.derivative_hz < 30.0
+    assert findings.identification.fit.condition < 5.0
 
 
 @pytest.mark.extra
@@ -127,7 +127,7 @@ def test_scaled_parameters_of_a_scenario_come_back(tmp_path: Path) -> None:
     plant = scenario.plant._replace(mass_scale=1.3, inertia_scale=0.8, friction_scale=1.5)
     scenario = scenario.model_copy(update={"plant": plant})
     write_bag(simulate(scenario), scenario, tmp_path / "bag")
-    found = identify_bag(tmp_path / "bag", "dextar").found.fit.values[:7]
+    found = identify_bag(tmp_path / "bag", "dextar").identification.fit.values[:7]
     true = np.array(parameter_values(load_robot("dextar"))) * [0.8, 0.8, 1.3, 1.5, 1.5, 1.5, 1.5]
     assert found == pytest.approx(true, rel=0.005, abs=1e-3)
 
@@ -138,7 +138,7 @@ def test_the_written_file_tracks_better(folder: Path, exact: RunDirectory) -> No
     findings = identify_bag(exact.path)
     directory = write_identification(findings, folder / "written")
     robot = load_robot(str(directory.path / ROBOT_FILE))
-    assert parameter_values(robot) == pytest.approx(findings.found.fit.values[:7].tolist(), rel=1e-4, abs=1e-6)
+    assert parameter_values(robot) == pytest.approx(findings.identification.fit.values[:7].tolist(), rel=1e-4, abs=1e-6)
     assert robot.leg1._replace(inertia=0.0, coulomb=0.0, offset=0.0) == load_robot("dextar").leg1._replace(
         inertia=0.0, coulomb=0.0, offset=0.0
     )
@@ -331,7 +331,7 @@ def test_angles_that_are_wrapped_to_one_turn_identify_alike(
     exact: RunDirectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As by a tool whose cut lies within the motion, so that some angles are of another turn."""
-    plain, read = identify_bag(exact.path).found.fit.values, Recording.field
+    plain, read = identify_bag(exact.path).identification.fit.values, Recording.field
     jumps = []
 
     def wrapped(recording: Recording, topic: Topic, name: str) -> FloatArray:
@@ -343,7 +343,7 @@ def test_angles_that_are_wrapped_to_one_turn_identify_alike(
         return (values - middle) % (2.0 * np.pi) + middle
 
     monkeypatch.setattr(Recording, "field", wrapped)
-    assert identify_bag(exact.path).found.fit.values == pytest.approx(plain, rel=1e-9, abs=1e-9)
+    assert identify_bag(exact.path).identification.fit.values == pytest.approx(plain, rel=1e-9, abs=1e-9)
     assert len(jumps) == 2 and min(jumps) > 6.0
 
 

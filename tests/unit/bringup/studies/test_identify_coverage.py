@@ -131,7 +131,7 @@ def unmodelled(number: int) -> Scenario:
 
 
 def test_intervals_hold_the_truth_of_robots_that_are_more_than_the_model() -> None:
-    """In units of the command; the table of docs/identification.md."""
+    """In units of the command."""
     believed = load_robot("dextar")
     held, errors = [], []
     for number in range(UNMODELLED):

@@ -19,6 +19,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_control.laws.lqr import LqrSettings, linearised, lqr_gains
 from fivebar_control.model.geometry import workspace_margin
 from fivebar_control.model.state import Platform
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.trajectory.time_laws import OPTIMAL, QUINTIC
 from fivebar_description.robot_file import load_robot, read_robot, robot_path
 from fivebar_description.strict_yaml import InputError, validate
@@ -292,7 +293,7 @@ def test_only_the_blended_controllers_let_the_estimator_find_disturbances_quickl
 def test_what_stands_in_for_mpc_and_lqr_has_the_gains_that_the_rig_bears(rig: str, controller: str) -> None:
     case = draw(75, 4, rig)
     given = find_rig(rig).scenario["unified"]
-    used = case.with_effects(controller, {}).tuned().nominal.feedback
+    used = tuned_controller(case.with_effects(controller, {})).nominal.feedback
     assert (used.kp, used.kd, used.weight) == (given["kp"], given["kd"], given["weight"])
 
 
@@ -303,7 +304,7 @@ def test_the_regulator_is_as_soft_on_poor_transmissions_as_the_gains_of_unified(
     # at rest, far from the locus, where the regulator is that of a constant system
     rest = Platform(0.0, 0.15, 0.0, 0.0, 0.0, 0.0)
     stiffness = []
-    for settings in (LqrSettings(), scenario.tuned().nominal.settings):
+    for settings in (LqrSettings(), tuned_controller(scenario).nominal.settings):
         assert isinstance(settings, LqrSettings)
         gain = lqr_gains(robot, modes, [rest], 0.002, settings)[rest]
         here = linearised(robot, modes, rest, 0.002)

@@ -6,12 +6,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.ekf import as_vector
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at, seen_assembly
 from fivebar_control.estimation.late_reading import CAMERA, LateReading
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import assembly_mode, state_from_platform
 from fivebar_control.model.singularity import inverse_condition
@@ -25,7 +24,7 @@ DRIVES = Drives(encoder_counts=20_000)
 
 def estimator(**settings: float) -> StateEstimator:
     return StateEstimator(
-        ROBOT, homing_at(ROBOT, (1, -1), *PLACE), Instrumentation(RATE_HZ, DRIVES, EkfSettings(camera=True, **settings))
+        ROBOT, homing_at(ROBOT, (1, -1), *PLACE), Sensing(RATE_HZ, DRIVES, EkfSettings(camera=True, **settings))
     )
 
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fivebar_control.estimation import covariance as cov
-from fivebar_control.estimation.constants import Instrumentation, estimator_model
+from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.ekf import NO_ERRORS, Belief, as_vector, error_deviations, from_vector
 from fivebar_control.estimation.encoder import Angle
 from fivebar_control.estimation.estimator import StateEstimator
@@ -20,7 +20,7 @@ from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.late_reading import CAMERA, LateReading
 from fivebar_control.estimation.measurements import corrected, encoder_row, homed_belief
 from fivebar_control.estimation.platform_motion import leg_at_rest
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
 from fivebar_description.tolerances import Tolerances
@@ -54,7 +54,7 @@ def rested(robot: FiveBar, zero1: float, tolerances: Tolerances, fixes: int) -> 
     estimator = StateEstimator(
         robot,
         homing_at(robot, MODES, *PLACE),
-        Instrumentation(RATE_HZ, Drives(encoder_counts=20000), settings, tolerances),
+        Sensing(RATE_HZ, Drives(encoder_counts=20000), settings, tolerances),
     )
     for sample in range(10 * fixes + 1):
         seen = [LateReading(CAMERA, float(sample), *PLACE, 1e-9)] if sample % 10 == 5 else []
@@ -95,7 +95,7 @@ def test_of_several_errors_only_their_sum_is_shown(dextar: FiveBar) -> None:
 
 def test_the_encoders_alone_are_not_believed_about_themselves(dextar: FiveBar) -> None:
     model = estimator_model(
-        dextar, MODES, Instrumentation(RATE_HZ, Drives(20000), EkfSettings(), Tolerances(length=0.0003, zero=0.005))
+        dextar, MODES, Sensing(RATE_HZ, Drives(20000), EkfSettings(), Tolerances(length=0.0003, zero=0.005))
     )
     belief = homed_belief(model.filter, *PLACE, 1e-8)
     angles = inverse_geometry(dextar, MODES, *PLACE)

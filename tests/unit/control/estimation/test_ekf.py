@@ -11,7 +11,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario, replay
 from scipy.stats import chi2
 
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.constants import Instrumentation, estimator_model
+from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.covariance import CLOCK_ERROR, ERRORS, PASSIVE, SCALE, SIZE
 from fivebar_control.estimation.ekf import (
     NO_ERRORS,
@@ -37,7 +37,7 @@ from fivebar_control.estimation.platform_motion import (
     platform_acceleration,
 )
 from fivebar_control.estimation.readings import with_motors
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.laws.ctc import ctc_torque
 from fivebar_control.laws.reference import reference_from_platform
@@ -269,7 +269,7 @@ def test_the_filter_is_as_uncertain_as_it_says(dextar: FiveBar, gyro: bool) -> N
     settings, runs, looks = EkfSettings(gyro=gyro, gyro_bias_rate=0.02), 40, (30, 60, 90, 120)
     freedom = 7 if gyro else 6
     drives = Drives(encoder_counts=COUNTS)
-    model = estimator_model(dextar, MODES, Instrumentation(RATE_HZ, drives, settings, EXACTLY_KNOWN))
+    model = estimator_model(dextar, MODES, Sensing(RATE_HZ, drives, settings, EXACTLY_KNOWN))
     errors: dict[int, list[float]] = {look: [] for look in looks}
     for seed in range(runs):
         truth = Robot(dextar, settings, seed)

@@ -20,11 +20,10 @@ from scipy.stats import chi2
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_joints
 from fivebar_description.imu import ImuSettings
@@ -74,7 +73,7 @@ def errors_of(way: tuple[tuple[float, float], ...], seed: int, tolerances: Toler
     start = inverse_geometry(actual, MODES, *way[0])
     plant = Plant(actual, tuple(start), RATE_HZ, PlantSettings(encoder_counts=COUNTS, seed=seed), imu)
     home, drives = homing_at(nominal, MODES, *way[0]), Drives(encoder_counts=COUNTS)
-    estimator = StateEstimator(nominal, home, Instrumentation(RATE_HZ, drives, SETTINGS, tolerances))
+    estimator = StateEstimator(nominal, home, Sensing(RATE_HZ, drives, SETTINGS, tolerances))
     found = []
     for sample, torque in enumerate(torques(way)[: max(LOOKS[way]) + 1]):
         (q11, q21), applied = plant.measure().of_motors()

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_control.estimation.constants import EstimatorModel, Instrumentation, estimator_model
+from fivebar_control.estimation.constants import EstimatorModel, estimator_model
 from fivebar_control.estimation.ekf import Estimate
 from fivebar_control.estimation.gyroscope import with_rate
 from fivebar_control.estimation.history import keep_belief
 from fivebar_control.estimation.readings import EstimatorMemory, with_motors
-from fivebar_control.estimation.settings import EkfSettings
+from fivebar_control.estimation.settings import EkfSettings, Sensing
 from fivebar_control.estimation.step import first_update, next_update
 from fivebar_control.scenario.sensors import homing_of
 from fivebar_description.tolerances import Tolerances
@@ -80,7 +80,7 @@ def test_a_small_error_dies_out(gyro: bool, length: float) -> None:
     model = estimator_model(
         scenario.five_bar(),
         homing.mode,
-        Instrumentation(scenario.rate_hz, scenario.drives(), EkfSettings(gyro=gyro), Tolerances(length=length)),
+        Sensing(scenario.rate_hz, scenario.drives(), EkfSettings(gyro=gyro), Tolerances(length=length)),
     )
     without, with_it = (estimates(model, run, homing.assembly, gyro, perturbed) for perturbed in (False, True))
     differences = np.abs(motions(with_it) - motions(without))

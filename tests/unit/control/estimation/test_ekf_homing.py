@@ -9,12 +9,11 @@ from contextlib import nullcontext
 import pytest
 from scipy.optimize import brentq
 
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.ekf import NO_ERRORS, Estimate, FilterModel, advanced, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import MIN_HOMING_KAPPA, Homing, HomingContradicted, homing_at
 from fivebar_control.estimation.readings import LONGEST_GAP
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
@@ -33,7 +32,7 @@ def estimator(
     misfit_limit: float = EkfSettings().misfit_limit,
 ) -> StateEstimator:
     settings = EkfSettings(misfit_limit=misfit_limit)
-    return StateEstimator(robot, homing, Instrumentation(RATE_HZ, drives if drives is not None else Drives(), settings))
+    return StateEstimator(robot, homing, Sensing(RATE_HZ, drives if drives is not None else Drives(), settings))
 
 
 def believed(robot: FiveBar) -> FilterModel:

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from fivebar_control.estimation.compiled_estimator import CompiledEstimator
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import JointEstimate, StateEstimator
 from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.late_reading import CAMERA, GYROSCOPE, PASSIVE, LateReading
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.robot_file import load_robot
 from fivebar_description.sensors import PassiveEncoder
@@ -26,7 +25,7 @@ Q = inverse_geometry(ROBOT, (1, -1), *PLACE)
 
 def estimator(settings: EkfSettings | None = None, drives: Drives | None = None, rate_hz: int = 500) -> StateEstimator:
     homing = homing_at(ROBOT, (1, -1), *PLACE)
-    return StateEstimator(ROBOT, homing, Instrumentation(rate_hz, drives or Drives(), settings or EkfSettings()))
+    return StateEstimator(ROBOT, homing, Sensing(rate_hz, drives or Drives(), settings or EkfSettings()))
 
 
 def taken(one: StateEstimator, sample: int, readings: Sequence[LateReading] = ()) -> JointEstimate:
@@ -217,7 +216,7 @@ def test_a_robot_that_is_lost_for_good_is_answered_whatever_its_sensors_still_re
     """A stopped robot falls through Type 1, where the filter has no numbers left, and its late sensors go on."""
     settings = EkfSettings(gyro=True, camera=True, misfit_limit=1e9)
     homing, encoder = homing_at(ROBOT, (1, -1), *PLACE), PassiveEncoder(2, None)
-    instruments = Instrumentation(500, Drives(), settings, Tolerances(length=2e-4), encoder)
+    instruments = Sensing(500, Drives(), settings, Tolerances(length=2e-4), encoder)
     one = kind(ROBOT, homing, instruments)
     for sample in range(300):
         read_before = max(0, sample - 2)
@@ -237,7 +236,7 @@ def test_readings_of_a_passive_joint_are_used_in_the_turn_of_the_one_before() ->
     def answers(turns: float, read: bool) -> list[JointEstimate]:
         homing = homing_at(ROBOT, (1, -1), *PLACE)
         one = StateEstimator(
-            ROBOT, homing, Instrumentation(500, Drives(), EkfSettings(), Tolerances(), PassiveEncoder(2, 20000))
+            ROBOT, homing, Sensing(500, Drives(), EkfSettings(), Tolerances(), PassiveEncoder(2, 20000))
         )
         found = []
         for sample in range(12):

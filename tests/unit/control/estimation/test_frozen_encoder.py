@@ -10,7 +10,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_control.estimation.constants import Instrumentation, estimator_model
+from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.ekf import Estimate
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.fault_numbers import (
@@ -35,7 +35,7 @@ from fivebar_control.estimation.frozen import (
     nothing_read,
 )
 from fivebar_control.estimation.gyro_watch import not_used, unheard, used, waited
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.scenario.sensors import homing_of
@@ -61,7 +61,7 @@ class Watch:
 
     def __init__(self, robot: FiveBar, count: float = COUNT, tolerances: Tolerances = EXACT, play: float = 0.0) -> None:
         drives, settings = Drives(round(math.tau / count)), EkfSettings(play=play)
-        self.model = estimator_model(robot, (1, -1), Instrumentation(100, drives, settings, tolerances))
+        self.model = estimator_model(robot, (1, -1), Sensing(100, drives, settings, tolerances))
         self.memory = nothing_read()
 
     def named(self, readings: tuple[float, float], x: float, y: float, gap: bool = False, coasts: bool = False) -> int:
@@ -163,7 +163,7 @@ def test_an_inconsistent_estimate_waits_while_a_reading_is_repeated(dextar: Five
 
 @pytest.mark.parametrize(("torque", "named"), [(None, True), (2.0, True), (8.0, False)])
 def test_a_motor_with_strong_drives_may_have_stopped(dextar: FiveBar, torque: float | None, named: bool) -> None:
-    model = estimator_model(dextar, (1, -1), Instrumentation(100, Drives(20000, 1, torque), EkfSettings()))
+    model = estimator_model(dextar, (1, -1), Sensing(100, Drives(20000, 1, torque), EkfSettings()))
     assert (named_motor(model, stays(FEWEST, 0.4), inconsistent=True) == 1) is named
     assert named_motor(model, stays(SURE, 0.4), inconsistent=True) == 1
 
@@ -171,13 +171,13 @@ def test_a_motor_with_strong_drives_may_have_stopped(dextar: FiveBar, torque: fl
 def test_how_hard_a_motor_may_be_braked_follows_from_its_own_leg(dextar: FiveBar) -> None:
     legs = dextar.leg1._replace(inertia=2e-3, coulomb=0.1), dextar.leg2._replace(inertia=4e-3, coulomb=0.3)
     robot = dextar._replace(leg1=legs[0], leg2=legs[1])
-    model = estimator_model(robot, (1, -1), Instrumentation(100, Drives(20000, 1, 8.0), EkfSettings()))
+    model = estimator_model(robot, (1, -1), Sensing(100, Drives(20000, 1, 8.0), EkfSettings()))
     assert hardest_braking(model, 1, FEWEST) == pytest.approx(8.1 / 2e-3)
     assert hardest_braking(model, 2, FEWEST) == pytest.approx(8.3 / 4e-3)
 
 
 def test_what_keeps_the_gyroscope_from_being_used_comes_before_what_follows_from_it(dextar: FiveBar) -> None:
-    model = estimator_model(dextar, (1, -1), Instrumentation(100, Drives(20000), EkfSettings(gyro=True)))
+    model = estimator_model(dextar, (1, -1), Sensing(100, Drives(20000), EkfSettings(gyro=True)))
     repeated = unheard()
     for rate in (0.1, 0.2, 0.35):
         assert named_fault(model, ESTIMATE_INCONSISTENT, nothing_read(), repeated).trip in (
@@ -212,7 +212,7 @@ def test_a_frozen_reading_is_noticed(crossing: tuple[Scenario, OfflineRun], firs
     """The reference is on the locus at sample 50, where the motors turn round; they move on both sides of it."""
     scenario, run = crossing
     estimator = StateEstimator(
-        scenario.five_bar(), homing_of(scenario), Instrumentation(scenario.rate_hz, scenario.drives(), scenario.ekf)
+        scenario.five_bar(), homing_of(scenario), Sensing(scenario.rate_hz, scenario.drives(), scenario.ekf)
     )
     frozen = None
     for sample in run.samples:
@@ -248,7 +248,7 @@ def test_the_commanded_torque_decides(crossing: tuple[Scenario, OfflineRun], coa
     """Two readings that stay from a sample on are of a robot at rest if the guard has taken the torque before."""
     scenario, run = crossing
     estimator = StateEstimator(
-        scenario.five_bar(), homing_of(scenario), Instrumentation(scenario.rate_hz, scenario.drives(), scenario.ekf)
+        scenario.five_bar(), homing_of(scenario), Sensing(scenario.rate_hz, scenario.drives(), scenario.ekf)
     )
     stands = 35
     for sample in run.samples[: stands + FEWEST + 2]:

@@ -8,7 +8,6 @@ import math
 import pytest
 from estimator_at_rest import ANGLES, HOME, RATE_HZ, ROBOT
 
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.fault_numbers import GYROSCOPE_FROZEN, TRIP_NAMES
 from fivebar_control.estimation.gyro_watch import (
@@ -22,7 +21,7 @@ from fivebar_control.estimation.gyro_watch import (
 )
 from fivebar_control.estimation.homing import Homing
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.safety.stages import NO_FAULT
 
 TIMEOUT = round(EkfSettings().gyro_timeout * RATE_HZ)
@@ -34,7 +33,7 @@ OLD, NONE, AT_END, AHEAD = -30.0, None, math.inf, 30.0
 def fault_of(readings: dict[range, float | None], samples: int, settings: EkfSettings | None = None) -> str:
     """Return the first fault of a robot at rest whose readings are so in some samples, else sound, and when."""
     settings = EkfSettings(gyro=True) if settings is None else settings
-    estimator = StateEstimator(ROBOT, Homing(*HOME, (1, -1), 1), Instrumentation(RATE_HZ, Drives(), settings))
+    estimator = StateEstimator(ROBOT, Homing(*HOME, (1, -1), 1), Sensing(RATE_HZ, Drives(), settings))
     for sample in range(samples):
         kind = next((kind for span, kind in readings.items() if sample in span), 0.0)
         rates = [] if kind is None else [(sample, kind) if math.isinf(kind) else (sample + kind, 0.001 * (sample % 7))]

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.covariance import CLOCK_ERROR, PASSIVE
 from fivebar_control.estimation.ekf import Belief, Estimate, advanced, as_vector, filter_model
 from fivebar_control.estimation.estimator import StateEstimator
@@ -18,7 +17,7 @@ from fivebar_control.estimation.homing import homing_at
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.estimation.late_reading import PASSIVE as PASSIVE_JOINT
 from fivebar_control.estimation.platform_motion import leg_motion
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.parameters import FiveBar
 from fivebar_description.robot_file import load_robot
@@ -79,9 +78,7 @@ def estimated(
     """Return the belief after the last sample, with the gyroscope's readings that arrive at each."""
     drives, settings = Drives(encoder_counts=counts), EkfSettings(gyro=True, gyro_clock=clock, gyro_timeout=math.inf)
     encoder, sensors = PassiveEncoder(2 if elbows else 0, None), KnownSensors(imu_clock=known)
-    estimator = StateEstimator(
-        load_robot(), HOME, Instrumentation(RATE_HZ, drives, settings, TOLERANCES, encoder, sensors)
-    )
+    estimator = StateEstimator(load_robot(), HOME, Sensing(RATE_HZ, drives, settings, TOLERANCES, encoder, sensors))
     missing = set(left_out)
     for sample in range(last + 1):
         if sample not in missing:
@@ -242,7 +239,7 @@ def test_every_late_reading_counts_for_whether_they_agree(exact: Readings) -> No
 
     def after(readings: int) -> StateEstimator:
         settings = EkfSettings(gyro=True, gyro_timeout=math.inf)
-        estimator = StateEstimator(load_robot(), HOME, Instrumentation(RATE_HZ, Drives(), settings, TOLERANCES))
+        estimator = StateEstimator(load_robot(), HOME, Sensing(RATE_HZ, Drives(), settings, TOLERANCES))
         for sample in range(SAMPLES):
             made = range(SAMPLES - readings, SAMPLES) if sample == LAST else ()
             rates = [LateReading(GYROSCOPE, number, exact.rates[number] + 0.3 * (-1) ** number) for number in made]

@@ -11,8 +11,8 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
 from fivebar_control.estimation.compiled_estimator import CompiledEstimator
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
+from fivebar_control.estimation.settings import Sensing
 from fivebar_control.scenario.sensors import homing_of
 
 EVERY = 8
@@ -43,7 +43,7 @@ def crossing() -> tuple[Scenario, list[Reading]]:
 def fault_of(scenario: Scenario, readings: dict[int, Reading]) -> tuple[int, str]:
     """Return the sample and the name of the estimator's first fault, (-1, "") for none."""
     estimator = StateEstimator(
-        scenario.five_bar(), homing_of(scenario), Instrumentation(scenario.rate_hz, scenario.drives(), scenario.ekf)
+        scenario.five_bar(), homing_of(scenario), Sensing(scenario.rate_hz, scenario.drives(), scenario.ekf)
     )
     for number, (angles, torques, command) in readings.items():
         estimator.take(number, *angles, *torques)
@@ -87,7 +87,7 @@ def test_a_slipped_encoder_is_a_contradiction(crossing: tuple[Scenario, list[Rea
 def test_machine_code_estimates_the_same(crossing: tuple[Scenario, list[Reading]]) -> None:
     """Over gaps as well, to the last bit."""
     scenario, complete = crossing
-    instruments = Instrumentation(scenario.rate_hz, scenario.drives(), scenario.ekf)
+    instruments = Sensing(scenario.rate_hz, scenario.drives(), scenario.ekf)
     readings = with_missing(complete[:60], 0, False)
     told = []
     for kind in (StateEstimator, CompiledEstimator):

@@ -7,12 +7,11 @@ import math
 
 import pytest
 
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import HomingContradicted, homing_at
 from fivebar_control.estimation.late_reading import CAMERA, LateReading
 from fivebar_control.estimation.resting import REST_TIME, MotorReading, Resting
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.robot_file import load_robot
 
@@ -105,7 +104,7 @@ def test_an_estimator_that_has_lost_the_robot_begins_again_elsewhere() -> None:
     one = StateEstimator(
         ROBOT,
         homing_at(ROBOT, (1, -1), *ABOVE),
-        Instrumentation(RATE_HZ, Drives(20000, 1), EkfSettings(camera=True, seen_start=True)),
+        Sensing(RATE_HZ, Drives(20000, 1), EkfSettings(camera=True, seen_start=True)),
     )
     above, below = (inverse_geometry(ROBOT, (1, -1), *place) for place in (ABOVE, BELOW))
     one.take(0, above.q11, above.q21, 0.0, 0.0, [LateReading(CAMERA, 0.0, *ABOVE, 1e-5)])

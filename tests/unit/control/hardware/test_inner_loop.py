@@ -69,6 +69,22 @@ def test_it_fades_with_the_zone_of_the_supervisor_and_is_zero_on_the_locus() -> 
     assert target(0.5, 0.12) is None
 
 
+@pytest.mark.parametrize("turns", [(0, 0), (1, 0), (-1, 2)])
+def test_the_target_is_on_the_turn_on_which_the_motor_is(turns: tuple[int, int]) -> None:
+    # the left crank points to the left here, where its angle in the reference jumps from -pi to pi
+    angles = []
+    for x in (-0.047, -0.049, -0.051, -0.053):
+        state = state_from_platform(ROBOT, (1, -1), x, 0.08, 0.0, 0.0)
+        angles.append(state.leg1.q1)
+        position = list(joints_of(state))[:4]
+        for number, turn in enumerate(turns):
+            position[2 * number] += 0.01 + turn * math.tau
+        found = LoopTargets(board(stiffness=1.0).inner_loop, 2000).target((x, 0.08, 0.0, 0.0), position, STILL)
+        assert found is not None
+        assert found.positions == pytest.approx([motor - 0.01 for motor in position[::2]])
+    assert max(angles) - min(angles) > 6.0
+
+
 @pytest.mark.parametrize("current", [0.0, 1.5, -1.9])
 @pytest.mark.parametrize("error", [1e-3, -3e-2, 0.8, -2.0])
 def test_the_sum_of_all_currents_keeps_the_limit_and_the_loop_its_share(current: float, error: float) -> None:

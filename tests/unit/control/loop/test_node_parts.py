@@ -19,6 +19,8 @@ from fivebar_control.loop.node_parts import JointValues, LawPart, PlannedValues
 from fivebar_control.loop.part_choice import guard_part, law_part, supervisor_part
 from fivebar_control.loop.plain_law import PlainLaw
 from fivebar_control.loop.plan_sample import planned_references
+from fivebar_control.scenario.guard_settings import guard_settings
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_description.parameters import laden
 
 LOST, LADEN, AGAIN = 40, 80, 120
@@ -52,7 +54,7 @@ def exact(*parts: Any) -> list[str]:
 def laws_of(scenario: Scenario, compiled: bool) -> list[LawPart]:
     """The laws of a scenario in their nodes."""
     robot, plan = scenario.five_bar(), scenario.plan()
-    tuned = scenario.tuned().laws
+    tuned = tuned_controller(scenario).laws
     return [law_part(one, compiled, robot, plan, scenario.rate_hz, scenario.lead_samples) for one in tuned]
 
 
@@ -63,7 +65,7 @@ def test_the_nodes_answers_are_those_of_a_run(name: str) -> None:
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
     supervisor = supervisor_part(False)(robot, plan, rate_hz, lead, scenario.scheme().weighting)
     nominal, constraint = laws_of(scenario, compiled=False)
-    guard = guard_part(False)(robot, scenario.working_mode, rate_hz, scenario.safety_settings())
+    guard = guard_part(False)(robot, scenario.working_mode, rate_hz, guard_settings(scenario))
     samples = simulate(scenario).samples
     for one in samples:
         x, y, vx, vy, ax, ay = one.reference
@@ -94,7 +96,7 @@ def test_machine_code_answers_as_the_interpreter_does_to_the_last_bit(name: str,
     """Over a lost sample, a payload, another motion, and a fault of the guard with the robot braked after it."""
     scenario = load_scenario(name).model_copy(update=changes)
     robot, plan, rate_hz, lead = scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples
-    weighting, safety, modes = scenario.scheme().weighting, scenario.safety_settings(), scenario.working_mode
+    weighting, safety, modes = scenario.scheme().weighting, guard_settings(scenario), scenario.working_mode
     both = False, True
     supervisors = [supervisor_part(compiled)(robot, plan, rate_hz, lead, weighting) for compiled in both]
     laws = [laws_of(scenario, compiled) for compiled in both]

@@ -5,10 +5,9 @@ from __future__ import annotations
 
 import pytest
 
-from fivebar_control.estimation.constants import Instrumentation
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
-from fivebar_control.estimation.settings import Drives, EkfSettings
+from fivebar_control.estimation.settings import Drives, EkfSettings, Sensing
 from fivebar_control.laws.registry import CONTROLLERS, default_tuning
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.plan_sample import planned_references
@@ -50,9 +49,7 @@ def test_the_guard_and_the_estimator_know_of_it(dextar: FiveBar) -> None:
     q11, _, q21, _ = inverse_geometry(dextar, (1, -1), 0.0, 0.13)
     estimates = []
     for robot, carried in ((dextar, heavy), (heavy, heavy), (dextar, dextar)):
-        estimator = StateEstimator(
-            robot, homing_at(dextar, (1, -1), 0.0, 0.13), Instrumentation(RATE, Drives(), EkfSettings())
-        )
+        estimator = StateEstimator(robot, homing_at(dextar, (1, -1), 0.0, 0.13), Sensing(RATE, Drives(), EkfSettings()))
         estimator.carry(carried)
         estimator.take(0, q11, q21, 0.0, 0.0)
         estimates.append(estimator.take(1, q11, q21, 0.8, -0.5))

@@ -130,11 +130,10 @@ def test_the_worth_of_an_estimate(
 ) -> None:
     predicted = predict_run(dextar, plan, RATE_HZ, FOLLOWER, 2.0)
     settings = EkfSettings(gyro=True, camera=True)
-    sensing = Sensing(
-        Drives(20_000), settings, Tolerances(length=2e-4, zero=1e-3), 2, PassiveEncoder(1, 20_000), camera_every=10
-    )
-    found = predict_estimate(dextar, plan, RATE_HZ, sensing, predicted, judge)
-    plain = plainly(lambda: predict_estimate(dextar, plan, RATE_HZ, sensing, predicted, judge))
+    tolerances, encoder = Tolerances(length=2e-4, zero=1e-3), PassiveEncoder(1, 20_000)
+    sensing = Sensing(RATE_HZ, Drives(20_000), settings, tolerances, encoder, gyro_every=2, camera_every=10)
+    found = predict_estimate(dextar, plan, sensing, predicted, judge)
+    plain = plainly(lambda: predict_estimate(dextar, plan, sensing, predicted, judge))
     # matrix products may come from two libraries
     assert np.array(found.mirror) == pytest.approx(np.array(plain.mirror), rel=1e-9)
     assert np.array(found.position) == pytest.approx(np.array(plain.position), rel=1e-9)

@@ -24,6 +24,7 @@ from fivebar_control.planning.pacing import Task, longest_within, slowest_pace
 from fivebar_control.planning.passage import LOST, displacement
 from fivebar_control.planning.risk import Risk
 from fivebar_control.planning.transfer import Transfer, TransferRefused, plan_transfer
+from fivebar_control.scenario.law_settings import tuned_controller
 from fivebar_control.trajectory.desired import desired_at
 from fivebar_control.trajectory.path_distance import PATH, TIMED, judged_distance
 from fivebar_control.trajectory.planner import PlanRefused
@@ -100,7 +101,7 @@ def test_the_displacement_is_that_of_the_other_plant(
     duration: float, push: float, within: float, time_law: str
 ) -> None:
     scenario, loads = slow(segment_duration=duration, time_law=time_law), BORNE._replace(push=push)
-    predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, loads)
+    predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, tuned_controller(scenario), 2.0, loads)
     assert predicted.value == pytest.approx(worst_error(scenario, loads), rel=within)
     assert predicted.time == scenario.plan().crossings[0].time
 
@@ -111,7 +112,7 @@ def test_the_displacement_is_that_of_the_other_plant(
 def test_a_law_that_looks_ahead_is_moved_about_as_far_as_its_fallback(controller: str, push: float) -> None:
     """The predicted displacement of the fallback law is above the simulated one of the law, by less than a half."""
     scenario, loads = slow(segment_duration=1.0, controller=controller), BORNE._replace(push=push)
-    predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, loads).value
+    predicted = displacement(ROBOT, scenario.plan(), scenario.rate_hz, tuned_controller(scenario), 2.0, loads).value
     found = worst_error(scenario, loads)
     assert found < predicted < 1.5 * found
 
@@ -124,7 +125,7 @@ def test_by_the_path_only_the_displacement_beside_it_counts(
 ) -> None:
     scenario = slow(segment_duration=0.5, waypoints=waypoints, judge=PATH)
     timed, by_path = (
-        displacement(ROBOT, scenario.plan(), scenario.rate_hz, scenario.tuned(), 2.0, BORNE, judge).value
+        displacement(ROBOT, scenario.plan(), scenario.rate_hz, tuned_controller(scenario), 2.0, BORNE, judge).value
         for judge in (TIMED, PATH)
     )
     assert by_path < 0.8 * timed
@@ -139,14 +140,15 @@ def test_where_the_reference_takes_all_torque_nothing_is_left_for_a_load() -> No
     limit = 1.7
     scenario = slow(segment_duration=0.27, plant={"torque_limit": limit}, safety={"torque_limit": limit})
     alone, loads = Loads(passive=1e-9), BORNE._replace(push=1.0)
-    moved = [displacement(ROBOT, scenario.plan(), 500, scenario.tuned(), limit, one).value for one in (alone, loads)]
+    plan, tuned = scenario.plan(), tuned_controller(scenario)
+    moved = [displacement(ROBOT, plan, 500, tuned, limit, one).value for one in (alone, loads)]
     assert moved == pytest.approx([worst_error(scenario, one) for one in (alone, loads)], rel=0.1)
 
 
 def test_an_undefined_response_has_lost_the_platform() -> None:
     """As where the platform is displaced out of the legs' reach."""
     scenario = slow()
-    undefined = displacement(ROBOT, scenario.plan(), 500, scenario.tuned(), 2.0, Loads(passive=math.nan))
+    undefined = displacement(ROBOT, scenario.plan(), 500, tuned_controller(scenario), 2.0, Loads(passive=math.nan))
     assert undefined.value == LOST
 
 
@@ -154,9 +156,9 @@ def test_a_response_ends_with_the_working_mode(monkeypatch: pytest.MonkeyPatch) 
     """A passage through Type 1 follows the second crossing; in its other working mode a place is another state."""
     scenario = load_scenario("type2_and_type1")
     plan = scenario.plan()
-    one = displacement(ROBOT, plan, scenario.rate_hz, scenario.tuned(), 2.0, BORNE)
+    one = displacement(ROBOT, plan, scenario.rate_hz, tuned_controller(scenario), 2.0, BORNE)
     monkeypatch.setattr("fivebar_control.planning.passage.AFTER", 1.0)
-    assert displacement(ROBOT, plan, scenario.rate_hz, scenario.tuned(), 2.0, BORNE).value == one.value
+    assert displacement(ROBOT, plan, scenario.rate_hz, tuned_controller(scenario), 2.0, BORNE).value == one.value
     assert one.time == plan.crossings[1].time
 
 

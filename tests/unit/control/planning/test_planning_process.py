@@ -172,7 +172,7 @@ def test_an_error_of_the_planner_refuses_the_request(started: PlanningProcess) -
 
 
 def test_a_request_that_the_tolerances_do_not_allow_is_refused_with_what_would() -> None:
-    sensing = Sensing(Drives(encoder_counts=20_000), EkfSettings(), Tolerances(length=4e-4))
+    sensing = Sensing(500, Drives(encoder_counts=20_000), EkfSettings(), Tolerances(length=4e-4))
     order = PlanningRequest((0.0, 0.12), (1, -1), (0.0, 0.05), 0, 0.8)
     conditions = CONDITIONS._replace(rate_hz=500, sensing=sensing)
     refused = plan_order(conditions, order).refused

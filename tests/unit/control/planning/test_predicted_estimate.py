@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fivebar_control.estimation.constants import Instrumentation, estimator_model
+from fivebar_control.estimation.constants import estimator_model
 from fivebar_control.estimation.encoder import angle_variance, next_angle, repetitions
 from fivebar_control.estimation.estimator import StateEstimator
 from fivebar_control.estimation.homing import homing_at
@@ -25,7 +25,7 @@ from fivebar_control.trajectory.path_distance import PATH, TIMED
 from fivebar_control.trajectory.planner import plan_motion
 from fivebar_control.trajectory.zones import ZoneRule
 from fivebar_description.parameters import FiveBar
-from fivebar_description.sensors import PassiveEncoder
+from fivebar_description.sensors import NO_ENCODER, PassiveEncoder
 from fivebar_description.tolerances import EXACT, Tolerances
 
 RATE_HZ = 500
@@ -50,15 +50,13 @@ def test_the_estimator_finds_itself_as_uncertain_as_predicted(dextar: FiveBar, g
     plan = plan_motion(dextar, (1, -1), ((0.0, 0.12), (0.0, 0.05)), [0.5], RATE_HZ, ZoneRule())
     predicted = predict_run(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["unified"]), 2.0)
     encoder = PassiveEncoder(leg, None)
-    sensing = Sensing(Drives(), EkfSettings(gyro=gyro), TOLERANCES, 1, encoder)
+    sensing = Sensing(RATE_HZ, Drives(), EkfSettings(gyro=gyro), TOLERANCES, encoder)
     assert sensing.declared
     assert not sensing._replace(tolerances=EXACT).declared
-    estimate = predict_estimate(dextar, plan, RATE_HZ, sensing, predicted)
+    estimate = predict_estimate(dextar, plan, sensing, predicted)
     home = homing_at(dextar, (1, -1), 0.0, 0.12)
-    estimator = StateEstimator(
-        dextar, home, Instrumentation(RATE_HZ, sensing.drives, sensing.settings, TOLERANCES, encoder)
-    )
-    model = estimator_model(dextar, (1, -1), Instrumentation(RATE_HZ, sensing.drives, sensing.settings, TOLERANCES))
+    estimator = StateEstimator(dextar, home, sensing)
+    model = estimator_model(dextar, (1, -1), sensing._replace(passive=NO_ENCODER))
     applied = 0.0, 0.0
     largest, closest = 0.0, math.inf
     for number, moment in enumerate(predicted.moments):
@@ -78,12 +76,12 @@ def test_the_estimator_finds_itself_as_uncertain_as_predicted(dextar: FiveBar, g
 
 def test_by_the_path_only_the_deviation_across_it_counts(dextar: FiveBar) -> None:
     """On the locus the encoders leave the place along the path open, the worse the nearer; not that across it."""
-    sensing = Sensing(Drives(20_000), EkfSettings(), TOLERANCES)
+    sensing = Sensing(RATE_HZ, Drives(20_000), EkfSettings(), TOLERANCES)
     worth = []
     for goal in ((0.0, 0.05), (0.05, 0.09)):
         plan = plan_motion(dextar, (1, -1), ((0.0, 0.12), goal), [0.5], RATE_HZ, ZoneRule())
         predicted = predict_run(dextar, plan, RATE_HZ, default_tuning(CONTROLLERS["unified"]), 2.0)
-        estimates = [predict_estimate(dextar, plan, RATE_HZ, sensing, predicted, judge) for judge in (TIMED, PATH)]
+        estimates = [predict_estimate(dextar, plan, sensing, predicted, judge) for judge in (TIMED, PATH)]
         assert estimates[0].mirror == estimates[1].mirror
         worth.append([one.position.value for one in estimates])
     through, aside = worth

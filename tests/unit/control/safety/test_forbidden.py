@@ -20,6 +20,7 @@ from fivebar_control.model.state import State
 from fivebar_control.safety.forbidden import FORESEEN, stay_at_angle, stay_between, time_to_posture
 from fivebar_control.safety.guard import Guard
 from fivebar_control.safety.settings import SafetySettings
+from fivebar_control.scenario.guard_settings import guard_settings
 from fivebar_control.trajectory.planner import PlanRefused
 from fivebar_description.files import share_file
 from fivebar_description.forbidden import NOWHERE, PostureBounds
@@ -162,7 +163,7 @@ def test_the_screen_refuses_a_motion_through_one_with_its_name_and_place(tmp_pat
 
     clear = scenario(beside)
     refuse_unfit(clear)
-    assert clear.safety_settings().forbidden[:4] == (0.01, 0.05, 0.0, 0.05)
+    assert guard_settings(clear).forbidden[:4] == (0.01, 0.05, 0.0, 0.05)
     with pytest.raises(
         PlanRefused, match=r"time to the forbidden posture 'over motor 1' is 0 s at \(0\.0000, 0\.0\d+\) m"
     ):
