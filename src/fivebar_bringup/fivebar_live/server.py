@@ -24,6 +24,9 @@ ADDRESS = "127.0.0.1"
 LARGEST = 4096
 """Largest message (bytes) that a page may send."""
 
+PING_INTERVAL = 20.0
+"""Time (s) between two messages that keep a silent connection open."""
+
 SEND_TIMEOUT = 3.0
 """Longest time (s) at the end for the pages to take what has been sent."""
 
@@ -112,7 +115,9 @@ class LiveServer:
 
     async def _serve(self) -> None:
         self._loop, self._ended = asyncio.get_running_loop(), asyncio.Event()
-        settings: dict[str, Any] = {"websocket_max_message_size": LARGEST, "websocket_ping_interval": 20}
+        # without an answer to a ping a page is slow: one that is gone has closed its connection, on this machine
+        pings = {"websocket_ping_interval": PING_INTERVAL, "websocket_ping_timeout": 0}
+        settings: dict[str, Any] = {"websocket_max_message_size": LARGEST, **pings}
         handlers = [("/", _Page, {"server": self}), ("/live", _Live, {"server": self})]
         server = self.http = BoundedServer(Application(handlers, log_function=lambda handler: None, **settings))
         server.add_sockets(self._sockets)

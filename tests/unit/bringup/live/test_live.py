@@ -21,6 +21,7 @@ from fivebar_control.model.geometry import inverse_geometry
 from fivebar_description.interface import sample_stamp_ns
 from fivebar_description.robot_file import load_robot
 from fivebar_live import bounded_server
+from fivebar_live import server as server_module
 from fivebar_live.bounded_server import MOST_CONNECTIONS
 from fivebar_live.commands import Command, CommandRefused, read_command
 from fivebar_live.page import live_page, live_scene
@@ -90,6 +91,27 @@ def test_a_page_of_another_site_is_refused(server: LiveServer, origin: str | Non
 def test_a_connection_without_the_token_is_refused(server: LiveServer) -> None:
     with pytest.raises(HTTPClientError, match="403"):
         done(connect(server, "wrong", own(server)))
+
+
+def test_a_page_that_is_too_busy_to_answer_keeps_its_connection(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(server_module, "PING_INTERVAL", 0.02)
+    busy = LiveServer("<p>the page</p>", 0, lambda command: None)
+    request = (
+        f"GET /live?token={busy.token} HTTP/1.1\r\nHost: 127.0.0.1:{busy.port}\r\nOrigin: {own(busy)}\r\n"
+        "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAA\r\n\r\n"
+    )
+    try:
+        with socket.create_connection(("127.0.0.1", busy.port), timeout=60.0) as page:
+            page.sendall(request.encode())
+            heard = b""
+            # an unanswered ping of two bytes (RFC 6455, 5.5.2), then ten more; a closed connection ends with b""
+            while heard.partition(b"\r\n\r\n")[2].count(b"\x89\x00") < 11:
+                chunk = page.recv(4096)
+                assert chunk, heard
+                heard += chunk
+            assert busy.watched
+    finally:
+        busy.stop()
 
 
 def test_commands_arrive_and_others_are_refused(server: LiveServer, received: Received) -> None:
