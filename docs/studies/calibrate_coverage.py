@@ -22,8 +22,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.engine_table import TraceRow
 from fivebar_bringup.simulation.guided import guide
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, TraceRow
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points, dragged_lag
 from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.closure import GEOMETRY

@@ -21,7 +21,7 @@ from fivebar_bringup.report.thesis import MIDDLE, MULTIPLE
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.laws.mpc import MpcSettings
 from fivebar_control.laws.mpc_problem import prediction_matrices
 from fivebar_control.laws.unified import input_map
@@ -98,7 +98,7 @@ class Row(NamedTuple):
     worst: dict[str, tuple[float, float]]
 
 
-def sweep(run: Callable[[Scenario], Outcome]) -> Iterator[Row]:
+def sweep(run: Callable[[Scenario], RunMetrics]) -> Iterator[Row]:
     """Yield a row for every value of every setting."""
     for setting, values in SWEPT.items():
         for value in values:
@@ -108,12 +108,12 @@ def sweep(run: Callable[[Scenario], Outcome]) -> Iterator[Row]:
             )
 
 
-def worst_of_unified(run: Callable[[Scenario], Outcome]) -> Row:
+def worst_of_unified(run: Callable[[Scenario], RunMetrics]) -> Row:
     """Return the same for the law that looks at one sample."""
     return Row("unified", 0.0, {plant: _worst(run, {"controller": "unified"}, plant) for plant in PLANTS})
 
 
-def _worst(run: Callable[[Scenario], Outcome], controller: dict[str, Any], plant: str) -> tuple[float, float]:
+def _worst(run: Callable[[Scenario], RunMetrics], controller: dict[str, Any], plant: str) -> tuple[float, float]:
     error = torque = 0.0
     for other in PLANTS[plant]:
         for waypoints, duration in MOTIONS:
@@ -124,7 +124,7 @@ def _worst(run: Callable[[Scenario], Outcome], controller: dict[str, Any], plant
     return error, torque
 
 
-def run_once(scenario: Scenario) -> Outcome:
+def run_once(scenario: Scenario) -> RunMetrics:
     """Run a scenario without a recording."""
     plan = sampled(scenario.five_bar(), scenario.plan(), scenario.rate_hz, scenario.lead_samples)
     return crossing(case_of(scenario), plan)

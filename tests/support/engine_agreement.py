@@ -13,8 +13,9 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
+from fivebar_bringup.simulation.engine_table import TraceRow
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome, TraceRow
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
 from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar
@@ -53,12 +54,12 @@ def prepared(scenario: Scenario, **options: Any) -> tuple[Case, Sampled]:
     return case_of(scenario, **options), plan
 
 
-def outcome_of(scenario: Scenario) -> Outcome:
+def outcome_of(scenario: Scenario) -> RunMetrics:
     """Run a scenario compiled, which takes a hundredth of the time."""
     return crossing(*prepared(scenario))
 
 
-def expect_completed(outcome: Outcome, scenario: Scenario, mode_changes: int) -> None:
+def expect_completed(outcome: RunMetrics, scenario: Scenario, mode_changes: int) -> None:
     """Fail where a run has not reached its last sample without a fault, by so many changes of assembly mode."""
     assert FAULT_NAMES[outcome.fault] == ""
     assert outcome.samples == scenario.plan().path.samples(scenario.rate_hz) + 1
@@ -74,7 +75,7 @@ def places(robot: FiveBar, joints: Any) -> np.ndarray[Any, np.dtype[np.float64]]
     return np.array([(state.x, state.y) for state in states])
 
 
-def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineRun, Outcome]:
+def expect_agreement(scenario: Scenario, torque: float = 1e-9) -> tuple[OfflineRun, RunMetrics]:
     """Compare sample by sample: exact platform (m), commanded and applied torques (Nm), faults."""
     run = simulate(scenario)
     outcome, trace = traced_crossing(*prepared(scenario))

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import FloatArray, case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
@@ -66,7 +66,7 @@ def near_the_locus(seed: int, number: int) -> Scenario:
     return _scenario(number, mode, points, random)
 
 
-def run_of(scenario: Scenario, plan: Plan) -> tuple[Outcome, list[str]]:
+def run_of(scenario: Scenario, plan: Plan) -> tuple[RunMetrics, list[str]]:
     """Return the outcome of a scenario on the engine's plant, and how it fails: nothing where it does not."""
     outcome = crossing(case_of(scenario), sampled(scenario.five_bar(), plan, scenario.rate_hz))
     failures = []

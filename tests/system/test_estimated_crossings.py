@@ -13,7 +13,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario, summary_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.scenario_file import shipped_scenarios
 
@@ -29,7 +29,7 @@ SOFT = (900.0, 60.0)
 """kp and kd of all laws."""
 
 
-def expect_bounds(scenario: Scenario, name: str, tracking: float = math.inf) -> Outcome:
+def expect_bounds(scenario: Scenario, name: str, tracking: float = math.inf) -> RunMetrics:
     """Run a scenario compiled; fail where it does not complete, or goes beyond the bounds."""
     outcome = outcome_of(scenario)
     expect_completed(outcome, scenario, CROSSINGS[name])

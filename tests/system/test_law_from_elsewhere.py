@@ -16,7 +16,7 @@ from fivebar_bringup.bag.recording import Recording
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_bringup.simulation.engine_table import TraceRow
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_description.interface import JOINT_STATES, TORQUE_COMMAND, Topic, torque_topic
 

@@ -115,7 +115,7 @@ ELSEWHERE = {
         "fivebar_bringup.simulation.engine_estimator",
         "fivebar_bringup.simulation.engine_robot",
         "fivebar_bringup.simulation.column_metrics",
-        "fivebar_bringup.simulation.outcome",
+        "fivebar_bringup.simulation.engine_table",
         "fivebar_bringup.simulation.run_metrics",
         "fivebar_bringup.simulation.table_rows",
     ),

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from fivebar_bringup.odds.odds import PEAK_LIMIT, clopper_pearson
 from fivebar_bringup.odds.robot_errors import NORMAL
 from fivebar_bringup.pages.style import BLUE, GREY, INK, VERMILION
-from fivebar_bringup.simulation.outcome import LEFT
+from fivebar_bringup.simulation.run_metrics import LEFT
 from fivebar_description.rounding import in_millimetres
 from fivebar_studies.engine.running import FinishedStudy
 from fivebar_studies.engine.table import RowTable

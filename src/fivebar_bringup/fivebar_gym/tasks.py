@@ -10,7 +10,7 @@ from gymnasium.spaces import Box
 
 from fivebar_bringup.simulation.case import Case, FloatArray
 from fivebar_bringup.simulation.observation import Observation
-from fivebar_bringup.simulation.outcome import FAULT_NAMES
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_bringup.simulation.stepped_run import Seen, SteppedRun, columns_observed
 from fivebar_control.loop.sampled_plan import Sampled
 from fivebar_control.safety.stages import NO_FAULT

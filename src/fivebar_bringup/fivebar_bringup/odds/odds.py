@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.scenario.robot_defaults import ERROR_TOLERANCE
 from fivebar_control.trajectory.path_distance import KEPT_TO, PATH, TIMED, judged_distance
@@ -144,7 +144,7 @@ def failures_in_words(missed: Iterable[str], peak_limit: float) -> str:
 
 
 def shortcomings(
-    outcome: Outcome,
+    outcome: RunMetrics,
     planned_samples: int,
     planned_mode_changes: int,
     peak_limit: float = PEAK_LIMIT,

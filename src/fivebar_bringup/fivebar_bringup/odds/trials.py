@@ -17,7 +17,7 @@ from fivebar_bringup.odds.robot_errors import UNIFORM, RobotErrors, declared_err
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.path_distance import judged_distance
@@ -111,7 +111,7 @@ class Try(NamedTuple):
     """A run of a motion on a drawn robot: the robot's number, what came of it, and how it falls short of a success."""
 
     robot: int
-    outcome: Outcome
+    outcome: RunMetrics
     missed: list[str]
 
 

@@ -18,7 +18,8 @@ from fivebar_bringup.recorded.run_odds import requested_odds
 from fivebar_bringup.recorded.series import RunSeries
 from fivebar_bringup.recorded.timing import RunTiming
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.column_metrics import peak, rms, saturated, sign_changes
+from fivebar_bringup.simulation.column_metrics import finite, peak, rms
+from fivebar_bringup.simulation.run_metrics import RunColumns, metrics_of
 from fivebar_control.model.singularity import FOLDED, DistalLinks
 from fivebar_control.scenario.guard_settings import motor_torque_limit
 from fivebar_control.scenario.stopping import stop_cycles, stops_by_its_law
@@ -212,10 +213,12 @@ def summarize(
     recorded = list(dict.fromkeys(recording.texts(FAULTS))) if recording.count(FAULTS) else []
     details = [*recorded, *(fault for fault in timing.faults if fault not in recorded)]
     distance = np.hypot(series.tracking_error[:, 0], series.tracking_error[:, 1])
-    changes = sign_changes(series.det_a)
     turned = working_mode_changes(np.sin(series.joint_position[:, [1, 3]]).tolist())
     clocked = timing.mode == REALTIME
     from_path = path_distances(series.reference, series.platform)
+    torque_limit = motor_torque_limit(scenario)
+    metrics = metrics_of(_columns(series, distance, from_path), math.inf if torque_limit is None else torque_limit)
+    asked = not (math.isnan(metrics.requested1) and math.isnan(metrics.requested2))
     counted = judged_distance(scenario.judge, distance, np.where(np.isnan(distance), math.nan, from_path))
     judged = counted[~np.isnan(counted)] if clocked else counted
     within = bool(judged.size) and bool(np.all(judged <= scenario.error_tolerance))
@@ -225,26 +228,26 @@ def summarize(
         *([] if details else _clock_steps(recording)),
         *_lost_tracking(distance, bridged, counted, KEPT_TO[scenario.judge]),
         *(_beyond_tolerance(counted, scenario.error_tolerance, KEPT_TO[scenario.judge]) if clocked else ()),
-        *_wrong_changes("assembly", changes, planned_changes),
+        *_wrong_changes("assembly", metrics.mode_changes, planned_changes),
         *_wrong_changes("working", turned, plan.working_mode_changes),
     ]
     reasons = [*details, *unrecorded, *deviations]
     vhc_error_joint = np.max(np.abs(series.vhc_error_joint), axis=1)
     dropped = recording.custom_data.get("dropped", "")
     return Summary(
-        outcome=outcome_of(series.sample.size, not unrecorded, within and not deviations, recorded, timing.faults),
+        outcome=outcome_of(metrics.samples, not unrecorded, within and not deviations, recorded, timing.faults),
         faults=list(dict.fromkeys(map(fault_name, details))),
-        samples=series.sample.size,
-        assembly_mode_changes=changes,
-        torque_peak_nm=_pair(series.torque_applied, peak),
-        torque_requested_peak_nm=_pair(series.torque_requested, peak),
-        tracking_error_max_m=_pair(series.tracking_error, peak),
-        tracking_error_rms_m=_pair(series.tracking_error, rms),
-        vhc_error_max_m=peak(series.vhc_error[series.in_zone]),
+        samples=metrics.samples,
+        assembly_mode_changes=metrics.mode_changes,
+        torque_peak_nm=(finite(metrics.applied1), finite(metrics.applied2)),
+        torque_requested_peak_nm=(finite(metrics.requested1), finite(metrics.requested2)),
+        tracking_error_max_m=(finite(metrics.error_x), finite(metrics.error_y)),
+        tracking_error_rms_m=(rms(series.tracking_error[:, 0]), rms(series.tracking_error[:, 1])),
+        vhc_error_max_m=finite(metrics.constraint_error),
         vhc_error_joint_max_rad=peak(vhc_error_joint[series.in_zone]),
-        sigma_max=peak(series.sigma) if scenario.scheme().blended else None,
-        torque_saturated_samples=_saturated(series.torque_requested, motor_torque_limit(scenario)),
-        estimate_error_max_m=peak(series.estimate_error),
+        sigma_max=finite(metrics.sigma_max) if scenario.scheme().blended else None,
+        torque_saturated_samples=None if torque_limit is None or not asked else metrics.saturated,
+        estimate_error_max_m=finite(metrics.estimate_error),
         imu_acceleration_error_rms=rms(series.acceleration_error),
         vision_error_rms_m=rms(np.hypot(*series.vision.error.T)),
         vision_error_max_m=peak(np.hypot(*series.vision.error.T)),
@@ -261,7 +264,7 @@ def summarize(
         runner=timing.runner,
         not_completed_because=reasons,
         fault_details=details,
-        tracking_error_peak_m=peak(distance),
+        tracking_error_peak_m=finite(metrics.error_peak),
         planned_samples=planned_samples,
         planned_mode_changes=planned_changes,
         working_mode_changes=turned,
@@ -273,7 +276,7 @@ def summarize(
         not_judged=_not_judged(recording, scenario, bridged),
         planned_crossings=planned_crossings(plan, elbows_pass),
         odds=odds,
-        path_error_peak_m=peak(from_path),
+        path_error_peak_m=finite(metrics.path_error),
         judge=scenario.judge,
         requested_odds=requested_odds(recording),
     )
@@ -315,13 +318,20 @@ def sample_periods(series: RunSeries) -> FloatArray:
     return periods
 
 
-def _pair(columns: FloatArray, metric: Any) -> MotorPair:
-    return metric(columns[:, 0]), metric(columns[:, 1])
-
-
-def _saturated(requested: FloatArray, limit: float | None) -> int | None:
-    """Return at how many samples a requested torque exceeds the limit; None without one, or where none is known."""
-    return None if limit is None or np.all(np.isnan(requested)) else saturated(requested, limit)
+def _columns(series: RunSeries, from_reference: FloatArray, from_path: FloatArray) -> RunColumns:
+    """Return the columns of a run of which metrics are made, with the platform's distances [n] (m)."""
+    return RunColumns(
+        tracking_error=series.tracking_error,
+        from_reference=from_reference,
+        from_path=from_path,
+        from_segment=series.vhc_error,
+        det_a=series.det_a,
+        sigma=series.sigma,
+        requested=series.torque_requested,
+        applied=series.torque_applied,
+        motor_angle=series.joint_position[:, [0, 2]],
+        estimate_error=series.estimate_error,
+    )
 
 
 def _missing(series: RunSeries) -> int:

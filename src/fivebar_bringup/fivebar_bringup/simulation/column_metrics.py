@@ -15,13 +15,13 @@ ROUNDING = 1e-9
 
 
 def largest(values: FloatArray) -> float:
-    """Return the largest magnitude in an array, 0 where there is none."""
-    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
+    """Return the largest magnitude in an array, NaN where there is none."""
+    return float(np.fmax.reduce(np.abs(values), axis=None, initial=math.nan))
 
 
 def peak(values: FloatArray) -> float | None:
     """Return the largest magnitude in an array; None where there is none or it is infinite."""
-    return None if np.all(np.isnan(values)) else _finite(largest(values))
+    return finite(largest(values))
 
 
 def rms(values: FloatArray) -> float | None:
@@ -31,7 +31,7 @@ def rms(values: FloatArray) -> float | None:
     if not most:
         return most
     # scaled, so that the squares of a diverged run's errors do not overflow
-    return _finite(most * math.sqrt(float(np.mean((known / most) ** 2))))
+    return finite(most * math.sqrt(float(np.mean((known / most) ** 2))))
 
 
 def sign_changes(values: FloatArray) -> int:
@@ -45,5 +45,6 @@ def saturated(requested: FloatArray, limit: float) -> int:
     return int(np.count_nonzero(np.any(np.abs(requested) > limit * (1.0 + ROUNDING), axis=1)))
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """Return a metric, None for one that is not known or infinite."""
     return value if math.isfinite(value) else None

@@ -29,7 +29,7 @@ from fivebar_bringup.simulation.engine_robot import (
     started_with_effects,
 )
 from fivebar_bringup.simulation.engine_sensors import sensed
-from fivebar_bringup.simulation.outcome import Outcome, RunEnd, TraceRow
+from fivebar_bringup.simulation.engine_table import RunEnd, TraceRow, metrics_of_table
 from fivebar_bringup.simulation.robot import (
     ideal_later,
     ideal_sensed,
@@ -38,7 +38,7 @@ from fivebar_bringup.simulation.robot import (
     sensed_with_effects,
     start_with_effects,
 )
-from fivebar_bringup.simulation.run_metrics import summarized
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_bringup.simulation.table_rows import concluded, empty_table, ends, recorded, recorded_estimate
 from fivebar_control.compiling import bound, bound_apart, compiled_and_kept, is_of_compiler, kept_by_itself
 from fivebar_control.estimation.constants import EstimatorModel
@@ -114,12 +114,12 @@ def _estimated_with(extra: ExtraSensor | None) -> Functions:
     return {**ESTIMATED, "first_known": bound(unestimated, **names), "estimate": estimate}
 
 
-def crossing(case: Case, plan: Sampled) -> Outcome:
+def crossing(case: Case, plan: Sampled) -> RunMetrics:
     """Return the metrics of a run of the case, see `traced_crossing`."""
     return traced_crossing(case, plan)[0]
 
 
-def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
+def traced_crossing(case: Case, plan: Sampled) -> tuple[RunMetrics, FloatArray]:
     """Run a case along a sampled plan (`case.sampled`); return its metrics and its table.
 
     The table is float64[samples, len(TraceRow._fields)], a row for each sample.
@@ -137,7 +137,7 @@ def traced_crossing(case: Case, plan: Sampled) -> tuple[Outcome, FloatArray]:
     trace = np.empty((len(plan.rows), len(TraceRow._fields)))
     ended = _run(case, plan, trace)
     table = trace[: ended.samples]
-    return summarized(case, plan, table, ended), table
+    return metrics_of_table(case, plan, table, ended), table
 
 
 def _run(case: Case, plan: Sampled, trace: FloatArray) -> RunEnd:

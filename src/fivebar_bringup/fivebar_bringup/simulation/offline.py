@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario, scalar_topics
-from fivebar_bringup.simulation.outcome import FAULT_NAMES
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_control.controller.motion_controller import ControlOutput, MotionController
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.torque import ZERO, Torque

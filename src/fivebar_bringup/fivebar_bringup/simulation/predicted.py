@@ -10,7 +10,7 @@ import numpy as np
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_bringup.simulation.engine_table import TraceRow
 from fivebar_control.laws.registry import TunedController
 from fivebar_control.loop.sampled_plan import X, Y, sampled
 from fivebar_control.planning.feasibility import is_predictable

@@ -1,70 +1,160 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Metrics of a compiled run, made of its table."""
+"""The metrics of a run, made of its columns: those of a compiled run, of an offline one and of a bag alike."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
-from fivebar_bringup.simulation.case import Case, FloatArray
-from fivebar_bringup.simulation.column_metrics import largest, saturated, sign_changes
-from fivebar_bringup.simulation.outcome import LEFT, Outcome, RunEnd, columns_of
-from fivebar_control.laws.vhc_cartesian import line_constraint
-from fivebar_control.loop.sampled_plan import DIRECTION_X, DIRECTION_Y, Sampled, X, Y
-from fivebar_control.model.line import Line
+from fivebar_bringup.simulation.column_metrics import FloatArray, largest, saturated, sign_changes
+from fivebar_control.estimation.fault_numbers import TRIP_NAMES
+from fivebar_control.loop.closed_loop import PLANT_DIVERGED
+from fivebar_control.safety.stages import NO_FAULT, STAGE_NAMES
+
+FAULT_NAMES = STAGE_NAMES | TRIP_NAMES | {PLANT_DIVERGED: "plant_diverged"}
+"""Names of faults by number; they are those of the node graph."""
+
+LEFT = 5e-3
+"""Distance (m) from its reference at which a robot has left it."""
+
+UNRECORDED: FloatArray = np.empty(0)
+"""A column of which a recorded run tells nothing."""
 
 
-def summarized(case: Case, plan: Sampled, table: FloatArray, ended: RunEnd) -> Outcome:
-    """Return the metrics of a run of a case along its plan from its table, float64[samples, columns of `TraceRow`]."""
-    numbers, places = case.numbers, plan.rows[: len(table)]
-    row = columns_of(table)
-    off_x, off_y = row.x - places[:, X], row.y - places[:, Y]
-    distance = np.sqrt(off_x * off_x + off_y * off_y)
-    left = np.flatnonzero(~(distance <= LEFT))
-    line = Line(*places[:, [X, Y, DIRECTION_X, DIRECTION_Y]].T)
-    off_line = np.asarray(line_constraint(line, row.x, row.y, 0.0, 0.0).h)[row.sigma > 0.0]
-    limit = numbers.control.limits.torque_limit
-    turned1, turned2 = np.diff(row.q11), np.diff(row.q21)
-    work = np.abs(row.applied1[1:] * turned1) + np.abs(row.applied2[1:] * turned2)
-    return Outcome(
-        samples=ended.samples,
-        fault=ended.fault,
-        fault_sample=ended.fault_sample,
-        mode_changes=sign_changes(row.det_a),
-        error_x=largest(off_x),
-        error_y=largest(off_y),
-        error_peak=largest(distance),
-        error_final=float(distance[-1]),
+class RunColumns(NamedTuple):
+    """What metrics are made of, over the n samples of a run; errors are those of the actual robot, if that is known.
+
+    Attributes:
+        tracking_error: [n, 2], platform minus reference, x and y (m).
+        from_reference: [n], its distance from the reference (m).
+        from_path: [n], its distance from the path, whatever the time (m).
+        from_segment: [n], signed distance from the current path segment (m).
+        det_a: [n]; its sign is the assembly mode.
+        sigma: [n], blending weight.
+        requested: [n, 2], torques requested before all limits (Nm).
+        applied: [n, 2], torques applied over the period before the sample (Nm).
+        motor_angle: [n, 2], exact as far as they are known (rad).
+        estimate_error: [n], distance of the estimated platform from the actual one at the time of the estimate (m).
+        type1_distance: [n], distance of the platform from the nearer leg's Type 1 boundary (m).
+        mirror_deviations: [n], standard deviations between the estimate and the other assembly mode, else infinite.
+        misfit, misfit_offset, misfit_jump, misfit_error, misfit_strain: [n] each, of the estimator's watch.
+        loop_gap: [n], gap (m) that the period before opened, before it was closed.
+    """
+
+    tracking_error: FloatArray
+    from_reference: FloatArray
+    from_path: FloatArray
+    from_segment: FloatArray
+    det_a: FloatArray
+    sigma: FloatArray
+    requested: FloatArray
+    applied: FloatArray
+    motor_angle: FloatArray
+    estimate_error: FloatArray
+    type1_distance: FloatArray = UNRECORDED
+    mirror_deviations: FloatArray = UNRECORDED
+    misfit: FloatArray = UNRECORDED
+    misfit_offset: FloatArray = UNRECORDED
+    misfit_jump: FloatArray = UNRECORDED
+    misfit_error: FloatArray = UNRECORDED
+    misfit_strain: FloatArray = UNRECORDED
+    loop_gap: FloatArray = UNRECORDED
+
+
+class RunMetrics(NamedTuple):
+    """Metrics of a run; NaN where nothing is known.
+
+    Attributes:
+        samples: samples made.
+        mode_changes: changes of the sign of det A.
+        error_x, error_y, error_peak: largest tracking error along x, along y, and distance (m).
+        error_final: distance (m) from the reference at the last sample.
+        left_sample: the first one with more than `LEFT` (m) to the reference, -1 without one.
+        path_error: largest distance (m) from the path, whatever the time.
+        constraint_error: largest distance (m) from the current path segment while sigma > 0.
+        requested1, requested2: largest torque requested of each motor, before all limits (Nm).
+        applied1, applied2: largest torque applied (Nm).
+        saturated: samples whose requested torque exceeded the torque limit.
+        work: sum over motors and periods of |torque times angle turned| (J): the mechanical energy that driving and
+            braking take with drives that recover none.
+        sigma_max: largest blending weight.
+        type1_distance: least distance (m) of the platform from a leg's Type 1 boundary.
+        estimate_error: largest distance (m) between the estimated platform and the actual one at the time for which
+            it was estimated; 0 for a compiled run without an estimator.
+        mirror_deviations: fewest standard deviations between the estimate and the other assembly mode, else infinite.
+        misfit: largest recent mean of the squared innovations in units of their variance, 0 without an estimator.
+        misfit_offset: largest recent mean of the innovations of one sensor, with their signs, in standard deviations.
+        misfit_jump: largest innovation of a motor encoder in a single sample, in standard deviations.
+        misfit_error: largest constant error as it was estimated, in units of its declared tolerance.
+        misfit_strain: largest of the signed mean, the constant error and the gyroscope's bias together, in units of
+            their limits.
+        loop_gap: largest gap (m) that a step opened, before it was closed.
+        fault, fault_sample: of a compiled run the number of the first fault (see `FAULT_NAMES`) and of its sample, -1
+            without one; a recorded run names its faults.
+    """
+
+    samples: int
+    mode_changes: int
+    error_x: float
+    error_y: float
+    error_peak: float
+    error_final: float
+    left_sample: int
+    path_error: float
+    constraint_error: float
+    requested1: float
+    requested2: float
+    applied1: float
+    applied2: float
+    saturated: int
+    work: float
+    sigma_max: float
+    type1_distance: float
+    estimate_error: float
+    mirror_deviations: float
+    misfit: float
+    misfit_offset: float
+    misfit_jump: float
+    misfit_error: float
+    misfit_strain: float
+    loop_gap: float
+    fault: int = NO_FAULT
+    fault_sample: int = -1
+
+
+def metrics_of(run: RunColumns, torque_limit: float) -> RunMetrics:
+    """Return the metrics of a run whose motors have a torque limit (Nm), infinite for none."""
+    samples = len(run.from_reference)
+    left = np.flatnonzero(~(run.from_reference <= LEFT))
+    turned = np.diff(run.motor_angle, axis=0)
+    work = np.abs(run.applied[1:samples, 0] * turned[:, 0]) + np.abs(run.applied[1:samples, 1] * turned[:, 1])
+    return RunMetrics(
+        samples=samples,
+        mode_changes=sign_changes(run.det_a),
+        error_x=largest(run.tracking_error[:, 0]),
+        error_y=largest(run.tracking_error[:, 1]),
+        error_peak=largest(run.from_reference),
+        error_final=float(run.from_reference[-1]) if samples else math.nan,
         left_sample=int(left[0]) if left.size else -1,
-        path_error=largest(row.from_path),
-        constraint_error=largest(off_line),
-        requested1=largest(row.requested1),
-        requested2=largest(row.requested2),
-        applied1=max(largest(row.applied1), abs(ended.applied1)),
-        applied2=max(largest(row.applied2), abs(ended.applied2)),
-        saturated=saturated(np.column_stack((row.requested1, row.requested2)), limit),
+        path_error=largest(run.from_path),
+        constraint_error=largest(run.from_segment[run.sigma > 0.0]),
+        requested1=largest(run.requested[:, 0]),
+        requested2=largest(run.requested[:, 1]),
+        applied1=largest(run.applied[:, 0]),
+        applied2=largest(run.applied[:, 1]),
+        saturated=saturated(run.requested, torque_limit),
         # one after the other: a sum by pairs rounds otherwise
         work=float(np.cumsum(work)[-1]) if work.size else 0.0,
-        sigma_max=largest(row.sigma),
-        type1_distance=float(np.fmin.reduce(row.type1_distance, initial=math.inf)),
-        estimate_error=largest(_estimate_errors(case, row)) if numbers.estimation is not None else 0.0,
-        mirror_deviations=float(np.fmin.reduce(row.mirror_deviations, initial=math.inf)),
-        misfit=largest(row.misfit),
-        misfit_offset=largest(row.misfit_offset),
-        misfit_jump=largest(row.misfit_jump),
-        misfit_error=largest(row.misfit_error),
-        misfit_strain=largest(row.misfit_strain),
-        loop_gap=largest(row.loop_gap),
+        sigma_max=largest(run.sigma),
+        type1_distance=float(np.fmin.reduce(run.type1_distance, initial=math.inf)),
+        estimate_error=largest(run.estimate_error),
+        mirror_deviations=float(np.fmin.reduce(run.mirror_deviations, initial=math.inf)),
+        misfit=largest(run.misfit),
+        misfit_offset=largest(run.misfit_offset),
+        misfit_jump=largest(run.misfit_jump),
+        misfit_error=largest(run.misfit_error),
+        misfit_strain=largest(run.misfit_strain),
+        loop_gap=largest(run.loop_gap),
     )
-
-
-def _estimate_errors(case: Case, row: Any) -> FloatArray:
-    """Return the distances (m) of the platform from where it was estimated, of the samples for which it was."""
-    lead, samples = case.numbers.lead, len(row.x)
-    then = np.flatnonzero(~case.numbers.missing[: max(0, samples - lead)])
-    distances: FloatArray = np.hypot(
-        row.estimated_x[then] - row.x[then + lead], row.estimated_y[then] - row.y[then + lead]
-    )
-    return distances

@@ -19,9 +19,9 @@ from fivebar_bringup.simulation.case import Case, EngineRun, FloatArray, case_of
 from fivebar_bringup.simulation.engine import IDEAL, WITH_EFFECTS, planned_at
 from fivebar_bringup.simulation.engine_estimator import measured, state_of, unmeasured
 from fivebar_bringup.simulation.engine_robot import Robot, moved_ideal, started_ideal
+from fivebar_bringup.simulation.engine_table import RunEnd, TraceRow, metrics_of_table
 from fivebar_bringup.simulation.observation import Observation
-from fivebar_bringup.simulation.outcome import Outcome, RunEnd, TraceRow
-from fivebar_bringup.simulation.run_metrics import summarized
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_bringup.simulation.table_rows import concluded, empty_table, recorded
 from fivebar_control.compiling import bound, compiled_and_kept
 from fivebar_control.laws.law import Instant, Law, no_step, unchanged
@@ -249,8 +249,8 @@ class SteppedRun:
         """Number of the fault that has stopped the robot, `NO_FAULT` for none."""
         return int(self.seen[FAULT])
 
-    def outcome(self) -> Outcome:
+    def outcome(self) -> RunMetrics:
         """Return the metrics of the finished run."""
         samples, fault, fault_sample, *applied = self._end.tolist()
         ended = RunEnd(int(samples), int(fault), int(fault_sample), *applied)
-        return summarized(self._case, self._plan, self._trace[: ended.samples], ended)
+        return metrics_of_table(self._case, self._plan, self._trace[: ended.samples], ended)

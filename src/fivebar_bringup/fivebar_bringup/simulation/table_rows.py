@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fivebar_bringup.simulation.case import EngineRun
 from fivebar_bringup.simulation.engine_estimator import EngineKnown, MeasuredKnown, state_of
 from fivebar_bringup.simulation.engine_robot import Robot
-from fivebar_bringup.simulation.outcome import RunEnd, TraceRow
+from fivebar_bringup.simulation.engine_table import RunEnd, TraceRow
 from fivebar_control.estimation.readings import largest_offset, strain
 from fivebar_control.laws.torque import UNDEFINED
 from fivebar_control.loop.closed_loop import Answered

@@ -10,7 +10,7 @@ from fivebar_bringup.motions.likely import plan_likely
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
 from fivebar_bringup.odds.trials import FRESH_ROBOTS, tries_of
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.outcome import FAULT_NAMES
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_control.compiling import expect_many_motions
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.errors import InputError

@@ -16,7 +16,7 @@ import numpy as np
 
 from fivebar_bringup.simulation.case import Case, FloatArray
 from fivebar_bringup.simulation.observation import Observation
-from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_bringup.simulation.stepped_run import SteppedRun, columns_observed
 from fivebar_control.loop.sampled_plan import Sampled
 from fivebar_control.safety.stages import NO_FAULT
@@ -84,7 +84,7 @@ def check_policy(place: str, case: Case, plan: Sampled, observation: Observation
         raise InputError(f"{place}: {error}") from error
 
 
-def run_policy(place: str, case: Case, plan: Sampled, observation: Observation) -> Outcome:
+def run_policy(place: str, case: Case, plan: Sampled, observation: Observation) -> RunMetrics:
     """Run a case by a new policy. Once the guard has stopped the robot, the policy is not asked any more.
 
     Raises:

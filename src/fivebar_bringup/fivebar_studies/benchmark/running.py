@@ -6,7 +6,7 @@ from __future__ import annotations
 from fivebar_bringup.odds.odds import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.simulation.case import Case
 from fivebar_bringup.simulation.observation import Observation
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
 from fivebar_bringup.simulation.stepped_run import OUTSIDE, outside_case
 from fivebar_control.laws.registry import timed_controllers
 from fivebar_control.laws.robot_sizes import size_ratio
@@ -97,7 +97,7 @@ def _results_on(rig: str, crossing: BenchmarkCrossing, settings: BenchmarkSettin
     return in_turns(result_of, names, number)
 
 
-def result_from(outcome: Outcome, crossing: BenchmarkCrossing, rig: str, name: str, samples: int) -> Result:
+def result_from(outcome: RunMetrics, crossing: BenchmarkCrossing, rig: str, name: str, samples: int) -> Result:
     """Return the result of a crossing on a rig by a controller or policy, of a motion of so many samples."""
     fault = FAULT_NAMES[outcome.fault]
     if outcome.fault == NO_FAULT and outcome.samples != samples:

@@ -15,7 +15,7 @@ from fivebar_bringup.odds.robot_errors import with_drawn_robot
 from fivebar_bringup.odds.trials import FRESH_ROBOTS
 from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
 from fivebar_control.laws.robot_sizes import size_ratio
 from fivebar_control.loop.sampled_plan import Sampled
 from fivebar_control.safety.stages import NO_FAULT
@@ -246,7 +246,7 @@ def judged(
     )
 
 
-def cause_of(outcome: Outcome, crossings: int, limit: float | None = LIMIT) -> str | None:
+def cause_of(outcome: RunMetrics, crossings: int, limit: float | None = LIMIT) -> str | None:
     """Return why a run fails, None if it does not.
 
     Args:

@@ -12,7 +12,7 @@ import numpy as np
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.simulation.outcome import columns_of
+from fivebar_bringup.simulation.engine_table import columns_of
 from fivebar_control.loop.sampled_plan import X, Y, sampled
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_control.model.singularity import inverse_condition

@@ -12,7 +12,7 @@ from fivebar_bringup.odds.planned_motion import PlannedMotion
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
 from fivebar_control.laws import registry
 from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
@@ -45,13 +45,13 @@ def run_case(
     return in_turns(partial(_row, timed_case), controllers, number)
 
 
-def run_and_judge(scenario: Scenario, plan: Plan, size: float = 1.0) -> tuple[Outcome, list[str]]:
+def run_and_judge(scenario: Scenario, plan: Plan, size: float = 1.0) -> tuple[RunMetrics, list[str]]:
     """Run a scenario with its plan; return the outcome and how it falls short of a success on a robot of a size."""
     samples = sampled(scenario.five_bar(), plan, scenario.rate_hz, scenario.lead_samples)
     return _judged(case_of(scenario), plan, samples, size, scenario.judge)
 
 
-def _judged(case: Case, plan: Plan, samples: Sampled, size: float, judge: str) -> tuple[Outcome, list[str]]:
+def _judged(case: Case, plan: Plan, samples: Sampled, size: float, judge: str) -> tuple[RunMetrics, list[str]]:
     outcome, planned_samples = crossing(case, samples), plan.path.samples(case.numbers.rate_hz) + 1
     return outcome, shortcomings(outcome, planned_samples, len(plan.crossings), size * PEAK_LIMIT, judge)
 

@@ -17,7 +17,7 @@ from fivebar_bringup.report.workspace import draw_base, draw_map, draw_robot, fr
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.simulation.outcome import columns_of
+from fivebar_bringup.simulation.engine_table import columns_of
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.singularity import NEAR_LOCUS
 from fivebar_description.strict_yaml import InputError

@@ -10,7 +10,7 @@ import numpy as np
 
 from fivebar_bringup.odds.odds import PEAK_LIMIT, clopper_pearson
 from fivebar_bringup.pages.content import Cell, Entry, Line, Table, table
-from fivebar_bringup.simulation.outcome import LEFT
+from fivebar_bringup.simulation.run_metrics import LEFT
 from fivebar_bringup.units import error_of, plain
 from fivebar_studies.sweep.drawing import DELAYS, ENCODERS
 from fivebar_studies.sweep.explanations import Explanation

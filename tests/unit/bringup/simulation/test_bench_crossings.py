@@ -11,14 +11,14 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import validate
 from inner_loop import ERRORS
 
 
-def crossed(name: str, plant: dict[str, Any] | None = None) -> Outcome:
+def crossed(name: str, plant: dict[str, Any] | None = None) -> RunMetrics:
     """Return the run of a scenario; it has neither a fault nor a change of assembly mode that was not planned."""
     content = load_scenario(name).model_dump()
     content["plant"] |= plant or {}

@@ -32,8 +32,8 @@ from fivebar_bringup.simulation import engine
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.engine_sensors import ARRIVES, MADE
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.laws.torque import ZERO, Torque
 from fivebar_control.loop.sampled_plan import sampled
@@ -239,7 +239,7 @@ def test_the_outcome_is_what_the_summary_says(scenario: Scenario) -> None:
     expect_summary(crossing(case, plan), summary)
 
 
-def expect_summary(outcome: Outcome, summary: Summary) -> None:
+def expect_summary(outcome: RunMetrics, summary: Summary) -> None:
     assert summary.outcome == "succeeded" and outcome.fault == NO_FAULT
     assert outcome.samples == summary.samples
     assert outcome.mode_changes == summary.assembly_mode_changes
@@ -398,7 +398,7 @@ def test_the_readings_that_are_made_and_arrive_are_those_of_the_queue() -> None:
     assert 0.5 < len(arrived) / (len(errors) / 5.0) < 0.9
 
 
-def crossings_of_erring_robots(scenario: Scenario) -> list[Outcome]:
+def crossings_of_erring_robots(scenario: Scenario) -> list[RunMetrics]:
     """Cross with robots whose four lengths are off by 0.2 mm, in all 16 ways."""
     robot = scenario.five_bar()
     plan = sampled(robot, scenario.plan(), scenario.rate_hz, scenario.lead_samples)
@@ -413,7 +413,7 @@ def crossings_of_erring_robots(scenario: Scenario) -> list[Outcome]:
     return outcomes
 
 
-def succeeds(outcome: Outcome) -> bool:
+def succeeds(outcome: RunMetrics) -> bool:
     return outcome.fault == NO_FAULT and outcome.mode_changes == 1 and outcome.error_peak < 2e-3
 
 

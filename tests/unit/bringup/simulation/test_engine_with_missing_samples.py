@@ -14,7 +14,7 @@ from engine_agreement import JOINTS, POSITION, changed, columns, places, prepare
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.simulation.outcome import FAULT_NAMES, Outcome
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
 from fivebar_control.controller.estimator import estimator_of
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.laws.reference import against_disturbance
@@ -71,7 +71,7 @@ def by_parts(scenario: Scenario, missing: Collection[int]) -> tuple[list[tuple[f
     return positions, faults
 
 
-def compiled(scenario: Scenario, missing: Collection[int]) -> tuple[Outcome, np.ndarray]:
+def compiled(scenario: Scenario, missing: Collection[int]) -> tuple[RunMetrics, np.ndarray]:
     case, plan = prepared(scenario, stop_at_fault=True)
     absent = case.numbers.missing.copy()
     absent[list(missing)] = True

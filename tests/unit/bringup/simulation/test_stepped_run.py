@@ -10,8 +10,8 @@ import pytest
 
 from fivebar_bringup.simulation.case import Case, FloatArray, case_of
 from fivebar_bringup.simulation.engine import traced_crossing
+from fivebar_bringup.simulation.engine_table import columns_of
 from fivebar_bringup.simulation.observation import Observation
-from fivebar_bringup.simulation.outcome import columns_of
 from fivebar_bringup.simulation.stepped_run import (
     OUTSIDE,
     Seen,

@@ -18,7 +18,7 @@ from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.simulation.outcome import TraceRow
+from fivebar_bringup.simulation.engine_table import TraceRow
 from fivebar_control.identification.equations import Record
 from fivebar_control.identification.identification import identify, parameter_values
 from fivebar_control.loop.sampled_plan import sampled

@@ -17,7 +17,7 @@ from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.offline import simulate, write_bag
-from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.kinematics import state_from_platform
 from fivebar_control.model.singularity import inverse_condition
@@ -50,7 +50,7 @@ def identified(run: RunDirectory, out: Path, *more: str) -> tuple[int, str, str]
     return result.exit_code, result.stdout, result.stderr
 
 
-def across(robot: str) -> Outcome:
+def across(robot: str) -> RunMetrics:
     """Return what the middle crossing of the elastic robot comes to, from encoders and gyroscope."""
     scenario = Scenario.model_validate(
         {

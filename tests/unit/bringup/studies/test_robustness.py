@@ -14,7 +14,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from fivebar_bringup.cli.main import app
-from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.safety.stages import NO_FAULT, TRACKING_LOST
 from fivebar_description.files import share_file
 from fivebar_description.robot_file import load_robot
@@ -46,7 +46,7 @@ from result_pages.making import ResultFiles
 RESULTS = Path(__file__).parents[4] / "docs/results"
 SETTINGS = RobustnessSettings()
 GYRO = "unified, gyro"
-OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
+OUTCOME = RunMetrics(*([0] * len(RunMetrics._fields)))._replace(fault=NO_FAULT, mode_changes=1, error_peak=1e-3)
 
 
 @pytest.mark.parametrize("effect", [*EFFECTS.values(), *SENSOR_EFFECTS.values()], ids=lambda effect: effect.name)

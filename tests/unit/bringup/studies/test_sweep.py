@@ -20,7 +20,7 @@ from typer.testing import CliRunner
 from fivebar_bringup.cli.main import app
 from fivebar_bringup.odds.odds import shortcomings
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_bringup.simulation.outcome import Outcome
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.estimation.fault_numbers import ESTIMATE_AMBIGUOUS
 from fivebar_control.laws.registry import find_controller
 from fivebar_control.model.kinematics import det_a, state_from_joints, state_from_platform
@@ -138,7 +138,7 @@ def test_a_case_is_run_with_its_own_robot_and_the_gains_of_its_rig() -> None:
     assert scenario.rate_hz == exact.rate_hz == 500
 
 
-OUTCOME = Outcome(*([0] * len(Outcome._fields)))._replace(
+OUTCOME = RunMetrics(*([0] * len(RunMetrics._fields)))._replace(
     samples=101, mode_changes=1, error_peak=1e-3, error_final=5e-4
 )
 

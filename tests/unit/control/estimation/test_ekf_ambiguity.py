@@ -12,7 +12,7 @@ from estimate_replay import OFF_MODEL, encoder_scenario
 
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_bringup.simulation.outcome import FAULT_NAMES
+from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_control.estimation.covariance import ERRORS, SIZE
 from fivebar_control.estimation.ekf import Belief, Estimate, filter_model
 from fivebar_control.estimation.mirror import (
