@@ -321,15 +321,15 @@ def sample_periods(series: RunSeries) -> FloatArray:
 def _columns(series: RunSeries, from_reference: FloatArray, from_path: FloatArray) -> RunColumns:
     """Return the columns of a run of which metrics are made, with the platform's distances [n] (m)."""
     return RunColumns(
-        tracking_error=series.tracking_error,
+        tracking_error=series.tracking_error.T,
         from_reference=from_reference,
         from_path=from_path,
         from_segment=series.vhc_error,
         det_a=series.det_a,
         sigma=series.sigma,
-        requested=series.torque_requested,
-        applied=series.torque_applied,
-        motor_angle=series.joint_position[:, [0, 2]],
+        requested=series.torque_requested.T,
+        applied=series.torque_applied.T,
+        motor_angle=series.joint_position[:, [0, 2]].T,
         estimate_error=series.estimate_error,
     )
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,9 +41,10 @@ def sign_changes(values: FloatArray) -> int:
     return int(np.count_nonzero(np.diff(signs)))
 
 
-def saturated(requested: FloatArray, limit: float) -> int:
-    """Return at how many of n samples a requested torque (Nm), [n, motors], exceeds the limit."""
-    return int(np.count_nonzero(np.any(np.abs(requested) > limit * (1.0 + ROUNDING), axis=1)))
+def saturated(requested: Sequence[FloatArray] | FloatArray, limit: float) -> int:
+    """Return at how many of n samples a requested torque (Nm) of either motor, [2][n], exceeds the limit."""
+    first, second = (np.abs(torques) > limit * (1.0 + ROUNDING) for torques in requested)
+    return int(np.count_nonzero(first | second))
 
 
 def finite(value: float) -> float | None:

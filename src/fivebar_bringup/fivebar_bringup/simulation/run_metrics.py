@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,9 @@ FAULT_NAMES = STAGE_NAMES | TRIP_NAMES | {PLANT_DIVERGED: "plant_diverged"}
 LEFT = 5e-3
 """Distance (m) from its reference at which a robot has left it."""
 
+Pair = Sequence[FloatArray] | FloatArray
+"""Two columns, of x and y or of both motors."""
+
 UNRECORDED: FloatArray = np.empty(0)
 """A column of which a recorded run tells nothing."""
 
@@ -27,15 +31,15 @@ class RunColumns(NamedTuple):
     """What metrics are made of, over the n samples of a run; errors are those of the actual robot, if that is known.
 
     Attributes:
-        tracking_error: [n, 2], platform minus reference, x and y (m).
+        tracking_error: [2][n], platform minus reference, x and y (m).
         from_reference: [n], its distance from the reference (m).
         from_path: [n], its distance from the path, whatever the time (m).
         from_segment: [n], signed distance from the current path segment (m).
         det_a: [n]; its sign is the assembly mode.
         sigma: [n], blending weight.
-        requested: [n, 2], torques requested before all limits (Nm).
-        applied: [n, 2], torques applied over the period before the sample (Nm).
-        motor_angle: [n, 2], exact as far as they are known (rad).
+        requested: [2][n], torques requested before all limits (Nm).
+        applied: [2][n], torques applied over the period before the sample (Nm).
+        motor_angle: [2][n], exact as far as they are known (rad).
         estimate_error: [n], distance of the estimated platform from the actual one at the time of the estimate (m).
         type1_distance: [n], distance of the platform from the nearer leg's Type 1 boundary (m).
         mirror_deviations: [n], standard deviations between the estimate and the other assembly mode, else infinite.
@@ -43,15 +47,15 @@ class RunColumns(NamedTuple):
         loop_gap: [n], gap (m) that the period before opened, before it was closed.
     """
 
-    tracking_error: FloatArray
+    tracking_error: Pair
     from_reference: FloatArray
     from_path: FloatArray
     from_segment: FloatArray
     det_a: FloatArray
     sigma: FloatArray
-    requested: FloatArray
-    applied: FloatArray
-    motor_angle: FloatArray
+    requested: Pair
+    applied: Pair
+    motor_angle: Pair
     estimate_error: FloatArray
     type1_distance: FloatArray = UNRECORDED
     mirror_deviations: FloatArray = UNRECORDED
@@ -128,22 +132,24 @@ def metrics_of(run: RunColumns, torque_limit: float) -> RunMetrics:
     """Return the metrics of a run whose motors have a torque limit (Nm), infinite for none."""
     samples = len(run.from_reference)
     left = np.flatnonzero(~(run.from_reference <= LEFT))
-    turned = np.diff(run.motor_angle, axis=0)
-    work = np.abs(run.applied[1:samples, 0] * turned[:, 0]) + np.abs(run.applied[1:samples, 1] * turned[:, 1])
+    works = [
+        np.abs(applied[1:samples] * np.diff(angle)) for applied, angle in zip(run.applied, run.motor_angle, strict=True)
+    ]
+    work = works[0] + works[1]
     return RunMetrics(
         samples=samples,
         mode_changes=sign_changes(run.det_a),
-        error_x=largest(run.tracking_error[:, 0]),
-        error_y=largest(run.tracking_error[:, 1]),
+        error_x=largest(run.tracking_error[0]),
+        error_y=largest(run.tracking_error[1]),
         error_peak=largest(run.from_reference),
         error_final=float(run.from_reference[-1]) if samples else math.nan,
         left_sample=int(left[0]) if left.size else -1,
         path_error=largest(run.from_path),
         constraint_error=largest(run.from_segment[run.sigma > 0.0]),
-        requested1=largest(run.requested[:, 0]),
-        requested2=largest(run.requested[:, 1]),
-        applied1=largest(run.applied[:, 0]),
-        applied2=largest(run.applied[:, 1]),
+        requested1=largest(run.requested[0]),
+        requested2=largest(run.requested[1]),
+        applied1=largest(run.applied[0]),
+        applied2=largest(run.applied[1]),
         saturated=saturated(run.requested, torque_limit),
         # one after the other: a sum by pairs rounds otherwise
         work=float(np.cumsum(work)[-1]) if work.size else 0.0,
