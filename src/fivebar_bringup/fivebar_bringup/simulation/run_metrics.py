@@ -28,7 +28,7 @@ UNRECORDED: FloatArray = np.empty(0)
 
 
 class RunColumns(NamedTuple):
-    """What metrics are made of, over the n samples of a run; errors are those of the actual robot, if that is known.
+    """The columns of n samples of which metrics are made; errors are those of the actual robot, if that is known.
 
     Attributes:
         tracking_error: [2][n], platform minus reference, x and y (m).
