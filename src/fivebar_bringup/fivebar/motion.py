@@ -162,11 +162,11 @@ def load_scenario(source: str | Path | Scenario | Motion, **changes: Any) -> Sce
         ('unified', 1.2)
     """
     keys = dict(dotted(changes))
-    given = source.scenario if isinstance(source, Motion) else source
+    scenario = source.scenario if isinstance(source, Motion) else source
     try:
-        if not isinstance(given, Scenario):
-            return _load_scenario(str(given), changes=keys)
-        changed = changed_scenario(given.model_dump(mode="json"), keys) if keys else given
+        if not isinstance(scenario, Scenario):
+            return _load_scenario(str(scenario), changes=keys)
+        changed = changed_scenario(scenario.model_dump(mode="json"), keys) if keys else scenario
     except InputError as error:
         raise InputError(str(error).removeprefix(OPTION).lstrip(": ")) from error
     changed.plan()

@@ -55,13 +55,13 @@ def read_command(text: str | bytes) -> Command:
         CommandRefused: it is none, or has other fields than its own.
     """
     try:
-        given = read_object(text)
-        name = given.get("command")
+        fields = read_object(text)
+        name = fields.get("command")
         if not isinstance(name, str) or name not in MODELS:
             raise CommandRefused(f"expected one of the commands {', '.join(MODELS)}")
-        check_fields(given, MODELS[name])
+        check_fields(fields, MODELS[name])
     except MessageError as error:
         raise CommandRefused(str(error)) from None
     if MODELS[name] is PlainCommand:
         return Command(name)
-    return Command(name, float(given["x"]), float(given["y"]), given["assembly"])
+    return Command(name, float(fields["x"]), float(fields["y"]), fields["assembly"])

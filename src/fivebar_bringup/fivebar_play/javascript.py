@@ -420,15 +420,15 @@ class _Body:
 
     def _by_keyword(self, node: ast.Call, called: Any) -> list[str]:
         """Return the arguments that a call gives by keyword, in their places; those left out are `undefined`."""
-        given = {keyword.arg: keyword.value for keyword in node.keywords}
-        if not given:
+        keywords = {keyword.arg: keyword.value for keyword in node.keywords}
+        if not keywords:
             return []
         names = [*getattr(called, "_fields", inspect.signature(called).parameters)][len(node.args) :]
-        if any(isinstance(argument, ast.Starred) for argument in node.args) or not given.keys() <= {*names}:
+        if any(isinstance(argument, ast.Starred) for argument in node.args) or not keywords.keys() <= {*names}:
             self._refuse(node, "keywords that are no arguments of what is called")
-        while names and names[-1] not in given:
+        while names and names[-1] not in keywords:
             names.pop()
-        return [self._expression(given[name]) if name in given else "undefined" for name in names]
+        return [self._expression(keywords[name]) if name in keywords else "undefined" for name in names]
 
     def _refuse(self, node: ast.AST, what: str) -> NoReturn:
         path, first = self._place

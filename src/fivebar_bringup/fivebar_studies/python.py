@@ -56,7 +56,7 @@ def sweep(
     from fivebar_studies.rigs.declared import robots_drawn
     from fivebar_studies.sweep.sweep import SWEEP
 
-    given = {
+    arguments = {
         "cases": cases,
         "seed": seed,
         "controllers": None if controllers is None else tuple(controllers),
@@ -65,20 +65,20 @@ def sweep(
     }
     with _executor(executor) as chosen:
         if out is not None:
-            rows = run_study(SWEEP, given, Path(out), chosen).rows
+            rows = run_study(SWEEP, arguments, Path(out), chosen).rows
         else:
-            chunks = further_rows(SWEEP, SWEEP.settings_with(given), [], chosen, silent)
+            chunks = further_rows(SWEEP, SWEEP.settings_with(arguments), [], chosen, silent)
             rows = [row for chunk in chunks for row in chunk]
     return SWEEP.table.frame(rows)
 
 
-def _executor(given: Any) -> AbstractContextManager[Executor]:
-    if given is None or isinstance(given, int):
-        return LocalProcesses(given or 1)
+def _executor(executor: Any) -> AbstractContextManager[Executor]:
+    if executor is None or isinstance(executor, int):
+        return LocalProcesses(executor or 1)
     # here, because Dask is an extra
     from fivebar_studies.engine.cluster import cluster_of
 
-    if not isinstance(given, library("distributed", "cluster").Client):
-        raise InputError(f"executor: {given!r}: expected a number of processes or a distributed.Client")
+    if not isinstance(executor, library("distributed", "cluster").Client):
+        raise InputError(f"executor: {executor!r}: expected a number of processes or a distributed.Client")
     # by a client of its own, which decodes no pickled objects
-    return cluster_of(given.scheduler.address, security=given.security)
+    return cluster_of(executor.scheduler.address, security=executor.security)

@@ -34,12 +34,14 @@ def start_crossing(context):
     """Return the process of the run, and what ties the launch to it."""
     refuse_what_is_set(context, "motkin.launch.py")
     names = ("scenario", "drives", "controller", "robot", "simulation", "namespace", "out", "activate")
-    given = {name: LaunchConfiguration(name).perform(context) for name in names}
+    arguments = {name: LaunchConfiguration(name).perform(context) for name in names}
     command = run_command(
-        *(given["scenario"], Mode.REALTIME, given["out"], Hardware.EXTERNAL),
-        namespace=given["namespace"],
-        drives=drives_file(given["drives"], given["controller"], given["robot"], given["simulation"] == YES),
-        activate=given["activate"] == YES,
+        *(arguments["scenario"], Mode.REALTIME, arguments["out"], Hardware.EXTERNAL),
+        namespace=arguments["namespace"],
+        drives=drives_file(
+            arguments["drives"], arguments["controller"], arguments["robot"], arguments["simulation"] == YES
+        ),
+        activate=arguments["activate"] == YES,
     )
     return launched_run(command)
 

@@ -333,12 +333,12 @@ class Recording:
 
 def _restricted(message: Any, names: tuple[str, ...]) -> Any:
     """Return a JointState without the joints of others, such as a gripper's; as it is where some of `names` lack."""
-    given = list(message.name)
-    if len(given) == len(names) or not has_names(message, names):
+    known = list(message.name)
+    if len(known) == len(names) or not has_names(message, names):
         return message
-    places = [given.index(name) for name in names]
+    places = [known.index(name) for name in names]
     fields = {
-        field: values[places] if len(values := getattr(message, field)) == len(given) else values for field in SEQUENCES
+        field: values[places] if len(values := getattr(message, field)) == len(known) else values for field in SEQUENCES
     }
     return dataclasses.replace(message, name=list(names), **fields)
 
@@ -351,7 +351,7 @@ def has_names(message: Any, names: Sequence[str]) -> bool:
 def _in_order(message: Any, field: str, names: tuple[str, ...]) -> Sequence[float]:
     """Return a field of a JointState in the order of some names; as it is where it has another length."""
     values: Sequence[float] = getattr(message, field)
-    given = tuple(message.name)
-    if given == names or len(values) != len(names):
+    known = tuple(message.name)
+    if known == names or len(values) != len(names):
         return values
-    return [values[given.index(name)] for name in names]
+    return [values[known.index(name)] for name in names]

@@ -191,7 +191,7 @@ class Subcommand(TyperCommand):
 
     def _refuse_idle(self, ctx: Any) -> None:
         """Refuse an option without effect beside another one that is given."""
-        given = {
+        typed = {
             name
             for parameter in self.params
             if ctx.get_parameter_source(parameter.name).name == "COMMANDLINE"
@@ -199,7 +199,7 @@ class Subcommand(TyperCommand):
         }
         for option, others in self.idle.items():
             for other in others:
-                if option in given and other in given:
+                if option in typed and other in typed:
                     complain(f"{other}: has no effect with {option}: give one of them")
                     raise typer.Exit(BAD_INPUT)
 

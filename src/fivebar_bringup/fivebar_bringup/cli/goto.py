@@ -401,9 +401,9 @@ def _live(
 
 def _refuse_given(options: Mapping[str, object], reason: str) -> None:
     """Refuse those of some options that have been given, which would have no effect, for a reason."""
-    given = [option for option, value in options.items() if value is not None]
-    if given:
-        raise InputError(f"{', '.join(given)}: {reason}")
+    unused = [option for option, value in options.items() if value is not None]
+    if unused:
+        raise InputError(f"{', '.join(unused)}: {reason}")
 
 
 def _points_of(path: Path) -> TimedPoints:
@@ -421,15 +421,15 @@ def _point(text: str) -> tuple[float, float]:
     return x, y
 
 
-def _radii(given: list[float], count: int) -> tuple[float, ...]:
+def _radii(radii: list[float], count: int) -> tuple[float, ...]:
     """Return the blend radius (m) of each of so many via points."""
     from fivebar_control.trajectory.refusal import PlanRefused
     from fivebar_control.trajectory.rounded import radii_at
 
-    if any(given) and not count:
+    if any(radii) and not count:
         raise InputError("--blend-radius: expected with --via, whose corners are rounded")
     try:
-        return radii_at(given, count)
+        return radii_at(radii, count)
     except PlanRefused as refusal:
         raise InputError(f"--{str(refusal).replace('_', '-', 1)}") from refusal
 

@@ -63,8 +63,14 @@ def robot(
     """
     with input_errors(), keyboard_interrupts():
         if action is RobotAction.CHECK:
-            given = {"--overwrite": overwrite, "--urdf": urdf, "--motors": motors, "--passive": passive, "--tips": tips}
-            for option in (name for name, value in given.items() if value):
+            options = {
+                "--overwrite": overwrite,
+                "--urdf": urdf,
+                "--motors": motors,
+                "--passive": passive,
+                "--tips": tips,
+            }
+            for option in (name for name, value in options.items() if value):
                 raise InputError(f"{option}: expected with `new` only")
             name = check_file(file)
             words = f"{file}: robot {name}: a valid robot file"

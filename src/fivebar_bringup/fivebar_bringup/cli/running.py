@@ -225,8 +225,8 @@ def _refuse_scheduling(mode: Mode, separate: bool, processors: str, priority: in
     """Refuse processors that this machine does not have, and what is for runs in real time elsewhere."""
     from fivebar_description.ros.scheduling import processor_set, processors_problem
 
-    given = {"--separate": separate, "--processors": processors, "--priority": priority is not None}
-    for option, is_given in given.items():
+    options = {"--separate": separate, "--processors": processors, "--priority": priority is not None}
+    for option, is_given in options.items():
         if mode is not Mode.REALTIME and is_given:
             raise InputError(f"{option}: expected with --realtime or --hardware")
     there = os.sched_getaffinity(0)

@@ -33,10 +33,10 @@ def for_scenario(link: Mapping[str, Any], scenario: Scenario) -> dict[str, Any]:
     """Return the section `link` with an inner loop of the scenario's robot, no narrower than its blending zones."""
     if link.get("takes") != GAINS:
         return dict(link)
-    given = dict(link.get("inner_loop", {}))
+    own = dict(link.get("inner_loop", {}))
     widths = (crossing.epsilon for crossing in scenario.plan().crossings)
-    loop = {"robot": scenario.robot, "epsilon": max((given.get("epsilon", NEAR_LOCUS), *widths))}
-    return {**link, "inner_loop": given | loop}
+    loop = {"robot": scenario.robot, "epsilon": max((own.get("epsilon", NEAR_LOCUS), *widths))}
+    return {**link, "inner_loop": own | loop}
 
 
 def least_parts(link: Mapping[str, Any]) -> int:

@@ -33,7 +33,7 @@ def with_stated_odds(
 
 
 def likely_motion(
-    first: PlannedMotion[M], alternatives: Alternatives[M], given: bool, until: float = math.inf
+    first: PlannedMotion[M], alternatives: Alternatives[M], keeps_duration: bool, until: float = math.inf
 ) -> PlannedMotion[M]:
     """Return a motion with its odds: the first one where it is likely enough, else the one with the best odds.
 
@@ -42,7 +42,7 @@ def likely_motion(
     Args:
         first: as the planner chooses it, or as it was asked for.
         alternatives: what else it might be.
-        given: keep the duration of the first one, and say what would be better.
+        keeps_duration: keep the duration of the first one, and say what would be better.
         until: when no further robot is tried (s on the steady clock).
 
     Raises:
@@ -54,7 +54,7 @@ def likely_motion(
     cut_short = time.monotonic() >= until
     best = choice.motion
     how = best.how_other_than(first)
-    if given:
+    if keeps_duration:
         kept = with_stated_odds(first, errors, SEED, until, choice.motion is first and choice.likely)
         if best is first or kept.odds is None or choice.odds.share <= kept.odds.share:
             return kept

@@ -48,7 +48,7 @@ def page_scripts(
         generated: scripts that are no files, which run before the named ones.
         package: by full name.
     """
-    own, opened = ([_own(name, package) for name in given] for given in (names, allowed))
+    own, opened = ([_own(name, package) for name in group] for group in (names, allowed))
     texts = [*(_library(name) for name in libraries), *map(_without_end, generated), *own]
     # a text can then neither end its element nor begin another one
     safe = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")

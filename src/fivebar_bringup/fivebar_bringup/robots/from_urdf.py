@@ -92,20 +92,20 @@ class MovedBody(NamedTuple):
     inertia: float
 
 
-def robot_from_urdf(text: str, source: str, name: str, given: dict[str, Pair]) -> FoundRobot:
+def robot_from_urdf(text: str, source: str, name: str, named: dict[str, Pair]) -> FoundRobot:
     """Return a robot file of a URDF.
 
     Args:
         text: of the URDF.
         source: of it, by which errors begin.
         name: of the robot.
-        given: fields of `LoopNames` that are given; the others have names that are known.
+        named: fields of `LoopNames` that are given; the others have names that are known.
 
     Raises:
         InputError: it is no URDF, a name is not in it, or it describes no planar five-bar.
     """
     joints = _joints_of(text, source)
-    text, untold = _text_of(loop_in_urdf(text, source, given), joints, name)
+    text, untold = _text_of(loop_in_urdf(text, source, named), joints, name)
     try:
         file = validate(parse_versioned(text, source), RobotFile, source)
         x, y = home_of(file.five_bar())
@@ -114,19 +114,19 @@ def robot_from_urdf(text: str, source: str, name: str, given: dict[str, Pair]) -
     return FoundRobot(f"{text}home_m: [{x}, {y}]\n", untold)
 
 
-def loop_in_urdf(text: str, source: str, given: dict[str, Pair]) -> LoopInUrdf:
+def loop_in_urdf(text: str, source: str, named: dict[str, Pair]) -> LoopInUrdf:
     """Return the closed loop of a URDF, seen so that the z axis of the link that bears the first motor points upwards.
 
     Args:
         text: of the URDF.
         source: of it, by which errors begin.
-        given: fields of `LoopNames` that are given; the others have names that are known.
+        named: fields of `LoopNames` that are given; the others have names that are known.
 
     Raises:
         InputError: it is no URDF, a name is not in it, or its legs do not move in one plane.
     """
     joints = _joints_of(text, source)
-    names = _names(joints, given, source)
+    names = _names(joints, named, source)
     parent = joints[names.motors[0]].find("parent")
     bearing = "" if parent is None else parent.get("link", "")
     return LoopInUrdf(names, *_legs_of(_model_of(text, source), names, bearing, source))
@@ -142,10 +142,10 @@ def _joints_of(text: str, source: str) -> dict[str, ElementTree.Element]:
     return {joint.get("name", ""): joint for joint in root.findall("joint")}
 
 
-def _names(joints: dict[str, ElementTree.Element], given: dict[str, Pair], source: str) -> LoopNames:
+def _names(joints: dict[str, ElementTree.Element], named: dict[str, Pair], source: str) -> LoopNames:
     known = next((names for names in KNOWN if set(names.motors) <= set(joints)), None)
     fields = {} if known is None else known._asdict()
-    fields |= given
+    fields |= named
     for field in LoopNames._fields:
         if field not in fields:
             raise InputError(

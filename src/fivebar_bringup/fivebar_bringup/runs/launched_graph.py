@@ -74,8 +74,8 @@ def _mode(request: ControlRequest) -> Mode:
     on_drives = _on_drives(request)
     if request.port and request.hardware not in (Hardware.USB, Hardware.REAL):
         raise InputError("port: expected together with hardware:=usb or real, and only there")
-    for name, given in (("drives", request.drives), ("activate", request.activate)):
-        if given and not on_drives:
+    for name, value in (("drives", request.drives), ("activate", request.activate)):
+        if value and not on_drives:
             raise InputError(
                 f"{name}: expected hardware:=emulated, socketcan, usb, external or real, which have drives"
             )
@@ -144,10 +144,10 @@ def _adapted(node: NodeSpec, request: ControlRequest, names: set[str], file: str
     return node._replace(parameters=parameters)
 
 
-def _without(spec: ProcessSpec, given: Any) -> ProcessSpec:
+def _without(spec: ProcessSpec, overridden: Any) -> ProcessSpec:
     """Return a process without the parameters that the launch gives all nodes."""
     nodes = [
-        node._replace(parameters={name: value for name, value in node.parameters.items() if name not in given})
+        node._replace(parameters={name: value for name, value in node.parameters.items() if name not in overridden})
         for node in spec.nodes
     ]
     return spec._replace(nodes=tuple(nodes))

@@ -129,8 +129,8 @@ def run_command(
     for option, value in (("--drives", drives), ("--port", port)):
         if value:
             words += [option, value]
-    for flag, given in (("--activate", activate), ("--scene", scene)):
-        if given:
+    for flag, wanted in (("--activate", activate), ("--scene", scene)):
+        if wanted:
             words.append(flag)
     if namespace:
         words += ["--namespace", namespace]

@@ -46,9 +46,9 @@ def _read(
         scenario = changed_scenario(content, changes)
         content = with_keys(content, changes)
     # the controller first, because it decides about the keys of the section `law`
-    for given in ({name: parameters[name] for name in parameters if name == "controller"}, parameters):
-        if given:
-            scenario = validate(with_keys(content, parameters_in(scenario, given)), Scenario, str(path))
+    for chosen in ({name: parameters[name] for name in parameters if name == "controller"}, parameters):
+        if chosen:
+            scenario = validate(with_keys(content, parameters_in(scenario, chosen)), Scenario, str(path))
     if scenario.start != SEEN:
         return scenario
     # OpenCV and the plant take time to load, which other scenarios need not

@@ -45,18 +45,18 @@ SWITCHED: dict[str, tuple[str, ...] | dict[str, tuple[str, ...]]] = {
 have no effect."""
 
 
-def refuse_without_effect(given: Mapping[str, Any], scenario: Scenario, any_law: bool = False) -> None:
+def refuse_without_effect(content: Mapping[str, Any], scenario: Scenario, any_law: bool = False) -> None:
     """Refuse what a scenario's file says without any effect.
 
     Args:
-        given: what the file says.
+        content: what the file says.
         scenario: what it is read as.
         any_law: whether other laws than that of its controller are to be run as well.
 
     Raises:
         InputError: one of the keys has no effect.
     """
-    for key, _ in dotted(given):
+    for key, _ in dotted(content):
         problem = _problem(key, scenario, any_law)
         if problem is not None:
             raise InputError(f"{key}: {problem}")

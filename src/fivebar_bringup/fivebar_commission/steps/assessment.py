@@ -70,10 +70,10 @@ def _assessed(session: Session) -> tuple[str, dict[str, object], tuple[str, ...]
     from fivebar_studies.engine.running import run_study
     from fivebar_studies.rigs.declared import DECLARED
 
-    given = {"robot": str(session.robot_path), **QUICK}
+    arguments = {"robot": str(session.robot_path), **QUICK}
     try:
         with session.shown("  other crossings") as progress, LocalProcesses(os.cpu_count() or 1) as processes:
-            finished = run_study(STUDY, given, study_folder(session, STUDY, given), processes, progress)
+            finished = run_study(STUDY, arguments, study_folder(session, STUDY, arguments), processes, progress)
     except InputError as error:
         return f"its other crossings cannot be assessed: {error}", {}, ()
     law = AssessSettings().controllers[0]
@@ -87,7 +87,7 @@ def _assessed(session: Session) -> tuple[str, dict[str, object], tuple[str, ...]
     return f"of random crossings {base.success} succeed", figures, pages
 
 
-def study_folder(session: Session, study: Study[Any, Any], given: Mapping[str, Any]) -> Path:
+def study_folder(session: Session, study: Study[Any, Any], arguments: Mapping[str, Any]) -> Path:
     """Return the folder of a study that was interrupted, of the robot as it is now, which resumes; else a new one."""
     # here, because what studies stand on takes long to load
     from fivebar_studies.engine.directory import opened
@@ -95,7 +95,7 @@ def study_folder(session: Session, study: Study[Any, Any], given: Mapping[str, A
     begun = session.last_folder(study.name)
     if begun is not None:
         with suppress(InputError):
-            files, _ = opened(study, begun, given)
+            files, _ = opened(study, begun, arguments)
             if not files.directory.page.exists():
                 return begun
     return session.new_folder(study.name)

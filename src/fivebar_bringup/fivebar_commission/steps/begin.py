@@ -82,10 +82,10 @@ def begun(
         raise InputError("--realtime: expected with --practice; a real robot follows the clock anyhow")
     stem = re.sub(r"[^\w.-]+", "-", file.name)
     folder = out or Path("runs") / f"commission-{stem}"
-    given = _drives_of(file, drives) if practice is None else ""
+    chosen = _drives_of(file, drives) if practice is None else ""
     asked = CommissionState(
         robot=robot,
-        drives=given,
+        drives=chosen,
         practice=practice or "",
         realtime=realtime,
         torque_nm=torque,

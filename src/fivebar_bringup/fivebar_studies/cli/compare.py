@@ -82,7 +82,7 @@ def compare(
         refuse_changes_without_effect,
         refuse_decided,
     )
-    from fivebar_studies.compare.cases import given_on
+    from fivebar_studies.compare.cases import scenario_on
     from fivebar_studies.compare.compare import COMPARISON, cases_of
     from fivebar_studies.rigs.declared import robot_name
 
@@ -98,7 +98,7 @@ def compare(
             "robot": own or None,
             "changes": tuple(changes) if changes else None,
         }
-        _refuse_namesakes([given_on(name, own).name for name in names or ()])
+        _refuse_namesakes([scenario_on(name, own).name for name in names or ()])
         if changes:
             decided = {**OF_STUDY, "segment_duration": "--durations"}
             refuse_decided(read_changes(changes), decided)

@@ -55,7 +55,7 @@ def estimate(
     from fivebar_studies.estimate.study import ESTIMATION, compared
 
     with input_errors(), keyboard_interrupts():
-        given = {
+        arguments = {
             "bag": str(bag),
             "changes": tuple(settings or ()),
             "file": None if file is None else str(file),
@@ -63,9 +63,9 @@ def estimate(
             "namespace": None if namespace is None else read_namespace(namespace),
         }
         with progress_bar("estimation", as_json):
-            estimation = compared(ESTIMATION.settings_with(given))
+            estimation = compared(ESTIMATION.settings_with(arguments))
             directory = out or new_directory(None, f"estimate-{estimation.recorded.name}")
-            finished = run_study(ESTIMATION, given, directory)
+            finished = run_study(ESTIMATION, arguments, directory)
     if as_json:
         print(json.dumps(finished.content, indent=2, allow_nan=False))
         return

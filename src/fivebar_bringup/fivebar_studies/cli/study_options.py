@@ -82,7 +82,7 @@ class Machines(NamedTuple):
 
 
 def run_command(
-    place: str, given: Mapping[str, Any], out: Path | None, machines: Machines, as_json: bool
+    place: str, arguments: Mapping[str, Any], out: Path | None, machines: Machines, as_json: bool
 ) -> FinishedStudy:
     """Run the study that is defined at a place, `MODULE:NAME`, and show its progress.
 
@@ -102,7 +102,7 @@ def run_command(
         if local
         else cluster_of(machines.scheduler, machines.scheduler_file, complain) as executor,
     ):
-        return run_study(study, given, out, executor, progress)
+        return run_study(study, arguments, out, executor, progress)
 
 
 def chosen_controllers(text: str | None) -> tuple[str, ...] | None:

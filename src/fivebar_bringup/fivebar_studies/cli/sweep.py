@@ -136,7 +136,7 @@ def sweep(
     show_study(finished, as_json, finished.shown, columns, [Text.assemble(verdict, f": {finished.content['verdict']}")])
 
 
-def _rig_with(changes: list[str], given: Mapping[str, Any]) -> str:
+def _rig_with(changes: list[str], arguments: Mapping[str, Any]) -> str:
     """Return the name of the rig of a sweep with changed keys of its scenarios.
 
     Raises:
@@ -152,7 +152,7 @@ def _rig_with(changes: list[str], given: Mapping[str, Any]) -> str:
     from fivebar_studies.sweep.drawing import draw
     from fivebar_studies.sweep.sweep import SWEEP
 
-    if not given.get("rig"):
+    if not arguments.get("rig"):
         raise InputError(
             "--set: the robots of a sweep without a rig differ from case to case in what it draws: expected with --rig,"
             " such as --rig ideal, or with a --robot whose file has tolerances or loads"
@@ -161,8 +161,8 @@ def _rig_with(changes: list[str], given: Mapping[str, Any]) -> str:
     motion = ("waypoints", "trajectory", "working_mode", "segment_duration", "time_law", "blend_radius")
     drawn = {**dict.fromkeys(motion, DRAWN), "rate_hz": PLANNED_AT}
     refuse_decided(keys, {**OF_STUDY, **drawn})
-    rig = SET.join((given["rig"], *changes))
-    settings = SWEEP.settings_with({**given, "rig": rig})
+    rig = SET.join((arguments["rig"], *changes))
+    settings = SWEEP.settings_with({**arguments, "rig": rig})
     case = draw(settings.seed, 0, rig, settings.robot)
     try:
         scenarios = [case.scenario(name) for name in settings.controllers]
@@ -172,7 +172,7 @@ def _rig_with(changes: list[str], given: Mapping[str, Any]) -> str:
     return rig
 
 
-def _one_case(number: int, given: dict[str, Any], out: Path | None, as_json: bool) -> None:
+def _one_case(number: int, arguments: dict[str, Any], out: Path | None, as_json: bool) -> None:
     """Print a case, and write its scenarios and figures with --out.
 
     Raises:
@@ -182,7 +182,7 @@ def _one_case(number: int, given: dict[str, Any], out: Path | None, as_json: boo
     from fivebar_studies.sweep.single import save_case
     from fivebar_studies.sweep.sweep import SWEEP
 
-    rows = SWEEP.run(SWEEP.settings_with(given), number)
+    rows = SWEEP.run(SWEEP.settings_with(arguments), number)
     written = [] if out is None else save_case(rows, out)
     if as_json:
         print(json.dumps(finite([row._asdict() for row in rows]), indent=2, allow_nan=False))

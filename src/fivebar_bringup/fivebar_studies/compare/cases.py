@@ -40,7 +40,7 @@ class ComparisonCase(NamedTuple):
     """One run of a comparison.
 
     Attributes:
-        given: the scenario with the motion.
+        base: the scenario with the motion.
         controller: name of the controller.
         duration: of each segment (s); None for the quickest that the planner's screen allows.
         rig: name or path of a rig, or `AS_GIVEN`.
@@ -48,7 +48,7 @@ class ComparisonCase(NamedTuple):
         changes: KEY=VALUE of further keys of the scenario, in place of the rig's.
     """
 
-    given: Scenario
+    base: Scenario
     controller: str
     duration: float | None
     rig: str
@@ -58,17 +58,17 @@ class ComparisonCase(NamedTuple):
     @property
     def size(self) -> float:
         """Size of the robot over that of DexTAR, by which errors are judged."""
-        return size_ratio(load_robot(self.given.robot))
+        return size_ratio(load_robot(self.base.robot))
 
     @property
     def torque(self) -> float:
         """Torque of the robot's crossings over that of DexTAR's, by which torques are judged."""
-        return torque_ratio(read_robot(self.given.robot))
+        return torque_ratio(read_robot(self.base.robot))
 
     @property
     def motion(self) -> str:
         """Name of the motion."""
-        return self.given.name
+        return self.base.name
 
     @property
     def pace(self) -> str:
@@ -81,9 +81,7 @@ class ComparisonCase(NamedTuple):
         Raises:
             InputError: the controller cannot follow the motion on the rig, or there is no quickest duration.
         """
-        content = with_changes(
-            on_rig(self.given, self.rig, self.controller), changes_for(self.changes, self.controller)
-        )
+        content = with_changes(on_rig(self.base, self.rig, self.controller), changes_for(self.changes, self.controller))
         # the name of a run takes no colon, which a law from elsewhere has
         rig = re.sub(r"[^\w.-]", "_", Path(self.rig).stem, flags=re.ASCII)
         name = f"{self.motion}-{self.controller.replace(':', '.')}-{rig}"
@@ -103,25 +101,25 @@ class ComparisonCase(NamedTuple):
 class ComparisonExtent:
     """Extent of a comparison: scenarios, controllers, segment durations (s), rigs (None: the default ones), changes."""
 
-    given: tuple[Scenario, ...]
+    scenarios: tuple[Scenario, ...]
     controllers: tuple[str, ...]
     durations: tuple[float, ...]
     rigs: tuple[str, ...] | None = None
     changes: tuple[str, ...] = ()
 
-    def rigs_of(self, given: Scenario) -> tuple[str, ...]:
+    def rigs_of(self, scenario: Scenario) -> tuple[str, ...]:
         """Return the rigs for a scenario, without those on which its motion cannot be made."""
         if self.rigs is None:
-            return default_rigs(given)
-        return tuple(name for name in self.rigs if can_be_on(given, name))
+            return default_rigs(scenario)
+        return tuple(name for name in self.rigs if can_be_on(scenario, name))
 
     @cached_property
     def asked(self) -> list[ComparisonCase]:
         """The runs that are compared."""
         return [
-            ComparisonCase(given, controller, duration, rig, changes=self.changes)
-            for given in self.given
-            for rig in self.rigs_of(given)
+            ComparisonCase(scenario, controller, duration, rig, changes=self.changes)
+            for scenario in self.scenarios
+            for rig in self.rigs_of(scenario)
             for controller in self.controllers
             for duration in self.durations
         ]
@@ -133,16 +131,16 @@ class ComparisonExtent:
         None of a scenario whose quickest pace cannot be found, nor of one whose drives have no more than that limit.
         """
         return [
-            ComparisonCase(given, controller, duration, rig, tight_limit(given), self.changes)
-            for given in self.given
-            for number, rig in enumerate(self.rigs_of(given))
+            ComparisonCase(scenario, controller, duration, rig, tight_limit(scenario), self.changes)
+            for scenario in self.scenarios
+            for number, rig in enumerate(self.rigs_of(scenario))
             for controller in self.controllers
             for duration in ((*self.durations, None) if number == 0 else (None,))
-            if has_quickest(given) and guard_settings(given).torque_limit > tight_limit(given)
+            if has_quickest(scenario) and guard_settings(scenario).torque_limit > tight_limit(scenario)
         ]
 
 
-def given_on(name: str, robot: str) -> Scenario:
+def scenario_on(name: str, robot: str) -> Scenario:
     """Return a scenario by name or path; on another robot than its own its lengths are in proportion to the size.
 
     Args:
@@ -152,25 +150,25 @@ def given_on(name: str, robot: str) -> Scenario:
     Raises:
         InputError: there is no such scenario or robot, or the robot cannot make the motion.
     """
-    given = load_scenario(name, any_law=True)
-    if robot in ("", given.robot):
-        return given
+    scenario = load_scenario(name, any_law=True)
+    if robot in ("", scenario.robot):
+        return scenario
     file = read_robot(robot)
-    size = size_ratio(file.five_bar()) / size_ratio(given.five_bar())
+    size = size_ratio(file.five_bar()) / size_ratio(scenario.five_bar())
     limit = file.drives.torque_limit
     scaled: dict[str, Any] = {
         "robot": robot,
-        "waypoints": tuple((size * x, size * y) for x, y in given.waypoints),
-        "blend_radius": _scaled(given.blend_radius, size),
-        "tracking_error_limit": size * given.tracking_error_limit,
-        "error_tolerance": size * given.error_tolerance,
-        "plant": given.plant if limit is None else given.plant._replace(torque_limit=limit),
+        "waypoints": tuple((size * x, size * y) for x, y in scenario.waypoints),
+        "blend_radius": _scaled(scenario.blend_radius, size),
+        "tracking_error_limit": size * scenario.tracking_error_limit,
+        "error_tolerance": size * scenario.error_tolerance,
+        "plant": scenario.plant if limit is None else scenario.plant._replace(torque_limit=limit),
     }
     keys = (*scaled.keys() - {"plant"}, "plant.torque_limit")
     try:
-        return load_scenario(name, parameters_of(given.model_copy(update=scaled), keys), any_law=True)
+        return load_scenario(name, parameters_of(scenario.model_copy(update=scaled), keys), any_law=True)
     except InputError as error:
-        raise InputError(f"robot {robot!r}: {size:.3g} times as large as {given.robot}: {error}") from error
+        raise InputError(f"robot {robot!r}: {size:.3g} times as large as {scenario.robot}: {error}") from error
 
 
 def _scaled(length: float | tuple[float, ...], size: float) -> float | tuple[float, ...]:
@@ -211,6 +209,6 @@ def default_rigs(scenario: Scenario) -> tuple[str, ...]:
     return (*possible, AS_GIVEN)
 
 
-def tight_limit(given: Scenario) -> float:
+def tight_limit(scenario: Scenario) -> float:
     """Return the tight torque limit (Nm) of a scenario's robot."""
-    return TIGHT_LIMIT * torque_ratio(read_robot(given.robot))
+    return TIGHT_LIMIT * torque_ratio(read_robot(scenario.robot))

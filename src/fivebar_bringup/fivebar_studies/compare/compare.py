@@ -10,7 +10,7 @@ from functools import lru_cache
 from fivebar_bringup.pages.content import Picture, Table
 from fivebar_bringup.pages.rendering import render
 from fivebar_control.laws.registry import timed_controllers
-from fivebar_studies.compare.cases import AS_GIVEN, ComparisonExtent, given_on
+from fivebar_studies.compare.cases import AS_GIVEN, ComparisonExtent, scenario_on
 from fivebar_studies.compare.results import ComparedRun, ComparisonRow, run_case
 from fivebar_studies.compare.tables import overview_table, rigs_table, run_tables, tight_table
 from fivebar_studies.compare.verdicts import Requirement, findings
@@ -46,8 +46,8 @@ class ComparisonSettings(StudySettings):
 @lru_cache(maxsize=4)
 def cases_of(settings: ComparisonSettings) -> ComparisonExtent:
     """Return the runs of a comparison."""
-    given = tuple(given_on(name, settings.robot) for name in settings.scenarios)
-    return ComparisonExtent(given, settings.controllers, settings.durations, settings.rigs, settings.changes)
+    scenarios = tuple(scenario_on(name, settings.robot) for name in settings.scenarios)
+    return ComparisonExtent(scenarios, settings.controllers, settings.durations, settings.rigs, settings.changes)
 
 
 def run_numbered(settings: ComparisonSettings, number: int) -> list[ComparisonRow]:
@@ -109,7 +109,7 @@ def _program(settings: ComparisonSettings) -> str:
     extent = cases_of(settings)
     rigs = {case.rig for case in extent.asked} - {AS_GIVEN}
     return program_digest(
-        DECIDING, {scenario.robot for scenario in extent.given}, rigs, settings.controllers, extent.given
+        DECIDING, {scenario.robot for scenario in extent.scenarios}, rigs, settings.controllers, extent.scenarios
     )
 
 

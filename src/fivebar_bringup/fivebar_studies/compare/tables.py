@@ -32,16 +32,16 @@ METRICS = (
 def rigs_table(extent: ComparisonExtent) -> Table:
     """Return the description and the gains of each rig."""
     rows = []
-    for given in extent.given:
-        for rig in extent.rigs_of(given):
-            content = on_rig(given, rig, given.controller)
+    for scenario in extent.scenarios:
+        for rig in extent.rigs_of(scenario):
+            content = on_rig(scenario, rig, scenario.controller)
             gains, unified = Gains(**content["gains"]), {name: content["unified"][name] for name in ("kp", "kd")}
             described = "plant, estimator and gains as the scenario gives them"
             if rig != AS_GIVEN:
                 described = find_rig(rig).described
             words = f"{gains.kp:g}, {gains.kd:g}; on the locus {gains.kp_vhc:g}, {gains.kd_vhc:g}"
             of_unified = Cell(f"{unified['kp']:g}, {unified['kd']:g}", unified)
-            rows.append((given.name, rig, described, Cell(words, gains._asdict()), of_unified))
+            rows.append((scenario.name, rig, described, Cell(words, gains._asdict()), of_unified))
     return table(
         "rigs",
         "Rigs and gains",

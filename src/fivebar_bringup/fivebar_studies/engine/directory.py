@@ -113,14 +113,14 @@ def _begun_content(study: Study[Settings, Row], settings: Settings, finished: bo
 
 
 def opened(
-    study: Study[Settings, Row], out: Path | None, given: Mapping[str, Any]
+    study: Study[Settings, Row], out: Path | None, arguments: Mapping[str, Any]
 ) -> tuple[StudyFiles[Settings, Row], Settings]:
     """Return the files of a new study, or of one to resume, with its settings.
 
     Args:
         study: which.
         out: new or empty directory, or that of a study; by default runs/NAME-<date>-<time>.
-        given: settings; those that are None are those of the resumed study, else their defaults.
+        arguments: settings; those that are None are those of the resumed study, else their defaults.
 
     Raises:
         InputError: the directory cannot be used, or holds a study with other settings.
@@ -129,14 +129,14 @@ def opened(
         begun = StudyFiles(study, out)
         settings, program, _ = begun.read_settings()
         kept = {**settings.model_dump(), PROGRAM: program}
-        for name, value in {**given, PROGRAM: study.program(settings)}.items():
+        for name, value in {**arguments, PROGRAM: study.program(settings)}.items():
             if value is not None and value != kept[name]:
                 raise InputError(
                     f"{out}: holds a {study.name} with {name} {_words(kept[name])}, not {_words(value)}: expected the"
                     " same or another directory"
                 )
         return begun, settings
-    settings = study.settings_with(given)
+    settings = study.settings_with(arguments)
     # what is refused leaves no directory
     content = json_text(_begun_content(study, settings, False))
     new = StudyFiles(study, new_directory(out, study.name))

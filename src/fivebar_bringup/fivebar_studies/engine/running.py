@@ -43,7 +43,7 @@ class FinishedStudy(NamedTuple):
 
 def run_study(
     study: Study[Settings, Row],
-    given: Mapping[str, Any],
+    arguments: Mapping[str, Any],
     out: Path | None = None,
     executor: Executor | None = None,
     progress: Progress = silent,
@@ -54,7 +54,7 @@ def run_study(
 
     Args:
         study: which.
-        given: settings; what is missing or None is that of the resumed study, else the default.
+        arguments: settings; what is missing or None is that of the resumed study, else the default.
         out: new or empty directory, or that of a study to resume; by default runs/NAME-<date>-<time>.
         executor: runs the cases; by default this process.
         progress: called with how much there is so far of what is wanted, and with that.
@@ -63,7 +63,7 @@ def run_study(
         InputError: the directory cannot be used, or holds a study with other settings.
         ResumableInterrupt: it was interrupted; the chunks that were written are kept.
     """
-    files, settings = opened(study, out, given)
+    files, settings = opened(study, out, arguments)
     words = (
         f"{files.path}: interrupted: {files.rows.name} keeps the finished cases:"
         f" the same command with --out {quote(str(files.path))} resumes"

@@ -75,13 +75,15 @@ class Study(Generic[Settings, Row]):
     wanted: Callable[[Settings], int] | None = None
     counts: Callable[[Settings, Sequence[Row]], int] = field(default=lambda settings, rows: len(case_numbers(rows)))
 
-    def settings_with(self, given: Mapping[str, Any]) -> Settings:
+    def settings_with(self, arguments: Mapping[str, Any]) -> Settings:
         """Return the settings with given values; those that are missing or None are their defaults.
 
         Raises:
             InputError: there is no such setting, or a value is not allowed.
         """
-        return validate({name: value for name, value in given.items() if value is not None}, self.settings, self.name)
+        return validate(
+            {name: value for name, value in arguments.items() if value is not None}, self.settings, self.name
+        )
 
     def needed(self, settings: Settings) -> int:
         """Return how much has to come of the cases: all of them, unless the study says otherwise."""

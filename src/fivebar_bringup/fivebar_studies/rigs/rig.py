@@ -126,19 +126,19 @@ class Rig(StrictModel):
         settings = merged(self.scenario, self.blended if find_controller(controller).blended else {})
         return {name: keys for name, keys in settings.items() if name != "plant"}
 
-    def content(self, given: Scenario, controller: str, drawn: Keys | None = None) -> dict[str, Any]:
+    def content(self, scenario: Scenario, controller: str, drawn: Keys | None = None) -> dict[str, Any]:
         """Return the content of a scenario with its robot put on the rig, and a controller.
 
         Args:
-            given: the scenario; engine, torque limit and seed of its plant stay.
+            scenario: engine, torque limit and seed of its plant stay.
             controller: by name.
             drawn: keys of the section `plant` that were drawn for its robot; None for the robot without such errors.
         """
-        content = given.model_dump() | {"controller": controller, "estimator": "none"}
+        content = scenario.model_dump() | {"controller": controller, "estimator": "none"}
         kept = {key: content["plant"][key] for key in (*OF_THE_SCENARIO, "seed")}
         # effects and drives are those of the rig, not those that follow from the robot's file
         content["plant"] = {**kept, "torque_quantum": 0.0, **{name: {} for name in SECTIONS}, **(drawn or {})}
-        if controller != given.controller:
+        if controller != scenario.controller:
             # settings of one law are none of another
             content["law"] = {}
         law = self.laws.get(controller, {})

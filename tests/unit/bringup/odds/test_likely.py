@@ -57,7 +57,7 @@ def found_with(
     monkeypatch: pytest.MonkeyPatch,
     first: Odds,
     best: Odds | None,
-    given: bool = False,
+    keeps_duration: bool = False,
     until: float = math.inf,
     law: bool = False,
     fresh: Odds | None = None,
@@ -79,7 +79,7 @@ def found_with(
         return Choice(next(others.beside(chosen, until)), best)
 
     monkeypatch.setattr(alternatives, "best_of_all", choose)
-    return likely_motion(in_seconds(2.0), OTHERS, given, until)
+    return likely_motion(in_seconds(2.0), OTHERS, keeps_duration, until)
 
 
 def test_a_likely_motion_is_made_and_an_unlikely_one_in_the_duration_with_the_best_odds(
@@ -108,7 +108,7 @@ def test_a_refusal_says_how_the_robots_fail_and_what_to_type_next(monkeypatch: p
         alternatives, "best_of_all", lambda motions, *more: Choice(motions[0], Odds(20, 24), range(24, 48), failed)
     )
     with pytest.raises(InputError) as refusal:
-        likely_motion(in_seconds(2.0), OTHERS, given=False)
+        likely_motion(in_seconds(2.0), OTHERS, keeps_duration=False)
     assert str(refusal.value).endswith(
         "failed: 2 with a peak error of up to 3.12 mm (limit 2.00 mm), 1 with fault state_stale, 1 with a final error"
         " of up to 1.4 mm (limit 1.00 mm); nothing alone raises that; more: fivebar assess dextar"
@@ -116,18 +116,18 @@ def test_a_refusal_says_how_the_robots_fail_and_what_to_type_next(monkeypatch: p
 
 
 def test_a_duration_that_is_given_is_kept_and_a_better_one_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = found_with(monkeypatch, Odds(8, 24), Odds(23, 24), given=True)
+    found = found_with(monkeypatch, Odds(8, 24), Odds(23, 24), keeps_duration=True)
     assert (found.motion, found.odds, found.likely) == ("2 s", Odds(8, 24), False)
     assert found.better is not None
     assert (found.better.motion, found.better.odds, found.better.chosen) == ("1 s", Odds(23, 24), "")
-    assert found_with(monkeypatch, Odds(8, 24), Odds(8, 24), given=True).better is None
+    assert found_with(monkeypatch, Odds(8, 24), Odds(8, 24), keeps_duration=True).better is None
 
 
 def test_what_was_chosen_in_place_of_the_first_motion_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found_with(monkeypatch, Odds(22, 24), None).chosen == ""
     assert found_with(monkeypatch, Odds(8, 24), Odds(23, 24)).chosen == "1 s, not 2 s"
     assert found_with(monkeypatch, Odds(8, 24), Odds(23, 24), law=True).chosen == "1 s by time law septic, not 2 s"
-    better = found_with(monkeypatch, Odds(8, 24), Odds(23, 24), given=True, law=True).better
+    better = found_with(monkeypatch, Odds(8, 24), Odds(23, 24), keeps_duration=True, law=True).better
     assert better is not None
     assert (better.duration, better.odds, better.chosen) == (1.0, Odds(23, 24), " by time law septic")
     with pytest.raises(InputError, match=r"at best, in 1 s by time law septic, 20 of 24"):
@@ -138,7 +138,7 @@ def test_the_first_motion_is_not_said_to_be_chosen_in_place_of_itself(monkeypatc
     def chosen_of(best: Callable[[list[PlannedMotion[str]]], PlannedMotion[str]]) -> str:
         try_with(monkeypatch, trying(Odds(21, 24)))
         monkeypatch.setattr(alternatives, "best_of_all", lambda motions, *more: Choice(best(motions), Odds(23, 24)))
-        return likely_motion(in_seconds(2.0), OTHERS, given=False).chosen
+        return likely_motion(in_seconds(2.0), OTHERS, keeps_duration=False).chosen
 
     assert chosen_of(lambda motions: motions[0]) == ""
     assert chosen_of(lambda motions: next(OTHERS.beside(motions[0], math.inf))) == "2 s by time law septic"
@@ -150,9 +150,9 @@ def test_a_search_that_the_clock_cuts_short_does_not_name_the_best(monkeypatch: 
     monkeypatch.setattr(likely, "most_relieved", lambda *arguments: "")
     cut_short = r"20 of 24 .* \(risk.success\).*, and no time was left to try more \(risk.odds_time\)$"
     with pytest.raises(InputError, match=cut_short):
-        likely_motion(in_seconds(2.0), OTHERS, given=False, until=time.monotonic())
+        likely_motion(in_seconds(2.0), OTHERS, keeps_duration=False, until=time.monotonic())
     with pytest.raises(InputError, match=r"20 of 24 .* \(risk.success\)(?!.*no time)"):
-        likely_motion(in_seconds(2.0), OTHERS, given=False, until=time.monotonic() + 1e6)
+        likely_motion(in_seconds(2.0), OTHERS, keeps_duration=False, until=time.monotonic() + 1e6)
 
 
 def test_with_too_little_time_nothing_is_decided_but_what_cannot_become_likely(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -165,7 +165,7 @@ def test_with_too_little_time_nothing_is_decided_but_what_cannot_become_likely(m
 
 
 def test_no_robot_is_tried_when_the_time_is_over() -> None:
-    found = likely_motion(in_seconds(2.0), OTHERS, given=False, until=time.monotonic())
+    found = likely_motion(in_seconds(2.0), OTHERS, keeps_duration=False, until=time.monotonic())
     assert (found.odds, found.likely) == (Odds(), True)
 
 

@@ -30,7 +30,7 @@ from fivebar_studies.compare.cases import (
     ComparisonCase,
     ComparisonExtent,
     default_rigs,
-    given_on,
+    scenario_on,
 )
 from fivebar_studies.compare.compare import COMPARISON, ComparisonSettings, cases_of, command_of, html_page
 from fivebar_studies.compare.figures import compare_figures
@@ -399,7 +399,7 @@ def test_bounds_go_with_the_size_and_the_torque_of_the_robot() -> None:
 
 def test_another_robot_makes_the_motion_in_proportion_and_is_judged_by_its_own_limits() -> None:
     belt = str(Path(__file__).parents[3] / "data" / "belt.yaml")
-    given, size, torque = given_on("middle", belt), 0.16375 / 0.09, 0.5 * 8.0 / 0.55
+    given, size, torque = scenario_on("middle", belt), 0.16375 / 0.09, 0.5 * 8.0 / 0.55
     assert given.waypoints == tuple((pytest.approx(size * x), pytest.approx(size * y)) for x, y in MIDDLE.waypoints)
     assert (motor_torque_limit(given), given.error_tolerance) == (8.0, pytest.approx(size * MIDDLE.error_tolerance))
     assert default_rigs(given)[: len(COMPARED_RIGS) + 1] == (*COMPARED_RIGS, f"robot:{belt}")
