@@ -69,12 +69,14 @@ def _check_regular(
     """Refuse an instant without a defined reference: out of reach, or where motors do not fix the platform."""
     at = segment.coordinates_at(t)
     if not segment.assembly:
-        if not _defined(state_from_platform(robot, request.working_mode, at.one, at.two, 0.0, 0.0)):
-            place = f"({at.one:.4f}, {at.two:.4f}) m"
+        if not _defined(state_from_platform(robot, request.working_mode, at.coordinate1, at.coordinate2, 0.0, 0.0)):
+            place = f"({at.coordinate1:.4f}, {at.coordinate2:.4f}) m"
             raise PlanRefused(f"at {t:.3f} s, after {request.label_at(t)}, the platform is out of reach: {place}")
         return
-    state = state_from_motors(robot, segment.assembly, at.one, at.two, 0.0, 0.0)
-    motors = f"at {t:.3f} s, after {request.label_at(t)}, the motors are at ({at.one:.4f}, {at.two:.4f}) rad"
+    state = state_from_motors(robot, segment.assembly, at.coordinate1, at.coordinate2, 0.0, 0.0)
+    motors = (
+        f"at {t:.3f} s, after {request.label_at(t)}, the motors are at ({at.coordinate1:.4f}, {at.coordinate2:.4f}) rad"
+    )
     if not _defined(state):
         raise PlanRefused(f"{motors}: the distal links cannot meet")
     if inverse_condition(state) < least_kappa:

@@ -175,11 +175,11 @@ def read_request(robot: FiveBar, message: TrajectoryMessage) -> tuple[Trajectory
 def knots_of(request: TrajectoryRequest) -> Knots:
     """Return the knots of a motion from rest to rest through the points of a request."""
     points = request.points
-    rates, bends = [_pair(point.velocity) for point in points], [_pair(point.acceleration) for point in points]
+    rates, accelerations = [_pair(point.velocity) for point in points], [_pair(point.acceleration) for point in points]
     rates[0] = rates[-1] = (0.0, 0.0)
-    bends[0], bends[-1] = bends[0] or (0.0, 0.0), bends[-1] or (0.0, 0.0)
+    accelerations[0], accelerations[-1] = accelerations[0] or (0.0, 0.0), accelerations[-1] or (0.0, 0.0)
     positions = [(point.position[0], point.position[1]) for point in points]
-    return completed([point.time for point in points], positions, rates, bends)
+    return completed([point.time for point in points], positions, rates, accelerations)
 
 
 def digest_of(wanted: TimedPoints) -> str:

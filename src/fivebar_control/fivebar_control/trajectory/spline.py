@@ -23,12 +23,12 @@ class Knot(NamedTuple):
     """Both coordinates at a time (s) after the beginning, with their first and second derivatives."""
 
     time: float
-    one: float
-    two: float
-    rate_one: float
-    rate_two: float
-    bend_one: float
-    bend_two: float
+    coordinate1: float
+    coordinate2: float
+    rate1: float
+    rate2: float
+    acceleration1: float
+    acceleration2: float
 
 
 class Knots(Sequence[Knot]):
@@ -92,7 +92,7 @@ class SplineSegment(NamedTuple):
         since = t - self.start_time
         for end, outside in ((self.knots[0], since < 0.0), (self.knots[-1], since >= self.duration)):
             if outside:
-                return Knot(since, end.one, end.two, 0.0, 0.0, 0.0, 0.0)
+                return Knot(since, end.coordinate1, end.coordinate2, 0.0, 0.0, 0.0, 0.0)
         number = bisect_right(self.knots.times, since)
         begin, end = self.knots[number - 1], self.knots[number]
         first = _between(begin, end, 1, since)
@@ -101,11 +101,13 @@ class SplineSegment(NamedTuple):
 
     def at(self, t: float) -> Platform:
         """Return the reference at time t (s); NaN where the distal links cannot meet."""
-        _, value1, value2, rate1, rate2, bend1, bend2 = self.coordinates_at(t)
+        _, value1, value2, rate1, rate2, acceleration1, acceleration2 = self.coordinates_at(t)
         if self.assembly == 0:
-            return Platform(value1, value2, rate1, rate2, bend1, bend2)
+            return Platform(value1, value2, rate1, rate2, acceleration1, acceleration2)
         state = state_from_motors(self.robot, self.assembly, value1, value2, rate1, rate2)
-        return Platform(state.x, state.y, state.vx, state.vy, *platform_acceleration(state, bend1, bend2))
+        return Platform(
+            state.x, state.y, state.vx, state.vy, *platform_acceleration(state, acceleration1, acceleration2)
+        )
 
     def line_at(self, t: float) -> Line:
         """Return NaN: the way in the plane is no line."""
@@ -139,10 +141,10 @@ def _between(begin: Knot, end: Knot, coordinate: int, t: float) -> tuple[float, 
     h, s = end.time - begin.time, t - begin.time
     # what is left to the end value, speed and acceleration of the parabola from the beginning
     gap = p1 - p0 - h * (v0 + 0.5 * h * a0)
-    speed, bend = (v1 - v0 - h * a0) * h, (a1 - a0) * h * h
-    c3 = (10.0 * gap - 4.0 * speed + 0.5 * bend) / h**3
-    c4 = (-15.0 * gap + 7.0 * speed - bend) / h**4
-    c5 = (6.0 * gap - 3.0 * speed + 0.5 * bend) / h**5
+    speed, acceleration = (v1 - v0 - h * a0) * h, (a1 - a0) * h * h
+    c3 = (10.0 * gap - 4.0 * speed + 0.5 * acceleration) / h**3
+    c4 = (-15.0 * gap + 7.0 * speed - acceleration) / h**4
+    c5 = (6.0 * gap - 3.0 * speed + 0.5 * acceleration) / h**5
     return (
         p0 + s * (v0 + s * (0.5 * a0 + s * (c3 + s * (c4 + s * c5)))),
         v0 + s * (a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5))),
@@ -154,51 +156,54 @@ def completed(
     times: Sequence[float],
     positions: Sequence[tuple[float, float]],
     rates: Sequence[tuple[float, float] | None],
-    bends: Sequence[tuple[float, float] | None],
+    accelerations: Sequence[tuple[float, float] | None],
 ) -> Knots:
     """Return knots with what is not given chosen so that the motion is as smooth as it can be.
 
-    Where a knot between the ends lacks its rates and bends, the third and fourth derivatives go through it without a
-    step; where it lacks its bends alone, the third.
+    Where a knot between the ends lacks its rates and accelerations, the third and fourth derivatives go through it
+    without a step; where it lacks its accelerations alone, the third.
 
     Args:
         times: of the knots (s), rising.
         positions: both coordinates of each.
         rates: their first derivatives, None where they are not given; those of both ends are.
-        bends: their second derivatives; as `rates`.
+        accelerations: their second derivatives; as `rates`.
     """
     columns = [
         _column(
             times,
             [place[axis] for place in positions],
             [None if rate is None else rate[axis] for rate in rates],
-            [None if bend is None else bend[axis] for bend in bends],
+            [None if acceleration is None else acceleration[axis] for acceleration in accelerations],
         )
         for axis in (0, 1)
     ]
     rows = [
-        (time, place[0], place[1], rate_one, rate_two, bend_one, bend_two)
-        for time, place, (rate_one, bend_one), (rate_two, bend_two) in zip(times, positions, *columns, strict=True)
+        (time, place[0], place[1], rate1, rate2, acceleration1, acceleration2)
+        for time, place, (rate1, acceleration1), (rate2, acceleration2) in zip(times, positions, *columns, strict=True)
     ]
     return Knots(np.array(rows, dtype=np.float64))
 
 
 def _column(
-    times: Sequence[float], places: Sequence[float], rates: Sequence[float | None], bends: Sequence[float | None]
+    times: Sequence[float],
+    places: Sequence[float],
+    rates: Sequence[float | None],
+    accelerations: Sequence[float | None],
 ) -> list[tuple[float, float]]:
-    """Return rate and bend of every knot in one coordinate.
+    """Return rate and acceleration of every knot in one coordinate.
 
-    Unknown are the rate and the bend of each knot in turn. A condition at a knot concerns its own and those of both
-    neighbours, so that the matrix of all has a band of three diagonals on either side.
+    Unknown are the rate and the acceleration of each knot in turn. A condition at a knot concerns its own and those of
+    both neighbours, so that the matrix of all has a band of three diagonals on either side.
     """
     # here, because motions without knots need no library for it
     from scipy.linalg import solve_banded
 
     count = len(times)
     h, gap = np.diff(np.asarray(times, dtype=np.float64)), np.diff(np.asarray(places, dtype=np.float64))
-    # of each condition, for a rate or a bend, the factors of what the knot before, the knot, and the one after have
+    # of each condition the factors of what the knot before, the knot, and the one after have
     factors, right = np.zeros((count, 2, 6)), np.zeros((count, 2))
-    for which, end_values, order in ((0, rates, 4), (1, bends, 3)):
+    for which, end_values, order in ((0, rates, 4), (1, accelerations, 3)):
         known = np.array([end_value is not None for end_value in end_values])
         ends, constants = _derivatives(order, h, gap, at_end=True)
         begins, other = _derivatives(order, h, gap, at_end=False)
@@ -209,7 +214,7 @@ def _column(
         factors[known, which] = 0.0
         factors[known, which, 2 + which] = 1.0
         right[known, which] = [end_value for end_value in end_values if end_value is not None]
-    # rates and bends have other units: without scales the matrix is ill-conditioned for short intervals
+    # rates and accelerations have other units: without scales the matrix is ill-conditioned for short intervals
     scale = (times[-1] - times[0]) / max(count - 1, 1)
     weights = np.array([1.0, 1.0 / scale])
     factors *= np.tile(weights, 3)
@@ -226,8 +231,8 @@ def _column(
                 band[diagonal, columns[inside]] = factors[inside, which, place]
     solved = solve_banded((3, 3), band, (right / largest).ravel()).reshape(count, 2) * weights
     return [
-        (solution[0] if rate is None else rate, solution[1] if bend is None else bend)
-        for solution, rate, bend in zip(solved.tolist(), rates, bends, strict=True)
+        (solution[0] if rate is None else rate, solution[1] if acceleration is None else acceleration)
+        for solution, rate, acceleration in zip(solved.tolist(), rates, accelerations, strict=True)
     ]
 
 
@@ -235,7 +240,8 @@ def _derivatives(order: int, h: FloatArray, gap: FloatArray, at_end: bool) -> tu
     """Return the third or fourth derivatives at one end of intervals of h (s), float64[N].
 
     Returns:
-        Their factors of rate and bend at the beginning and at the end, float64[N, 4], and the constants, float64[N].
+        Their factors of rate and acceleration at the beginning and at the end, float64[N, 4], and the constants,
+        float64[N].
     """
     ones = np.ones_like(h)
     if order == 3:
