@@ -116,7 +116,6 @@ ELSEWHERE = {
         "fivebar_bringup.simulation.engine_robot",
         "fivebar_bringup.simulation.column_metrics",
         "fivebar_bringup.simulation.engine_table",
-        "fivebar_bringup.simulation.run_metrics",
         "fivebar_bringup.simulation.table_rows",
     ),
     "unit/bringup/simulation/test_stepped_run.py": ("fivebar_bringup.simulation.observation",),

@@ -132,10 +132,14 @@ def metrics_of(run: RunColumns, torque_limit: float) -> RunMetrics:
     """Return the metrics of a run whose motors have a torque limit (Nm), infinite for none."""
     samples = len(run.from_reference)
     left = np.flatnonzero(~(run.from_reference <= LEFT))
-    works = [
-        np.abs(applied[1:samples] * np.diff(angle)) for applied, angle in zip(run.applied, run.motor_angle, strict=True)
-    ]
-    work = works[0] + works[1]
+    # angles of a robot that diverged may be infinite
+    with np.errstate(invalid="ignore", over="ignore"):
+        works = [
+            np.abs(torque[1:samples] * np.diff(angle))
+            for torque, angle in zip(run.applied, run.motor_angle, strict=True)
+        ]
+        # one after the other: a sum by pairs rounds otherwise
+        work = np.cumsum(works[0] + works[1])
     return RunMetrics(
         samples=samples,
         mode_changes=sign_changes(run.det_a),
@@ -151,8 +155,7 @@ def metrics_of(run: RunColumns, torque_limit: float) -> RunMetrics:
         applied1=largest(run.applied[0]),
         applied2=largest(run.applied[1]),
         saturated=saturated(run.requested, torque_limit),
-        # one after the other: a sum by pairs rounds otherwise
-        work=float(np.cumsum(work)[-1]) if work.size else 0.0,
+        work=float(work[-1]) if work.size else 0.0,
         sigma_max=largest(run.sigma),
         type1_distance=float(np.fmin.reduce(run.type1_distance, initial=math.inf)),
         estimate_error=largest(run.estimate_error),
