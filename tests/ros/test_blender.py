@@ -14,8 +14,11 @@ from middle_motion import MiddleMotion, Pair
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from fivebar_bringup.scenarios.scenario_files import load_scenario
 from fivebar_control.laws.blend import blend
 from fivebar_control.laws.torque import Torque
+from fivebar_control.nodes.blender import deadlines_of
+from fivebar_control.ros.node_settings import BlenderSettings
 from fivebar_control.safety.brake import brake_of, stopping
 from fivebar_control.safety.settings import SafetySettings
 from fivebar_description.interface import (
@@ -33,6 +36,8 @@ from fivebar_description.interface import (
     VHC_TORQUE,
     Topic,
 )
+from fivebar_description.ros.publisher_watch import NAME_TIME_AT_REST, REPORT_TIME
+from fivebar_sim.ros.node_settings import PlantNodeSettings
 
 INPUTS = (JOINT_STATES, REFERENCE, CTC_TORQUE, VHC_TORQUE, SUPERVISOR_STATE)
 CTC, VHC = (1.1, -0.7), (0.3, 0.9)
@@ -182,6 +187,13 @@ def test_an_undefined_candidate_that_counts_is_a_fault(rig: Rig, sigma: float) -
     assert f"at sample {sample}: " in fault
     assert f"sigma = {sigma:.3f}" in fault
     rig.expect_latched_until_reset("torque_undefined")
+
+
+def test_in_lockstep_a_second_publisher_is_named_before_its_victim_is_missing() -> None:
+    """A law that hears two publishers answers nothing while it looks for their names; the plant waits for longer."""
+    candidates, states = deadlines_of(load_scenario("middle"), BlenderSettings())
+    assert NAME_TIME_AT_REST + REPORT_TIME < candidates < PlantNodeSettings().command_timeout_s
+    assert math.isinf(states)
 
 
 def test_a_platform_far_from_its_reference_is_a_fault(rig: Rig) -> None:

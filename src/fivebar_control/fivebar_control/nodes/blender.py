@@ -59,8 +59,9 @@ MIN_CHECKS_PER_DEADLINE = 1.5
 """Least checks within a deadline: a longer interval between two checks is a pause of the process."""
 
 
-LOCKSTEP_DEADLINE_MS = 2000.0
-"""Timeout for a candidate torque in lockstep (ms)."""
+LOCKSTEP_DEADLINE_MS = 4000.0
+"""Timeout for a candidate torque in lockstep (ms): longer than a node looks for the name of a second publisher before
+it reports it (`NAME_TIME_AT_REST`), so that the cause is reported, and shorter than the plant waits for a torque."""
 
 EARLY = 0.25
 """The deadline is a quarter period early, so that the arrival jitter of the sample at which the blender looks at it
