@@ -24,7 +24,6 @@ from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import traced_crossing
 from fivebar_bringup.simulation.engine_table import TraceRow
 from fivebar_bringup.simulation.guided import guide
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_control.calibration.by_turning_points import calibrate_by_turning_points, dragged_lag
 from fivebar_control.calibration.calibration import calibrate
 from fivebar_control.calibration.closure import GEOMETRY
@@ -32,6 +31,7 @@ from fivebar_control.calibration.record import CalibrationRecord
 from fivebar_control.calibration.result import Calibration
 from fivebar_control.estimation.constants import WatchLimits
 from fivebar_control.laws.robot_sizes import bandwidth_of
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.strict_yaml import validate

@@ -15,7 +15,8 @@ from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.engine_table import TraceRow
 from fivebar_bringup.simulation.offline import OfflineRun, simulate
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
+from fivebar_bringup.simulation.run_metrics import RunMetrics
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.model.kinematics import state_from_joints
 from fivebar_description.parameters import FiveBar

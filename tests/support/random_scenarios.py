@@ -11,8 +11,9 @@ from scipy.optimize import brentq
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import FloatArray, case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.laws.registry import CONTROLLERS
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.geometry import workspace_bounds, workspace_margin
 from fivebar_control.model.kinematics import det_a, state_from_platform

@@ -10,8 +10,8 @@ from gymnasium.spaces import Box
 
 from fivebar_bringup.simulation.case import Case, FloatArray
 from fivebar_bringup.simulation.observation import Observation
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_bringup.simulation.stepped_run import Seen, SteppedRun, columns_observed
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.sampled_plan import Sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.errors import InputError

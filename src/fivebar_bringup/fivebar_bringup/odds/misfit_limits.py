@@ -20,7 +20,6 @@ from fivebar_bringup.odds.robot_errors import RobotErrors
 from fivebar_bringup.odds.trials import tries_of
 from fivebar_bringup.scenario import Scenario
 from fivebar_control.estimation.constants import NO_LIMITS, WatchLimits
-from fivebar_control.safety.stages import NO_FAULT
 
 ALARMS = 10_000
 """Crossings in which one false alarm is expected at most, over all limits together."""
@@ -157,7 +156,7 @@ def sound_maxima(scenario: Scenario, errors: RobotErrors, seed: int, robots: Ite
     return [
         WatchLimits(outcome.misfit, outcome.misfit_offset, outcome.misfit_jump)
         for outcome in outcomes
-        if outcome.fault == NO_FAULT and outcome.mode_changes == crossings and outcome.left_sample < 0
+        if outcome.is_as_planned(crossings) and outcome.left_sample < 0
     ]
 
 

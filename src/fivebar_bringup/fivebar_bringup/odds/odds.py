@@ -7,7 +7,8 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
+from fivebar_bringup.simulation.run_metrics import RunMetrics
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.scenario.robot_defaults import ERROR_TOLERANCE
 from fivebar_control.trajectory.path_distance import KEPT_TO, PATH, TIMED, judged_distance

@@ -19,7 +19,6 @@ from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing
 from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.loop.sampled_plan import sampled
-from fivebar_control.safety.stages import NO_FAULT
 from fivebar_control.trajectory.path_distance import judged_distance
 
 ROBOTS = 24
@@ -97,7 +96,7 @@ def trials_of(
         tried += 1
         if run.missed:
             failed[run.robot] = run.missed[0]
-        if run.outcome.fault == NO_FAULT and run.outcome.mode_changes == crossings:
+        if run.outcome.is_as_planned(crossings):
             distance = judged_distance(scenario.judge, run.outcome.error_peak, run.outcome.path_error)
             beyond = distance / scenario.error_tolerance - 1.0
             # the exponent is bounded, as the exponential function overflows

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from fivebar_bringup.bag import serialize
 from fivebar_bringup.bag.writer import BagWriter
 from fivebar_bringup.scenario import Scenario, scalar_topics
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_control.controller.motion_controller import ControlOutput, MotionController
 from fivebar_control.estimation.imu_check import ImuCheck
 from fivebar_control.laws.torque import ZERO, Torque
-from fivebar_control.loop.closed_loop import PLANT_DIVERGED
+from fivebar_control.loop.closed_loop import FAULT_NAMES, PLANT_DIVERGED
 from fivebar_control.loop.supervisor import SupervisorState
 from fivebar_control.model.state import Platform
 from fivebar_control.scenario.start import initial_joints

@@ -10,12 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fivebar_bringup.simulation.column_metrics import FloatArray, largest, saturated, sign_changes
-from fivebar_control.estimation.fault_numbers import TRIP_NAMES
-from fivebar_control.loop.closed_loop import PLANT_DIVERGED
-from fivebar_control.safety.stages import NO_FAULT, STAGE_NAMES
-
-FAULT_NAMES = STAGE_NAMES | TRIP_NAMES | {PLANT_DIVERGED: "plant_diverged"}
-"""Names of faults by number; they are those of the node graph."""
+from fivebar_control.safety.stages import NO_FAULT
 
 LEFT = 5e-3
 """Distance (m) from its reference at which a robot has left it."""
@@ -95,8 +90,8 @@ class RunMetrics(NamedTuple):
         misfit_strain: largest of the signed mean, the constant error and the gyroscope's bias together, in units of
             their limits.
         loop_gap: largest gap (m) that a step opened, before it was closed.
-        fault, fault_sample: of a compiled run the number of the first fault (see `FAULT_NAMES`) and of its sample, -1
-            without one; a recorded run names its faults.
+        fault, fault_sample: of a compiled run the number of the first fault (see `closed_loop.FAULT_NAMES`) and of its
+            sample, -1 without one; a recorded run names its faults.
     """
 
     samples: int
@@ -126,6 +121,10 @@ class RunMetrics(NamedTuple):
     loop_gap: float
     fault: int = NO_FAULT
     fault_sample: int = -1
+
+    def is_as_planned(self, crossings: int) -> bool:
+        """Return whether no fault came, and the assembly mode changed as often as planned."""
+        return self.fault == NO_FAULT and self.mode_changes == crossings
 
 
 def metrics_of(run: RunColumns, torque_limit: float) -> RunMetrics:

@@ -10,8 +10,8 @@ from fivebar_bringup.motions.likely import plan_likely
 from fivebar_bringup.odds.robot_errors import NO_ERRORS, RobotErrors
 from fivebar_bringup.odds.trials import FRESH_ROBOTS, tries_of
 from fivebar_bringup.scenario import Scenario
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_control.compiling import expect_many_motions
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.trajectory.planner import Plan
 from fivebar_description.errors import InputError
 from fivebar_description.optional import CAMERA_PARTS, first_missing

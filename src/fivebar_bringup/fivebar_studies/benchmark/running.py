@@ -6,10 +6,11 @@ from __future__ import annotations
 from fivebar_bringup.odds.odds import FINAL_LIMIT, PEAK_LIMIT
 from fivebar_bringup.simulation.case import Case
 from fivebar_bringup.simulation.observation import Observation
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_bringup.simulation.stepped_run import OUTSIDE, outside_case
 from fivebar_control.laws.registry import timed_controllers
 from fivebar_control.laws.robot_sizes import size_ratio
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.robot_file import load_robot

@@ -15,8 +15,9 @@ from fivebar_bringup.odds.robot_errors import with_drawn_robot
 from fivebar_bringup.odds.trials import FRESH_ROBOTS
 from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.laws.robot_sizes import size_ratio
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.sampled_plan import Sampled
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.robot_file import load_robot

@@ -12,8 +12,9 @@ from fivebar_bringup.odds.planned_motion import PlannedMotion
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.case import Case, case_of
 from fivebar_bringup.simulation.engine import crossing
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.laws import registry
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.sampled_plan import Sampled, sampled
 from fivebar_control.planning.figures import DWELL, REST, TORQUE, Feasibility, Figure
 from fivebar_control.safety.stages import NO_FAULT

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol, TypeVar
 
+from fivebar_control.estimation.fault_numbers import TRIP_NAMES
 from fivebar_control.laws.law import Step, no_step, unchanged
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.registry import ESTIMATE, SIGMOID, Controller, TunedController
@@ -19,7 +20,7 @@ from fivebar_control.loop.cycle import Cycle, CycleMemory, CycleSettings, contro
 from fivebar_control.loop.plan_sample import PlanSample
 from fivebar_control.model.state import Platform, State, WorkingMode
 from fivebar_control.safety.brake import Brake
-from fivebar_control.safety.stages import NO_FAULT, Limits
+from fivebar_control.safety.stages import NO_FAULT, STAGE_NAMES, Limits
 from fivebar_description.parameters import FiveBar, with_floats
 from fivebar_description.settings import as_numbers
 
@@ -27,6 +28,9 @@ Result = TypeVar("Result", covariant=True)
 
 PLANT_DIVERGED = 8
 """Number of the fault of a simulated robot that can be moved no further, beside those of the guard's stages."""
+
+FAULT_NAMES = STAGE_NAMES | TRIP_NAMES | {PLANT_DIVERGED: "plant_diverged"}
+"""Names of faults by number; they are those of the node graph."""
 
 STATE_STALE = 32
 """Number of the fault that too many samples in a row were lost, beside those of stages and estimator."""

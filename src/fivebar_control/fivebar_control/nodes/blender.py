@@ -46,6 +46,7 @@ from fivebar_description.interface import (
 from fivebar_description.joint_sample import JointSample, fields_of
 from fivebar_description.parameters import laden
 from fivebar_description.ros.file_parameters import FileParameters
+from fivebar_description.ros.publisher_watch import NAME_TIME_AT_REST
 from fivebar_description.ros.run import run_node
 from fivebar_description.ros.run_agreement import RunAgreement
 from fivebar_description.ros.sampling_node import Input, SamplingNode
@@ -59,9 +60,9 @@ MIN_CHECKS_PER_DEADLINE = 1.5
 """Least checks within a deadline: a longer interval between two checks is a pause of the process."""
 
 
-LOCKSTEP_DEADLINE_MS = 4000.0
-"""Timeout for a candidate torque in lockstep (ms): longer than a node looks for the name of a second publisher before
-it reports it (`NAME_TIME_AT_REST`), so that the cause is reported, and shorter than the plant waits for a torque."""
+LOCKSTEP_DEADLINE = NAME_TIME_AT_REST + 0.5
+"""Timeout for a candidate torque in lockstep (s): longer than a node looks for the name of a second publisher before it
+reports it, so that the cause is reported, and shorter than the plant waits for a torque."""
 
 EARLY = 0.25
 """The deadline is a quarter period early, so that the arrival jitter of the sample at which the blender looks at it
@@ -84,7 +85,7 @@ def deadlines_of(scenario: ControlScenario, settings: BlenderSettings) -> Deadli
         InputError: the motion is refused, which decides how long a torque may be held.
     """
     if settings.mode == LOCKSTEP:
-        candidates, states = LOCKSTEP_DEADLINE_MS / 1e3, math.inf
+        candidates, states = LOCKSTEP_DEADLINE, math.inf
     else:
         # here, because only a run by the clock searches for the time that a torque may be held
         from fivebar_control.scenario.stopping import stop_cycles

@@ -33,9 +33,10 @@ from fivebar_bringup.simulation.case import case_of
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.engine_sensors import ARRIVES, MADE
 from fivebar_bringup.simulation.plant import PlantState, advanced_plant, chain_at
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.laws.registry import CONTROLLERS
 from fivebar_control.laws.torque import ZERO, Torque
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.sampled_plan import sampled
 from fivebar_control.model.geometry import inverse_geometry
 from fivebar_control.model.kinematics import state_from_platform

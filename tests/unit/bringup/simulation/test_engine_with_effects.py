@@ -12,7 +12,7 @@ from estimate_replay import summary_of
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.safety.stages import NO_FAULT
 from fivebar_description.settings import sections
 from fivebar_sim.effects.settings import PlantSettings

@@ -14,11 +14,12 @@ from engine_agreement import JOINTS, POSITION, changed, columns, places, prepare
 
 from fivebar_bringup.scenario import Scenario
 from fivebar_bringup.simulation.engine import traced_crossing
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES, RunMetrics
+from fivebar_bringup.simulation.run_metrics import RunMetrics
 from fivebar_control.controller.estimator import estimator_of
 from fivebar_control.estimation.late_reading import GYROSCOPE, LateReading
 from fivebar_control.laws.reference import against_disturbance
 from fivebar_control.laws.torque import UNDEFINED, ZERO
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.loop.law_runner import LawRunner
 from fivebar_control.loop.plan_sample import plan_sample
 from fivebar_control.model.kinematics import state_from_joints

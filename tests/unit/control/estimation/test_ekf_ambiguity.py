@@ -12,7 +12,6 @@ from estimate_replay import OFF_MODEL, encoder_scenario
 
 from fivebar_bringup.simulation.engine import crossing, traced_crossing
 from fivebar_bringup.simulation.offline import simulate
-from fivebar_bringup.simulation.run_metrics import FAULT_NAMES
 from fivebar_control.estimation.covariance import ERRORS, SIZE
 from fivebar_control.estimation.ekf import Belief, Estimate, filter_model
 from fivebar_control.estimation.mirror import (
@@ -26,6 +25,7 @@ from fivebar_control.estimation.mirror import (
 )
 from fivebar_control.estimation.platform_motion import leg_motion
 from fivebar_control.estimation.settings import EkfSettings
+from fivebar_control.loop.closed_loop import FAULT_NAMES
 from fivebar_control.model.geometry import direct_geometry, inverse_geometry
 from fivebar_control.model.kinematics import det_a, state_from_platform
 from fivebar_description.parameters import FiveBar
