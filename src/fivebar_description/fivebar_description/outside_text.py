@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from fivebar_description.errors import printable
 from fivebar_description.joint_sample import MessageError
 from fivebar_description.refusals import problems_in
 
@@ -45,11 +46,7 @@ class OutsideModel(BaseModel):
 
 def one_line(text: str, longest: int = LONGEST_LINE) -> str:
     """Return a text from outside as one line that can be logged, published and printed: shortened, escapes visible."""
-    shown = text[:longest]
-    if not shown.isprintable():
-        shown = "".join(
-            character if character.isprintable() else character.encode("unicode_escape").decode() for character in shown
-        )[:longest]
+    shown = printable(text[:longest])[:longest]
     return shown if len(text) <= longest else f"{shown}..."
 
 
