@@ -43,6 +43,17 @@ class Alternatives(NamedTuple, Generic[M]):
                 return motion
         return None
 
+    def in_durations(
+        self, of: PlannedMotion[M], durations: Iterable[float], until: float = math.inf
+    ) -> Iterator[PlannedMotion[M]]:
+        """Yield a motion in other durations (s), as far as it is feasible and there is time."""
+        for duration in durations:
+            if time.monotonic() >= until:
+                return
+            motion = self.in_duration(of, duration)
+            if motion is not None:
+                yield motion
+
     def beside(self, motion: PlannedMotion[M], until: float) -> Iterator[PlannedMotion[M]]:
         """Yield a motion by other time laws, and those through other places, as far as feasible and in time."""
         for course in self._courses_beside(motion.timed):

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
 from itertools import chain
 from shlex import quote
 
@@ -49,7 +48,8 @@ def likely_motion(
         InputError: none is likely enough.
     """
     errors = declared_errors(first.scenario)
-    motions = chain([first], _in_other_durations(first, alternatives, until))
+    durations = (factor * first.duration for factor in OTHER_DURATIONS)
+    motions = chain([first], alternatives.in_durations(first, durations, until))
     choice = first_or_best(first, motions, alternatives, errors, SEED, until, failures_allowed(first.required))
     cut_short = time.monotonic() >= until
     best = choice.motion
@@ -90,15 +90,3 @@ def _in_place_of(first: PlannedMotion[M], chosen: PlannedMotion[M]) -> str:
     """Return what was chosen in place of the first motion, in words."""
     before, after = (f"{motion.duration:.3g} s" for motion in (first, chosen))
     return f"{after}{chosen.how_other_than(first)}{f', not {before}' if before != after else ''}"
-
-
-def _in_other_durations(
-    first: PlannedMotion[M], alternatives: Alternatives[M], until: float
-) -> Iterator[PlannedMotion[M]]:
-    """Yield the motion in other durations than the first one, as far as it is feasible and there is time."""
-    for factor in OTHER_DURATIONS:
-        if time.monotonic() >= until:
-            return
-        motion = alternatives.in_duration(first, factor * first.duration)
-        if motion is not None:
-            yield motion

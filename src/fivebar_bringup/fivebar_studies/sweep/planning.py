@@ -135,8 +135,7 @@ def timed(case: Draw) -> PlannedMotion[Draw]:
 
     robot = scenario.five_bar()
     alternatives = Alternatives(along, lambda course: course.by_other_laws(robot), elsewhere, RATE_HZ)
-    in_durations = (alternatives.in_duration(first, duration * case.duration) for duration in DURATIONS)
-    motions = (motion for motion in in_durations if motion is not None)
+    motions = alternatives.in_durations(first, (duration * case.duration for duration in DURATIONS))
     if screened(first.motion, PLANNED_FOR, judge_loads=False).feasible:
         choice = first_or_best(first, motions, alternatives, errors, seed)
     elif (best := best_of_all([*motions], alternatives, errors, seed, first.required)) is not None:
